@@ -98,11 +98,9 @@ class Component:
         self, model: Model, force_patterns: ForcePatterns | None = None, **options: Any
     ) -> None:
         chosen = ComponentOptions(**options)
-        n_dofs = model.reduced.n_dofs
-        if not all(0 <= dof < n_dofs for dof in chosen.elastic):
-            raise SlipmodeError(
-                f"elastic: DOFs must be 0 to {n_dofs - 1}, got {list(chosen.elastic)}"
-            )
+        last, elastic = model.reduced.n_dofs - 1, list(chosen.elastic)
+        if not all(0 <= dof <= last for dof in elastic):
+            raise SlipmodeError(f"elastic: DOFs must be 0 to {last}, got {elastic}")
         self.model = model
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
@@ -132,11 +130,8 @@ class Component:
         SlipmodeError
             If the time or an amplitude is not finite, or outside the friction table.
         """
-        given, start = (
-            np.atleast_1d(np.asarray(amplitude, dtype=complex)),
-            np.zeros(kernel.MODES, complex),
-        )
-        modes = self.model.modes
+        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
+        start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
             raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
@@ -181,9 +176,8 @@ class Component:
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
-        kernel.check(
-            kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data), "inputs"
-        )
+        status = kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data)
+        kernel.check(status, "inputs")
         self._inputs = changed
         if not self._named.frequencies.isdisjoint(values):
             self._warn_of_frequencies(changed)
@@ -243,23 +237,17 @@ class Component:
         allowed = self._named.first_refused(records, lengths)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
-        status = kernel.lib.sm_component_run(
-            self._handle,
-            allowed,
-            lengths.ctypes.data,
-            scaled.ctypes.data,
-            outputs.ctypes.data,
-            ctypes.byref(done),
-        )
-        if done.value:
-            last = done.value - 1
-            self._inputs = moved_on(records[last : done.value].copy(), float(lengths[last]))
-        self._warn_of_frequencies(records[: done.value])
+        given, address = (lengths.ctypes.data, scaled.ctypes.data), outputs.ctypes.data
+        run = kernel.lib.sm_component_run
+        status = run(self._handle, allowed, *given, address, ctypes.byref(done))
+        k = done.value
+        if k > 0:
+            self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
+        self._warn_of_frequencies(records[:k])
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
-            failed = records[done.value : done.value + 1]
-            raise self._stopped_in(status, lengths[done.value], failed, outputs[: done.value])
+            raise self._stopped_in(status, lengths[k], records[k : k + 1], outputs[:k])
         return outputs
 
     def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
@@ -281,20 +269,13 @@ class Component:
         scaled = self._named.modal(records)
         allowed = self._named.first_refused(records, lengths)
         count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
+        reached = tuple(map(ctypes.byref, (count, done, elapsed)))
+        given, trace = (lengths.ctypes.data, scaled.ctypes.data), kernel.lib.sm_component_trace
         k = 0
         while done.value < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
-            status = kernel.lib.sm_component_trace(
-                self._handle,
-                allowed,
-                lengths.ctypes.data,
-                scaled.ctypes.data,
-                len(outputs),
-                outputs.ctypes.data,
-                ctypes.byref(count),
-                ctypes.byref(done),
-                ctypes.byref(elapsed),
-            )
+            room = (len(outputs), outputs.ctypes.data)
+            status = trace(self._handle, allowed, *given, *room, *reached)
             before, k = k, done.value
             self._warn_of_frequencies(records[before:k])
             if elapsed.value > 0.0:

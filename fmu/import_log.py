@@ -1,8 +1,8 @@
-"""What an FMU logs while FMPy drives it.
+"""Messages that an FMU logs while FMPy steps it.
 
-FMPy formats the messages of FMI 2.0 in one function of the process, which passes them all on to
-the logger that it was given last, whether that is still there or not. Ours is one for all
-instances and lasts as long as the process; it tells them apart by their environment.
+FMPy formats the messages of FMI 2.0 in one function of the process, which passes all of them to
+the logger that it received last, even if that was freed. This module has one logger for all
+instances, which lasts as long as the process and identifies instances by their environment.
 """
 
 from __future__ import annotations
@@ -18,31 +18,29 @@ fmi1 = extra("fmpy.fmi1", "fmu")
 fmi2 = extra("fmpy.fmi2", "fmu")
 native = extra("fmpy.logging", "fmu")
 
-_DISCARD = 2  # status from which on a message says what went wrong
-
 
 class Log:
-    """The last reason that an FMU gave for not doing what it was asked."""
+    """The last reason that an FMU logged for a refused call."""
 
     def __init__(self) -> None:
         self._last = ""
 
-    def write(self, *said: Any) -> None:
+    def write(self, *arguments: Any) -> None:
         """Logger of either version of the standard."""
-        status, _, message = said[-3:]
-        if status >= _DISCARD:
+        status, _, message = arguments[-3:]
+        if status >= 2:  # discard, error or fatal
             self._last = message.decode(errors="replace")
 
     def reason(self, error: Exception) -> str:
-        """What was logged since it was last asked for, else what the error says."""
+        """Return the reason logged since the last reading, else the message of the error."""
         reason, self._last = self._last or str(error), ""
         return reason
 
     def callbacks(self) -> Any:
-        """Callback functions for an instance of FMI 2.0 that logs here."""
+        """Return callback functions for an instance of FMI 2.0 that logs here."""
         environment = next(_environments)
         _logs[environment] = self
-        # FMPy's own memory functions, which have to last just as long
+        # FMPy's memory functions last as long as the process too
         callbacks = fmi2.fmi2CallbackFunctions(
             logger=_route,
             allocateMemory=fmi2.defaultCallbacks.allocateMemory,
@@ -57,12 +55,12 @@ _environments = count(1)
 _logs: WeakValueDictionary[int, Log] = WeakValueDictionary()
 
 
-def _to_its_log(environment: int | None, *said: Any) -> None:
+def _to_its_log(environment: int | None, *arguments: Any) -> None:
     log = _logs.get(environment or 0)
     if log is None:
-        fmi1.printLogMessage(environment, *said)
+        fmi1.printLogMessage(environment, *arguments)
     else:
-        log.write(*said)
+        log.write(*arguments)
 
 
 _route = fmi2.fmi2CallbackLoggerTYPE(_to_its_log)

@@ -1,4 +1,4 @@
-"""An FMU as a component: what `fmu.Component` does, done by a file through FMPy."""
+"""An FMU as a component: an FMU file that is stepped like `fmu.Component`, through FMPy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import weakref
 from collections.abc import Mapping
 from contextlib import ExitStack
 from os import PathLike
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -26,15 +25,15 @@ fmi2 = extra("fmpy.fmi2", "fmu")
 simulation = extra("fmpy.simulation", "fmu")
 FMICallException = extra("fmpy.fmi1", "fmu").FMICallException
 
-# FMPy changes the working directory of the process while it loads a library: in two threads at
-# once, for good.
+# FMPy changes the working directory of the process while it loads a library. Two threads at once
+# would leave it changed.
 _LOADING = threading.Lock()
 
 
 class Imported:
     """An FMU for Co-Simulation, FMI 2.0 or 3.0, initialized and stepped like `Component`.
 
-    Use it in a `with` block, or `close` it: it keeps its files in a temporary folder.
+    Use it in a `with` block, or `close` it: its files are in a temporary folder.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ class Imported:
         weakref.finalize(self, self._resources.close)
         try:
             self._instance = self._started(dict(start or {}))
-        except Exception as error:  # fmpy's own are plain ones
+        except Exception as error:  # fmpy raises plain exceptions
             self.close()
             raise SlipmodeError(f"{self._archive.path}: {self._log.reason(error)}") from None
         suffix = "Real" if self._archive.fmi == "2.0" else "Float64"
@@ -82,12 +81,7 @@ class Imported:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -112,12 +106,12 @@ class Imported:
             raise SlipmodeError(self._log.reason(error)) from None
 
     def do_step(self, time: float, duration: float) -> None:
-        """Advance from `time`, where the FMU must stand, by `duration` > 0 [s].
+        """Advance from `time`, the present time, by `duration` > 0 [s].
 
         Raises
         ------
         StoppedError
-            If the FMU does not take the step; the message has the reason that it logged.
+            If the FMU refuses the step; the message has the reason that it logged.
         """
         if not abs(time - self._time) <= 1e-9 * max(1.0, abs(self._time)):
             raise SlipmodeError(f"time: the FMU stands at {self._time:g} s, not at {time:g} s")
@@ -127,16 +121,17 @@ class Imported:
             raise self._stopped(error, np.empty((0, len(self.output_names)))) from None
 
     def outputs(self) -> dict[str, float]:
-        """Outputs at the present time, by name."""
+        """Return the outputs at the present time, by name."""
         return dict(zip(self.output_names, self._row(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after.
+        """Advance by many steps with inputs (steps, inputs); return outputs (steps, outputs).
 
         Raises
         ------
         StoppedError
-            If a step fails; it carries the outputs up to there. The FMU keeps that step's inputs.
+            If a step fails; it has the outputs of the steps before. The FMU keeps the inputs of
+            the failed step.
         """
         references = list(self._inputs.values())
         outputs = np.empty((len(durations), len(self.output_names)))
@@ -163,7 +158,7 @@ class Imported:
         return StoppedError(message, self._time, outputs)
 
     def _started(self, start: dict[str, float | bool]) -> Any:
-        """An initialized instance, its files in a folder of its own."""
+        """Return an initialized instance, with its files in a temporary folder."""
         description = self._archive.description
         unzipped = tempfile.mkdtemp(prefix="slipmode-")
         self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)

@@ -73,10 +73,6 @@ class Inputs:
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
-        self._given = np.zeros(self.at_rest.size, dtype=bool)
-        self._source = np.zeros(self.at_rest.size, dtype=np.intp)
-        for number, column in enumerate(self._column.values()):
-            self._given[column], self._source[column] = True, number
         self._to_modal = np.ones(self.at_rest.size)
         for j, factor in enumerate(force_factors(model, force_patterns)):
             self._to_modal[[place("force", j), place("force_rate", j)]] = factor
@@ -94,7 +90,9 @@ class Inputs:
 
     def records(self, values: Floats) -> Floats:
         """Return records of inputs (n, inputs) in the order of the names."""
-        return np.where(self._given, values.take(self._source, axis=1), self.at_rest)
+        records = np.repeat(self.at_rest, len(values), axis=0)
+        records[:, list(self._column.values())] = values
+        return records
 
     def first_refused(self, records: Floats, durations: Floats) -> int:
         """Return the number of the first record (n, width) whose frequencies are not allowed.

@@ -1,4 +1,4 @@
-"""What the runner drives: inputs go in, outputs come out, step by step."""
+"""The interface that the runner steps: inputs go in, outputs come out, step by step."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from slipmode.rom.arrays import Floats
 
 
 class StoppedError(SlipmodeError):
-    """A step that could not be taken; the component is as it was before it.
+    """A step that could not be taken; the component is unchanged.
 
     Parameters
     ----------
     message : str
-        What stopped it, and what would help.
+        What stopped it, and what to do.
 
     Attributes
     ----------
     time : float
-        Where the component stands [s].
+        Present time of the component [s].
     outputs : (steps, outputs) ndarray
-        Outputs of the steps of the same call that succeeded.
+        Outputs of the steps before, in the same call.
     left_table : bool
-        Whether an amplitude leaves the friction table; a larger one helps then.
+        Whether an amplitude leaves the friction table, so that a larger table helps.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class StoppedError(SlipmodeError):
 
 
 class Steppable(Protocol):
-    """What the runner drives: `Component`, or an FMU behind the same names."""
+    """The interface of `Component`, and of an FMU behind the same names."""
 
     input_names: tuple[str, ...]
     output_names: tuple[str, ...]
@@ -48,9 +48,9 @@ class Steppable(Protocol):
         """Advance from `time` by `duration` > 0."""
 
     def outputs(self) -> dict[str, float]:
-        """Outputs at the present time."""
+        """Return the outputs at the present time."""
         ...
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Many steps: inputs (steps, inputs) before each, outputs (steps, outputs) after."""
+        """Advance by many steps with inputs (steps, inputs); return outputs (steps, outputs)."""
         ...

@@ -27,20 +27,23 @@ TARGETS = {
     "x86_64-darwin": "x86_64-macos.11.0",
     "aarch64-darwin": "aarch64-macos.11.0",
 }
-# As CMakeLists.txt compiles the host's, warnings and what only GCC knows apart; without
-# optimisation zig would link a sanitizer runtime.
+# Options of CMakeLists.txt, without warnings and options of GCC only. Without optimisation zig
+# would link a sanitizer runtime.
 OPTIONS = (
     *("-O3", "-fvisibility=hidden", "-fopenmp-simd"),
     *("-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"),
 )
-FACE_OPTIONS = ("-ffp-contract=off",)  # of the sources in fmu/src, after the others
+FACE_OPTIONS = ("-ffp-contract=off",)  # for sources in fmu/src, after OPTIONS
 DEFINITIONS = ("SM_HIDDEN", "SM_OPENMP_SIMD")
-_COMMON = ("-std=c99", *OPTIONS, *(f"-D{name}" for name in DEFINITIONS))
-_DIGEST_BYTES = hashlib.sha256().digest_size  # in front of a library that is kept
+
+
+def _common() -> tuple[str, ...]:
+    """Return the options of all sources."""
+    return ("-std=c99", *OPTIONS, *(f"-D{name}" for name in DEFINITIONS))
 
 
 def platform_binary(platform_tuple: str) -> bytes:
-    """The shared library of a platform, from the cache if it was compiled before.
+    """Return the shared library of a platform, from the cache if it was compiled before.
 
     Raises
     ------
@@ -61,12 +64,12 @@ def platform_binary(platform_tuple: str) -> bytes:
 
 
 def fmi_headers() -> Path:
-    """Where the fmpy package keeps the headers of the standard."""
+    """Return the folder of the fmpy package with the headers of the standard."""
     return Path(extra("fmpy", "platforms").__file__).parent / "c-code"
 
 
 def _key(sources: Mapping[str, Path], platform_tuple: str) -> str:
-    flags = (TARGETS[platform_tuple], *_COMMON, "", *FACE_OPTIONS)
+    flags = (TARGETS[platform_tuple], *_common(), "", *FACE_OPTIONS)
     digest = hashlib.sha256(" ".join((version("ziglang"), version("fmpy"), *flags)).encode())
     for name, path in sources.items():
         digest.update(name.encode() + path.read_bytes())
@@ -80,7 +83,7 @@ def _save(library: bytes, path: Path) -> None:
 
 def _load(path: Path) -> bytes:
     content = path.read_bytes()
-    digest, library = content[:_DIGEST_BYTES], content[_DIGEST_BYTES:]
+    digest, library = content[:32], content[32:]  # SHA-256 in front of the library
     if hashlib.sha256(library).digest() != digest:
         raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
     return library
@@ -96,7 +99,7 @@ def _compile(sources: Mapping[str, Path], platform_tuple: str) -> bytes:
         def compile_one(source: Path) -> str:
             own = FACE_OPTIONS if binaries.is_face(source) else ()
             target = f"{source.stem}.o"
-            flags = (*independent, *_COMMON, *own, *include)
+            flags = (*independent, *_common(), *own, *include)
             _zig(platform_tuple, folder, "-c", *flags, str(source), "-o", target)
             return target
 

@@ -117,13 +117,10 @@ class _Fmi3:
             SubElement(element, "Dimension", start=str(variable.size))
 
     def _add_structure(self, structure: Element) -> None:
-        for tag, unknowns in (
-            ("Output", self._outputs()),
-            ("ContinuousStateDerivative", self._derivatives()),
-            ("InitialUnknown", self._initial_unknowns()),
-        ):
+        tags = ("Output", "ContinuousStateDerivative", "InitialUnknown")
+        for tag, unknowns in zip(tags, self._unknowns("valueReference"), strict=True):
             for unknown in unknowns:
-                SubElement(structure, tag, self._unknown("valueReference", *unknown))
+                SubElement(structure, tag, unknown)
 
     def _general(self, variable: Variable) -> dict[str, str]:
         """Return the attributes of variables of any type."""
@@ -157,37 +154,25 @@ class _Fmi3:
             attributes["reinit"] = "true"
         return attributes
 
-    def _unknown(self, key: str, name: str, needs: Sequence[str]) -> dict[str, str]:
-        ordered = sorted(needs, key=lambda name: self.index[name])
-        dependencies = " ".join(self._reference(name) for name in ordered)
-        return {key: self._reference(name), "dependencies": dependencies}
+    def _unknowns(self, key: str) -> tuple[list[dict[str, str]], ...]:
+        """Return outputs, derivatives and initial unknowns, with the variables they depend on.
 
-    def _outputs(self) -> list[tuple[str, Sequence[str]]]:
-        """Return outputs and what they depend on; a state depends on itself."""
-        found = self._needs("output")
-        return [(name, needs or [name]) for name, needs in found]
+        Parameters are dependencies at the start only. A state depends on itself.
+        """
 
-    def _derivatives(self) -> list[tuple[str, Sequence[str]]]:
-        """Return derivatives of the states and what they depend on."""
-        return list(self._needs("local"))
+        def listed(variable: Variable, known: set[str]) -> dict[str, str]:
+            needs = known.intersection(variable.needs or (variable.name,))
+            ordered = sorted(needs, key=lambda name: self.index[name])
+            dependencies = " ".join(map(self._reference, ordered))
+            return {key: self._reference(variable.name), "dependencies": dependencies}
 
-    def _needs(self, causality: str) -> list[tuple[str, list[str]]]:
-        """Return variables and what they depend on, without parameters."""
-        parameters = {v.name for v in self.variables if v.kind is Kind.PARAMETER}
-        return [
-            (v.name, [name for name in v.needs if name not in parameters])
-            for v in self.variables
-            if v.causality == causality
-        ]
-
-    def _initial_unknowns(self) -> list[tuple[str, Sequence[str]]]:
-        """Return what is calculated at the start, and the start values it depends on."""
+        running = {v.name for v in self.variables if v.kind is not Kind.PARAMETER}
         exact = {v.name for v in self.variables if v.start is not None}
-        return [
-            (v.name, [name for name in v.needs if name in exact])
-            for v in self.variables
-            if v.initial == "calculated"
-        ]
+        return (
+            [listed(v, running) for v in self.variables if v.causality == "output"],
+            [listed(v, running) for v in self.variables if v.kind is Kind.RATE],
+            [listed(v, exact) for v in self.variables if v.initial == "calculated"],
+        )
 
 
 class _Fmi2(_Fmi3):
@@ -236,14 +221,11 @@ class _Fmi2(_Fmi3):
         SubElement(scalar, variable.type.name.capitalize(), self._typed(variable))
 
     def _add_structure(self, structure: Element) -> None:
-        for group, unknowns in (
-            ("Outputs", self._outputs()),
-            ("Derivatives", self._derivatives()),
-            ("InitialUnknowns", self._initial_unknowns()),
-        ):
-            listed = SubElement(structure, group)
+        groups = ("Outputs", "Derivatives", "InitialUnknowns")
+        for group, unknowns in zip(groups, self._unknowns("index"), strict=True):
+            element = SubElement(structure, group)
             for unknown in unknowns:
-                SubElement(listed, "Unknown", self._unknown("index", *unknown))
+                SubElement(element, "Unknown", unknown)
 
 
 def _add_units(definitions: Element, used: Sequence[Quantity]) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from xml.etree.ElementTree import Element, SubElement, register_namespace
+from pathlib import Path
+from string import Template
 
 import numpy as np
 
 from slipmode.fmu.component import Component
 from slipmode.fmu.description.description import ExportOptions, Stimuli
-from slipmode.fmu.description.model_description import literal, to_bytes
 from slipmode.fmu.stepping import StoppedError
 from slipmode.fmu.variables.variable import Kind, Variable
 
@@ -44,9 +44,14 @@ def reference_files(
         and v.name in component.output_names
     ]
     rows = _simulate(component, names, stimuli)
+    manifest = Template(Path(__file__).with_name("fmi-ls-manifest.xml").read_text()).substitute(
+        stop_time=float(options.stop_time),
+        tolerance=float(options.tolerance),
+        step_size=float(options.interval),
+    )
     folder = "extra/org.fmi-standard.fmi-ls-ref"
     return {
-        f"{folder}/fmi-ls-manifest.xml": _manifest(options),
+        f"{folder}/fmi-ls-manifest.xml": manifest.encode(),
         f"{folder}/stimuli.csv": _csv(("time", *stimuli.names), _stimuli_rows(stimuli)),
         f"{folder}/reference.csv": _csv(names, rows),
     }
@@ -87,28 +92,3 @@ def _simulate(component: Component, names: Sequence[str], stimuli: Stimuli) -> l
 def _csv(names: Sequence[str], rows: Sequence[Sequence[float]]) -> bytes:
     lines = [",".join(names), *(",".join(repr(float(value)) for value in row) for row in rows)]
     return ("\n".join(lines) + "\n").encode()
-
-
-def _manifest(options: ExportOptions) -> bytes:
-    namespace = "http://fmi-standard.org/fmi-ls-manifest"
-    register_namespace("fmi-ls", namespace)
-    described = {
-        f"{{{namespace}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
-        f"{{{namespace}}}fmi-ls-version": "1.0.0-rc.1",
-        f"{{{namespace}}}fmi-ls-description": "Stimuli and results of the scene of the FMU",
-    }
-    root = Element("fmiReferences", described)
-    element = SubElement(
-        root,
-        "Experiment",
-        name="scene",
-        description="The scene in Co-Simulation: before each step all inputs and rates are set to "
-        "their last row at that time, or to values interpolated between rows",
-        startTime="0.0",
-        stopTime=literal(options.stop_time),
-        tolerance=literal(options.tolerance),
-        stepSize=literal(options.interval),
-    )
-    SubElement(element, "Stimuli", source="stimuli.csv", type="text/csv")
-    SubElement(element, "References", source="reference.csv", type="text/csv")
-    return to_bytes(root)

@@ -211,8 +211,8 @@ def forged(folder, changed):
 def _file_order(folder):
     """Names of files in the order of checksums.npy, as the C source lists them."""
     text = (folder / "sources" / "resources" / "model.c").read_text()
-    listed = text.split("FILE_NAME[FILES] = {")[1].split("}")[0]
-    return re.findall(r'"([\w.]+)"', listed)
+    listed = text.split("FILES[] = {")[1].split("};")[0]
+    return [*re.findall(r'"([\w.]+)"', listed), "names.txt"]
 
 
 def put(row, column, value):

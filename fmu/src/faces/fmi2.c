@@ -4,14 +4,10 @@
 #include <stdlib.h>
 
 typedef fmi2Component fmi_instance;
-typedef fmi2Status fmi_status;
-typedef fmi2Boolean fmi_boolean;
 typedef fmi2FMUstate fmi_state;
-typedef fmi2String fmi_string;
-typedef fmi2Byte fmi_byte;
 
-#define FMI(call) FMI_JOINED(call)
-#define FMI_JOINED(call) fmi2##call
+#define FMI(name) FMI_JOINED(name)
+#define FMI_JOINED(name) fmi2##name
 #define GET_STATE GetFMUstate
 #define SET_STATE SetFMUstate
 #define FREE_STATE FreeFMUstate
@@ -20,10 +16,6 @@ typedef fmi2Byte fmi_byte;
 #define DESERIALIZE DeSerializeFMUstate
 #define GET_RATES GetDerivatives
 #include "faces/calls.h"
-
-/* Refuses NULL for arrays of `count` elements. */
-#define NEED_ARRAYS(count, call) \
-    REFUSE_IF((count) > 0 && (!vr || !value), call, "an array is NULL")
 
 /* Passes the message as the format: some importers do not read the arguments of "%s". */
 static void write_log(const fmu_logger *logger, const char *name, fmu_status status,
@@ -65,63 +57,41 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     return c;
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance,
-                               fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop) {
-    ALLOW(FMU_INSTANTIATED, SetupExperiment);
-    return (fmi2Status)fmu_setup(c, tolerance_defined, tolerance, start, stop_defined, stop);
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
-    ALLOW(FMU_INSTANTIATED, EnterInitializationMode);
-    ((fmu_instance *)c)->state = FMU_INITIALIZATION;
-    return fmi2OK;
-}
+CALL(SetupExperiment, FMU_INSTANTIATED,
+     (fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+      fmi2Boolean stop_defined, fmi2Real stop),
+     fmu_setup(c, tolerance_defined, tolerance, start, stop_defined, stop))
+CALL(EnterInitializationMode, FMU_INSTANTIATED, (fmi2Component c),
+     fmu_enter(c, FMU_INITIALIZATION))
 
 /* ---- variables ------------------------------------------------------------------------- */
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t count,
-                       fmi2Real value[]) {
-    ALLOW(READABLE, GetReal);
-    NEED_ARRAYS(count, GetReal);
-    return (fmi2Status)fmu_get_reals(c, vr, count, value);
-}
-
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t count,
-                       const fmi2Real value[]) {
-    ALLOW(SETTABLE, SetReal);
-    NEED_ARRAYS(count, SetReal);
-    return (fmi2Status)fmu_set_reals(c, vr, count, value);
-}
-
-#define INTEGERS(name, type)                                                                   \
-    fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,     \
-                             fmi2##name value[]) {                                             \
-        ALLOW(READABLE, Get##name);                                                            \
-        NEED_ARRAYS(count, Get##name);                                                         \
-        return (fmi2Status)fmu_get_integers(c, type, vr, count, value);                        \
-    }                                                                                          \
-    fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,     \
-                             const fmi2##name value[]) {                                       \
-        ALLOW(SETTABLE, Set##name);                                                            \
-        NEED_ARRAYS(count, Set##name);                                                         \
-        return (fmi2Status)fmu_set_integers(c, type, vr, count, value);                        \
+#define GET_AND_SET(name, get, set)                                                           \
+    fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,    \
+                             fmi2##name value[]) {                                            \
+        ALLOW(READABLE, Get##name);                                                           \
+        REFUSE_IF(count > 0 && (!vr || !value), Get##name, "an array is NULL");               \
+        return (fmi2Status)(get);                                                             \
+    }                                                                                         \
+    fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,    \
+                             const fmi2##name value[]) {                                      \
+        ALLOW(SETTABLE, Set##name);                                                           \
+        REFUSE_IF(count > 0 && (!vr || !value), Set##name, "an array is NULL");               \
+        return (fmi2Status)(set);                                                             \
     }
-INTEGERS(Integer, FMU_ENUMERATION)
-INTEGERS(Boolean, FMU_BOOLEAN)
+GET_AND_SET(Real, fmu_get_reals(c, vr, count, value), fmu_set_reals(c, vr, count, value))
+GET_AND_SET(Integer, fmu_get_integers(c, FMU_ENUMERATION, vr, count, value),
+            fmu_set_integers(c, FMU_ENUMERATION, vr, count, value))
+GET_AND_SET(Boolean, fmu_get_integers(c, FMU_BOOLEAN, vr, count, value),
+            fmu_set_integers(c, FMU_BOOLEAN, vr, count, value))
 
-fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t count,
-                         fmi2String value[]) {
-    ALLOW(READABLE, GetString);
-    REFUSE_IF(count > 0, GetString, "the FMU has no strings");
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t count,
-                         const fmi2String value[]) {
-    ALLOW(SETTABLE, SetString);
-    REFUSE_IF(count > 0, SetString, "the FMU has no strings");
-    return fmi2OK;
-}
+NO_VALUES(GetString, READABLE,
+          (fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2String value[]),
+          "the FMU has no strings")
+NO_VALUES(SetString, SETTABLE,
+          (fmi2Component c, const fmi2ValueReference vr[], size_t count,
+           const fmi2String value[]),
+          "the FMU has no strings")
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
                                         size_t unknowns, const fmi2ValueReference known[],
@@ -135,11 +105,6 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
 }
 
 /* ---- Model Exchange -------------------------------------------------------------------- */
-
-fmi2Status fmi2EnterEventMode(fmi2Component c) {
-    ALLOW(EXCHANGE, EnterEventMode);
-    return (fmi2Status)fmu_enter_events(c);
-}
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
     ALLOW(FMU_EVENTS, NewDiscreteStates);
@@ -177,47 +142,29 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
     return (fmi2Status)fmu_output_derivatives(c, &d);
 }
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step,
-                      fmi2Boolean no_set_state_before) {
-    ALLOW(FMU_STEPPING, DoStep);
-    return (fmi2Status)fmu_step(c, time, step);
-}
-
-fmi2Status fmi2CancelStep(fmi2Component c) {
-    ALLOW(FMU_STEPPING, CancelStep);
-    REFUSE_IF(1, CancelStep, "no step is under way");
-}
+CALL(DoStep, FMU_STEPPING,
+     (fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean no_set_state_before),
+     fmu_step(c, time, step))
+ABSENT(CancelStep, FMU_STEPPING, (fmi2Component c), "no step is under way")
 
 /* A step is over when fmi2DoStep returns: only its end time and termination have a status. */
-static fmi2Status refuse_status(fmi2Component c, const char *call) {
-    if (fmu_allow(c, FMU_STEPPING | FMU_TERMINATED, call) != FMU_OK) return fmi2Error;
-    return (fmi2Status)fmu_say(c, FMU_DISCARD, "%s: steps are never pending", call);
-}
+#define STATUS_STATES (FMU_STEPPING | FMU_TERMINATED)
+#define NO_STATUS(call, type)                                                                  \
+    CALL(call, STATUS_STATES, (fmi2Component c, const fmi2StatusKind kind, type *value),       \
+         fmu_say(c, FMU_DISCARD, "%s: steps are never pending", FMI_NAME(call)))
+NO_STATUS(GetStatus, fmi2Status)
+NO_STATUS(GetIntegerStatus, fmi2Integer)
+NO_STATUS(GetStringStatus, fmi2String)
 
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
-    return refuse_status(c, "fmi2GetStatus");
-}
-
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
-    ALLOW(FMU_STEPPING | FMU_TERMINATED, GetRealStatus);
-    if (kind != fmi2LastSuccessfulTime) return refuse_status(c, "fmi2GetRealStatus");
-    REFUSE_IF(!value, GetRealStatus, "the value is NULL");
-    *value = ((const fmu_instance *)c)->outputs[0];
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
-    return refuse_status(c, "fmi2GetIntegerStatus");
-}
-
-fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
-    ALLOW(FMU_STEPPING | FMU_TERMINATED, GetBooleanStatus);
-    if (kind != fmi2Terminated) return refuse_status(c, "fmi2GetBooleanStatus");
-    REFUSE_IF(!value, GetBooleanStatus, "the value is NULL");
-    *value = ((const fmu_instance *)c)->terminated;
-    return fmi2OK;
-}
-
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
-    return refuse_status(c, "fmi2GetStringStatus");
-}
+#define ONE_STATUS(call, type, its_kind, present)                                              \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind kind, type *value) {           \
+        ALLOW(STATUS_STATES, call);                                                            \
+        if (kind != (its_kind))                                                                \
+            return (fmi2Status)fmu_say(c, FMU_DISCARD, "%s: steps are never pending",          \
+                                       FMI_NAME(call));                                        \
+        REFUSE_IF(!value, call, "the value is NULL");                                          \
+        *value = ((const fmu_instance *)c)->present;                                           \
+        return fmi2OK;                                                                         \
+    }
+ONE_STATUS(GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, outputs[0])
+ONE_STATUS(GetBooleanStatus, fmi2Boolean, fmi2Terminated, terminated)

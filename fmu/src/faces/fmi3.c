@@ -5,14 +5,10 @@
 #include <stdlib.h>
 
 typedef fmi3Instance fmi_instance;
-typedef fmi3Status fmi_status;
-typedef fmi3Boolean fmi_boolean;
 typedef fmi3FMUState fmi_state;
-typedef fmi3String fmi_string;
-typedef fmi3Byte fmi_byte;
 
-#define FMI(call) FMI_JOINED(call)
-#define FMI_JOINED(call) fmi3##call
+#define FMI(name) FMI_JOINED(name)
+#define FMI_JOINED(name) fmi3##name
 #define GET_STATE GetFMUState
 #define SET_STATE SetFMUState
 #define FREE_STATE FreeFMUState
@@ -213,14 +209,6 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[
 
 /* ---- events ---------------------------------------------------------------------------- */
 
-fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-    ALLOW(EXCHANGE | FMU_STEPPING, EnterEventMode);
-    REFUSE_IF(((const fmu_instance *)c)->state == FMU_STEPPING &&
-                  !((const fmu_instance *)c)->event_mode,
-              EnterEventMode, "the instance was made without event mode");
-    return (fmi3Status)fmu_enter_events(c);
-}
-
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
                                     fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
                                     fmi3Boolean *states_changed, fmi3Boolean *next_time_defined,
@@ -239,27 +227,19 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *update_needed,
 
 /* ---- Model Exchange -------------------------------------------------------------------- */
 
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *count) {
-    ALLOW(FMU_ANY, GetNumberOfEventIndicators);
-    REFUSE_IF(!count, GetNumberOfEventIndicators, "the number is NULL");
-    *count = 0;
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *count) {
-    ALLOW(FMU_ANY, GetNumberOfContinuousStates);
-    REFUSE_IF(!count, GetNumberOfContinuousStates, "the number is NULL");
-    *count = fmu_state_count(c);
-    return fmi3OK;
-}
+#define GET_NUMBER(call, number)                             \
+    fmi3Status fmi3##call(fmi3Instance c, size_t *count) {   \
+        ALLOW(FMU_ANY, call);                                \
+        REFUSE_IF(!count, call, "the number is NULL");       \
+        *count = (number);                                   \
+        return fmi3OK;                                       \
+    }
+GET_NUMBER(GetNumberOfEventIndicators, 0)
+GET_NUMBER(GetNumberOfContinuousStates, fmu_state_count(c))
 
 /* ---- Co-Simulation --------------------------------------------------------------------- */
 
-fmi3Status fmi3EnterStepMode(fmi3Instance c) {
-    ALLOW(FMU_STEP_EVENTS, EnterStepMode);
-    ((fmu_instance *)c)->state = FMU_STEPPING;
-    return fmi3OK;
-}
+CALL(EnterStepMode, FMU_STEP_EVENTS, (fmi3Instance c), fmu_enter(c, FMU_STEPPING))
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
                       fmi3Boolean no_set_state_before, fmi3Boolean *event_handling_needed,
@@ -279,19 +259,19 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
 /* ---- calls for what the FMU does not have: refused, with a logged reason ----------------- */
 
 /* No variable has this type: only empty lists are allowed. */
-#define NO_SUCH_TYPE(type)                                                                     \
-    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t count,      \
-                             fmi3##type value[], size_t values) {                              \
-        ALLOW(READABLE, Get##type);                                                            \
-        REFUSE_IF(count > 0 || values > 0, Get##type, "no variable has this type");            \
-        return fmi3OK;                                                                         \
-    }                                                                                          \
-    NO_SETTER(type)
 #define NO_SETTER(type)                                                                        \
     fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference vr[], size_t count,      \
                              const fmi3##type value[], size_t values) {                        \
         ALLOW(SETTABLE, Set##type);                                                            \
         REFUSE_IF(count > 0 || values > 0, Set##type, "no variable of this type is set");      \
+        return fmi3OK;                                                                         \
+    }
+#define NO_SUCH_TYPE(type)                                                                     \
+    NO_SETTER(type)                                                                            \
+    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t count,      \
+                             fmi3##type value[], size_t values) {                              \
+        ALLOW(READABLE, Get##type);                                                            \
+        REFUSE_IF(count > 0 || values > 0, Get##type, "no variable has this type");            \
         return fmi3OK;                                                                         \
     }
 
@@ -306,45 +286,39 @@ NO_SETTER(Int64)
 NO_SUCH_TYPE(UInt64)
 NO_SUCH_TYPE(String)
 
-#define ABSENT(call, parameters, reason) \
-    fmi3Status fmi3##call parameters {   \
-        ALLOW(FMU_ANY, call);            \
-        REFUSE_IF(1, call, reason);      \
-    }
-
-ABSENT(GetBinary, (fmi3Instance c, const fmi3ValueReference vr[], size_t count, size_t sizes[],
-       fmi3Binary value[], size_t values), "no variable has this type")
-ABSENT(SetBinary, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(GetBinary, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+       size_t sizes[], fmi3Binary value[], size_t values), "no variable has this type")
+ABSENT(SetBinary, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const size_t sizes[], const fmi3Binary value[], size_t values),
        "no variable has this type")
-ABSENT(GetClock, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(GetClock, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        fmi3Clock value[]), "there are no clocks")
-ABSENT(SetClock, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(SetClock, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const fmi3Clock value[]), "there are no clocks")
-ABSENT(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference vr, size_t *count),
-       "the model description lists all")
-ABSENT(GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent,
+ABSENT(GetNumberOfVariableDependencies, FMU_ANY,
+       (fmi3Instance c, fmi3ValueReference vr, size_t *count), "the model description lists all")
+ABSENT(GetVariableDependencies, FMU_ANY, (fmi3Instance c, fmi3ValueReference dependent,
        size_t element[], fmi3ValueReference independent[], size_t independent_element[],
        fmi3DependencyKind kind[], size_t count), "the model description lists all")
-ABSENT(EnterConfigurationMode, (fmi3Instance c), "there are no structural parameters")
-ABSENT(ExitConfigurationMode, (fmi3Instance c), "there are no structural parameters")
-ABSENT(GetIntervalDecimal, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(EnterConfigurationMode, FMU_ANY, (fmi3Instance c), "there are no structural parameters")
+ABSENT(ExitConfigurationMode, FMU_ANY, (fmi3Instance c), "there are no structural parameters")
+ABSENT(GetIntervalDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        fmi3Float64 interval[], fmi3IntervalQualifier qualifier[]), "there are no clocks")
-ABSENT(GetIntervalFraction, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(GetIntervalFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        fmi3UInt64 counter[], fmi3UInt64 resolution[], fmi3IntervalQualifier qualifier[]),
        "there are no clocks")
-ABSENT(GetShiftDecimal, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(GetShiftDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        fmi3Float64 shift[]), "there are no clocks")
-ABSENT(GetShiftFraction, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(GetShiftFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        fmi3UInt64 counter[], fmi3UInt64 resolution[]), "there are no clocks")
-ABSENT(SetIntervalDecimal, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(SetIntervalDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const fmi3Float64 interval[]), "there are no clocks")
-ABSENT(SetIntervalFraction, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(SetIntervalFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const fmi3UInt64 counter[], const fmi3UInt64 resolution[]), "there are no clocks")
-ABSENT(SetShiftDecimal, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(SetShiftDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const fmi3Float64 shift[]), "there are no clocks")
-ABSENT(SetShiftFraction, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
+ABSENT(SetShiftFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
        const fmi3UInt64 counter[], const fmi3UInt64 resolution[]), "there are no clocks")
-ABSENT(EvaluateDiscreteStates, (fmi3Instance c), "there are no discrete states")
-ABSENT(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time),
-       "there are no clocks")
+ABSENT(EvaluateDiscreteStates, FMU_ANY, (fmi3Instance c), "there are no discrete states")
+ABSENT(ActivateModelPartition, FMU_ANY,
+       (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), "there are no clocks")

@@ -38,9 +38,8 @@ static fmu_status no_memory(const fmu_instance *instance) {
 }
 
 static int is_state(const fmu_variable *v) {
-    return v->kind == FMU_START ||
-           (v->kind == FMU_OUTPUT && ((v->slot >= FMU_ANGLE && v->slot < FMU_ANGLE + SM_MODES) ||
-                                      v->slot == FMU_ENERGY));
+    const int angle = v->slot >= FMU_ANGLE && v->slot < FMU_ANGLE + SM_MODES;
+    return v->kind == FMU_START || (v->kind == FMU_OUTPUT && (angle || v->slot == FMU_ENERGY));
 }
 
 static int is_motion(const fmu_variable *v) {
@@ -54,7 +53,7 @@ static double size_of(const fmu_instance *instance, const direction *along) {
     const sm_inputs *d = &along->inputs;
     double range[SM_MODES];
     fmu_table_range(instance, range);
-    double size = fabs(d->limit_scale) / instance->inputs.limit_scale;
+    double size = fabs(d->limit_scale) / instance->run.inputs.limit_scale;
     for (int j = 0; j < instance->model->modes; j++) {
         const double omega = instance->flow.natural[j], force = omega * omega * range[j];
         const double parts[] = {
@@ -62,7 +61,8 @@ static double size_of(const fmu_instance *instance, const direction *along) {
             d->force[j] / force, d->force_rate[j] / (omega * force),
             d->frequency[j] / omega, d->frequency_rate[j] / (omega * omega),
             d->phase[j], d->phase_rate[j] / omega, d->angle[j], d->limit_scale_rate / omega};
-        for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) size = fmax(size, fabs(parts[k]));
+        for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
+            size = fmax(size, fabs(parts[k]));
     }
     return size;
 }
@@ -197,9 +197,8 @@ fmu_status fmu_adjoint(fmu_instance *instance, const fmu_derivative *d) {
 fmu_status fmu_output_derivatives(fmu_instance *instance, const fmu_derivative *d) {
     for (size_t k = 0; k < d->unknowns; k++) {
         const fmu_variable *v = find(instance, d->unknown[k]);
-        const int output = v && v->type == FMU_REAL && v->kind != FMU_INPUT &&
-                           v->kind != FMU_PARAMETER && v->kind != FMU_RATE;
-        if (!output || (v->kind == FMU_OUTPUT && v->slot == 0))
+        const int time = v && v->kind == FMU_OUTPUT && v->slot == 0;
+        if (!v || v->type != FMU_REAL || !fmu_is_output(v) || time)
             return refuse(instance, FMU_ERROR, d->unknown[k], "is no output");
     }
     direction along;
@@ -212,7 +211,7 @@ fmu_status fmu_output_derivatives(fmu_instance *instance, const fmu_derivative *
         along.state[fmu_state_place(instance, k)] = instance->rates[k];
     for (int32_t slot = 0; slot < (int32_t)FMU_INPUTS; slot++)
         if (fmu_rate_slot(slot) >= 0)
-            slots(&along.inputs)[slot] = slots(&instance->inputs)[fmu_rate_slot(slot)];
+            slots(&along.inputs)[slot] = slots(&instance->run.inputs)[fmu_rate_slot(slot)];
     return follow(instance, d, &along);
 }
 

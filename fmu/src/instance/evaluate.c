@@ -1,4 +1,4 @@
-/* From values that were set to values that are read: start values, inputs, outputs, derivatives. */
+/* From values that were set to values that are read: start values, inputs, outputs, rates. */
 #include "instance/instance.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
     fmu_table_range(instance, end);
     for (int j = 0; j < SM_MODES; j++) modulus[j] = fmu_modulus(outputs + FMU_AMPLITUDE + 2 * j);
     const int mode = modulus[1] * end[0] > modulus[0] * end[1]; /* nearest to its end, or beyond */
-    const double force = instance->inputs.force[mode];
+    const double force = instance->run.inputs.force[mode];
     char lower[FMU_MESSAGE / 4] = "";
     if (force != 0.0)
         snprintf(lower, sizeof lower, "lower %s, now %g, or ",
@@ -28,7 +28,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
                    "(slipmode fmu --range, rom.tabulate amplitude=)",
                    doing, instance->outputs[0], consequence, outputs[0],
                    fmu_name_of(instance, FMU_MODULUS, mode), modulus[mode],
-                   end[mode] * instance->inputs.limit_scale, lower);
+                   end[mode] * instance->run.inputs.limit_scale, lower);
 }
 
 /* A computation that fails may succeed with a shorter step; a wrong value cannot. */
@@ -56,7 +56,8 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
     const int apart = (before > 0.0 && after > 0.0) || (before < 0.0 && after < 0.0);
     if (instance->model->modes < SM_MODES || apart) return FMU_OK;
     return fmu_say(instance, too_far(instance, to),
-                   "frequency_A, frequency_B: must differ at all times, the same one staying above");
+                   "frequency_A, frequency_B: must differ at all times, the same one staying "
+                   "above");
 }
 
 /* Writes advice if a factor 2 pi explains the distance of a frequency from its mode; else "". */
@@ -79,8 +80,8 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
         if (frequency * FARTHEST_FORCING >= natural && frequency <= FARTHEST_FORCING * natural)
             continue;
         const char *name = fmu_name_of(instance, FMU_INPUT, FMU_INPUT_SLOT(frequency) + j);
-        const double low = model->carrier_range[0] * natural;
-        const double high = model->carrier_range[1] * natural;
+        const double low = model->constants->carrier_range[0] * natural;
+        const double high = model->constants->carrier_range[1] * natural;
         unit_hint(frequency, natural, hint);
         if (!(frequency >= low && frequency <= high))
             return fmu_say(instance, too_far(instance, inputs),
@@ -100,25 +101,25 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
 /* Creates the component if the parameters have changed. */
 static fmu_status build(fmu_instance *instance) {
     const size_t size = sizeof instance->built_with;
-    if (instance->component && memcmp(instance->built_with, instance->parameters, size) == 0)
+    if (instance->component && memcmp(instance->built_with, instance->run.parameters, size) == 0)
         return FMU_OK;
     sm_component *built;
-    memcpy(instance->flow.damping, instance->parameters + FMU_DAMPING,
+    memcpy(instance->flow.damping, instance->run.parameters + FMU_DAMPING,
            sizeof instance->flow.damping);
-    instance->motion.wanted = instance->parameters[FMU_CONTACT_WANTED] != 0.0;
+    instance->motion.wanted = instance->run.parameters[FMU_CONTACT_WANTED] != 0.0;
     const sm_status status =
         sm_component_shared_create(&instance->flow, &instance->model->contact, &instance->motion,
-                                   instance->parameters[FMU_TOLERANCE], &built);
+                                   instance->run.parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return fmu_status_of(instance, status, "model");
     sm_component_free(instance->component);
     instance->component = built;
-    memcpy(instance->built_with, instance->parameters, size);
+    memcpy(instance->built_with, instance->run.parameters, size);
     return FMU_OK;
 }
 
 static sm_status pass_inputs(fmu_instance *instance) {
     if (instance->inputs_current) return SM_OK;
-    sm_inputs inputs = instance->inputs;
+    sm_inputs inputs = instance->run.inputs;
     fmu_scale_forces(instance, &inputs);
     const sm_status status = sm_component_set_inputs(instance->component, &inputs);
     instance->inputs_current = status == SM_OK;
@@ -127,20 +128,21 @@ static sm_status pass_inputs(fmu_instance *instance) {
 
 /* Brings the start values into effect. */
 static fmu_status start(fmu_instance *instance) {
-    if (instance->started) return FMU_OK;
+    const double *amplitude = instance->run.amplitude;
+    if (instance->run.started) return FMU_OK;
     memset(instance->outputs, 0, instance->output_count * sizeof *instance->outputs);
-    instance->outputs[0] = instance->start;
+    instance->outputs[0] = instance->run.start;
     fmu_hold_inputs(instance);
-    memcpy(instance->outputs + FMU_AMPLITUDE, instance->amplitude, sizeof instance->amplitude);
-    fmu_status built = check_carriers(instance, &instance->inputs);
+    memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof instance->run.amplitude);
+    fmu_status built = check_carriers(instance, &instance->run.inputs);
     if (built == FMU_OK) built = build(instance);
     if (built != FMU_OK) return built;
     instance->inputs_current = 0;
     sm_status status = pass_inputs(instance);
     if (status == SM_OK)
-        status = sm_component_reset(instance->component, instance->start, instance->amplitude);
+        status = sm_component_reset(instance->component, instance->run.start, amplitude);
     if (status != SM_OK) return fmu_status_of(instance, status, "start values");
-    instance->started = 1;
+    instance->run.started = 1;
     fmu_outdate(instance);
     return FMU_OK;
 }
@@ -152,20 +154,20 @@ fmu_status fmu_read_outputs(fmu_instance *instance) {
 }
 
 static fmu_status apply_inputs(fmu_instance *instance) {
-    const fmu_status status = check_carriers(instance, &instance->inputs);
+    const fmu_status status = check_carriers(instance, &instance->run.inputs);
     return status == FMU_OK ? fmu_status_of(instance, pass_inputs(instance), "inputs") : status;
 }
 
 fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     fmu_status status = start(instance);
     if (status != FMU_OK || instance->rates_current) return status;
-    status = check_carriers(instance, &instance->inputs);
+    status = check_carriers(instance, &instance->run.inputs);
     if (status != FMU_OK) return status;
     const int modes = instance->model->modes;
     double *outputs = instance->outputs, *rates = instance->rates, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
-    const sm_status found = sm_slow_flow_rate(&instance->flow, &inputs, 0.0,
-                                              outputs + FMU_AMPLITUDE, rates, &power[0], &power[1]);
+    const sm_status found = sm_slow_flow_rate(
+        &instance->flow, &inputs, 0.0, outputs + FMU_AMPLITUDE, rates, &power[0], &power[1]);
     if (found != SM_OK) return fmu_status_of(instance, found, "derivatives");
     memcpy(rates + 2 * modes, inputs.frequency, (size_t)modes * sizeof *rates);
     rates[3 * modes] = power[1];
@@ -176,7 +178,7 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
 }
 
 fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
-    if (instance->started && instance->outputs_current) return FMU_OK;
+    if (instance->run.started && instance->outputs_current) return FMU_OK;
     fmu_status status = start(instance);
     if (status != FMU_OK) return status;
     if (instance->interface == FMU_MODEL_EXCHANGE) {
@@ -189,8 +191,8 @@ fmu_status fmu_evaluate_outputs(fmu_instance *instance) {
     return status;
 }
 
-/* Contacts are marched when they are read. In Model Exchange the march covers the last few periods,
- * which the contacts remember. */
+/* Contacts are marched when they are read. In Model Exchange the march covers the last few
+ * periods, which the contacts remember. */
 fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) {
     const fmu_status status = fmu_evaluate_outputs(instance);
     if (status != FMU_OK || instance->motion_current >= needed || !instance->motion.wanted)
@@ -210,15 +212,15 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) 
 }
 
 fmu_status fmu_evaluate_step_inputs(fmu_instance *instance, double duration) {
-    sm_inputs later = instance->inputs;
+    sm_inputs later = instance->run.inputs;
     fmu_advance_inputs(&later, duration);
     fmu_status status = apply_inputs(instance);
     if (status == FMU_OK) status = check_carriers(instance, &later);
-    return status == FMU_OK ? check_apart(instance, &instance->inputs, &later) : status;
+    return status == FMU_OK ? check_apart(instance, &instance->run.inputs, &later) : status;
 }
 
 void fmu_evaluate_inputs(fmu_instance *instance) {
-    if (instance->started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
+    if (instance->run.started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
 }
 
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters) {
@@ -234,15 +236,15 @@ fmu_status fmu_retune(fmu_instance *instance, const double *parameters) {
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
                                 const double *component_state) {
     double before[FMU_PARAMETERS];
-    memcpy(before, instance->parameters, sizeof before);
-    memcpy(instance->parameters, parameters, sizeof before);
+    memcpy(before, instance->run.parameters, sizeof before);
+    memcpy(instance->run.parameters, parameters, sizeof before);
     fmu_status status = build(instance);
     if (status == FMU_OK)
         status = fmu_status_of(instance,
                                sm_component_set_state(instance->component, component_state),
                                "SetFMUState");
     if (status != FMU_OK) {
-        memcpy(instance->parameters, before, sizeof before);
+        memcpy(instance->run.parameters, before, sizeof before);
         return FMU_ERROR;
     }
     instance->inputs_current = instance->terminated = 0;

@@ -5,14 +5,14 @@
 #include <string.h>
 
 fmu_status fmu_enter_events(fmu_instance *instance) {
-    if (instance->interface == FMU_CO_SIMULATION) {
-        instance->state = FMU_STEP_EVENTS;
-        return FMU_OK;
-    }
+    if (instance->interface == FMU_CO_SIMULATION)
+        return instance->event_mode
+                   ? fmu_enter(instance, FMU_STEP_EVENTS)
+                   : fmu_say(instance, FMU_ERROR,
+                             "EnterEventMode: the instance was made without event mode");
     const sm_inputs inputs = fmu_inputs_now(instance);
-    if (instance->state == FMU_CONTINUOUS) instance->held = sm_hold_force(&inputs);
-    instance->state = FMU_EVENTS;
-    return FMU_OK;
+    if (instance->state == FMU_CONTINUOUS) instance->run.held = sm_hold_force(&inputs);
+    return fmu_enter(instance, FMU_EVENTS);
 }
 
 fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
@@ -24,7 +24,7 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
     double amplitude[2 * SM_MODES];
     memcpy(amplitude, instance->outputs + FMU_AMPLITUDE, sizeof amplitude);
     *states_changed =
-        sm_force_discontinuity(&instance->flow, &instance->held, &inputs, amplitude);
+        sm_force_discontinuity(&instance->flow, &instance->run.held, &inputs, amplitude);
     if (!*states_changed) return FMU_OK;
     for (int k = 0; k < 2 * SM_MODES; k++)
         if (!isfinite(amplitude[k]))
@@ -32,15 +32,14 @@ fmu_status fmu_update_discrete(fmu_instance *instance, int *states_changed) {
                            "the discontinuity of a force is too large: amplitude %g",
                            amplitude[k]);
     memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof amplitude);
-    instance->held = sm_hold_force(&inputs);
+    instance->run.held = sm_hold_force(&inputs);
     fmu_outdate(instance);
     return FMU_OK;
 }
 
 fmu_status fmu_enter_continuous(fmu_instance *instance) {
-    memset(&instance->held, 0, sizeof instance->held);
-    instance->state = FMU_CONTINUOUS;
-    return FMU_OK;
+    memset(&instance->run.held, 0, sizeof instance->run.held);
+    return fmu_enter(instance, FMU_CONTINUOUS);
 }
 
 static fmu_status check(const fmu_instance *instance, const double *values, size_t count) {
@@ -71,7 +70,7 @@ fmu_status fmu_set_states(fmu_instance *instance, const double *states, size_t c
 
 fmu_status fmu_get_states(fmu_instance *instance, double *states, size_t count) {
     if (check(instance, states, count) != FMU_OK) return FMU_ERROR;
-    const fmu_status status = instance->started ? FMU_OK : fmu_evaluate_outputs(instance);
+    const fmu_status status = instance->run.started ? FMU_OK : fmu_evaluate_outputs(instance);
     if (status != FMU_OK) return status;
     for (size_t k = 0; k < count; k++) states[k] = instance->outputs[fmu_state_place(instance, k)];
     return FMU_OK;
@@ -86,6 +85,6 @@ fmu_status fmu_get_rates(fmu_instance *instance, double *rates, size_t count) {
 
 fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t count) {
     if (check(instance, nominals, count) != FMU_OK) return FMU_ERROR;
-    memcpy(nominals, instance->model->nominal, count * sizeof *nominals);
+    memcpy(nominals, instance->model->constants->nominal, count * sizeof *nominals);
     return FMU_OK;
 }

@@ -20,23 +20,23 @@ int fmu_input_is_positive(int32_t slot) {
 }
 
 void fmu_hold_inputs(fmu_instance *instance) {
-    instance->held_inputs = instance->inputs;
-    for (size_t k = 0; k < FMU_INPUTS; k++) instance->held_since[k] = instance->outputs[0];
+    instance->run.held_inputs = instance->run.inputs;
+    for (size_t k = 0; k < FMU_INPUTS; k++) instance->run.held_since[k] = instance->outputs[0];
 }
 
 /* Holds the input of this slot, or the input whose rate has this slot. */
 static void hold(fmu_instance *instance, int32_t slot) {
-    const double *inputs = slots(&instance->inputs);
-    double *held = slots(&instance->held_inputs);
+    const double *inputs = slots(&instance->run.inputs);
+    double *held = slots(&instance->run.held_inputs);
     for (int32_t k = 0; k < (int32_t)FMU_INPUTS; k++) {
         if (k != slot && fmu_rate_slot(k) != slot) continue;
         held[k] = inputs[k];
-        instance->held_since[k] = instance->outputs[0];
+        instance->run.held_since[k] = instance->outputs[0];
     }
 }
 
 void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
-    slots(&instance->inputs)[slot] = value;
+    slots(&instance->run.inputs)[slot] = value;
     if (instance->interface == FMU_MODEL_EXCHANGE) hold(instance, slot);
     instance->refused_at = NAN; /* the next step is no repetition */
     instance->inputs_current = 0;
@@ -44,11 +44,11 @@ void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
 }
 
 void fmu_move_inputs(fmu_instance *instance) {
-    double *inputs = slots(&instance->inputs), *held = slots(&instance->held_inputs);
+    double *inputs = slots(&instance->run.inputs), *held = slots(&instance->run.held_inputs);
     for (int32_t k = 0; k < (int32_t)FMU_INPUTS; k++) {
         const int32_t rate = fmu_rate_slot(k);
         if (rate < 0 || inputs[rate] == 0.0) continue;
-        inputs[k] = held[k] + inputs[rate] * (instance->outputs[0] - instance->held_since[k]);
+        inputs[k] = held[k] + inputs[rate] * (instance->outputs[0] - instance->run.held_since[k]);
         instance->outputs_current = instance->rates_current = 0;
     }
 }
@@ -64,13 +64,13 @@ void fmu_advance_inputs(sm_inputs *inputs, double duration) {
 
 void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
     for (int j = 0; j < SM_MODES; j++) {
-        inputs->force[j] *= instance->model->force_factor[j];
-        inputs->force_rate[j] *= instance->model->force_factor[j];
+        inputs->force[j] *= instance->model->constants->force_factor[j];
+        inputs->force_rate[j] *= instance->model->constants->force_factor[j];
     }
 }
 
 sm_inputs fmu_inputs_now(const fmu_instance *instance) {
-    sm_inputs inputs = instance->inputs;
+    sm_inputs inputs = instance->run.inputs;
     fmu_scale_forces(instance, &inputs);
     memcpy(inputs.angle, instance->outputs + FMU_ANGLE, sizeof inputs.angle);
     return inputs;

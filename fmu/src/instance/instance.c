@@ -64,12 +64,22 @@ fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *
                    state_name(instance->state));
 }
 
+fmu_status fmu_enter(fmu_instance *instance, fmu_state state) {
+    instance->state = state;
+    return FMU_OK;
+}
+
 const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot) {
     const fmu_model *model = instance->model;
     for (int32_t k = 0; k < model->variables; k++)
         if (model->variable[k].kind == kind && model->variable[k].slot == slot)
             return model->name[k];
     return "(a variable without a name)";
+}
+
+int fmu_is_output(const fmu_variable *variable) {
+    return variable->kind != FMU_INPUT && variable->kind != FMU_PARAMETER &&
+           variable->kind != FMU_RATE;
 }
 
 double fmu_modulus(const double amplitude[2]) {

@@ -1,6 +1,6 @@
 /* An instance of the FMU, the same behind FMI 2.0 and 3.0.
  *
- * Each section below is a file of this folder, which calls functions of the sections above it only.
+ * Each section below is a file of this folder, which calls functions of the sections above only.
  *
  * Every function may be called in any state and with any argument. A call that is not allowed is
  * refused with a logged reason, and leaves the instance unchanged.
@@ -59,6 +59,18 @@ typedef struct fmu_observer {
     size_t count;
 } fmu_observer;
 
+/* Values that continue a run, besides the outputs and the state of the component. */
+typedef struct {
+    double started;                 /* 1: the start values are in effect */
+    double start, stop;             /* [s]; stop: infinite if none is given */
+    double parameters[FMU_PARAMETERS];
+    double amplitude[2 * SM_MODES]; /* at the start */
+    sm_inputs inputs;               /* in the importer's units; angles unused */
+    sm_inputs held_inputs;          /* Model Exchange: inputs as they were set, */
+    double held_since[FMU_INPUTS];  /* and when each of them, or its rate, was set [s] */
+    sm_held_force held;             /* within an event: the force before it */
+} fmu_run;
+
 typedef struct {
     fmu_logger logger;
     fmu_observer observer;
@@ -71,13 +83,7 @@ typedef struct {
     sm_component *component; /* in Model Exchange for contact motion alone */
     double built_with[FMU_PARAMETERS]; /* parameters of the component */
 
-    double start, stop;                 /* [s]; stop: infinite where none is given */
-    double parameters[FMU_PARAMETERS];
-    double amplitude[2 * SM_MODES];     /* at the start */
-    sm_inputs inputs;                   /* in the importer's units; angles unused */
-    sm_inputs held_inputs;              /* Model Exchange: as they were set, */
-    double held_since[FMU_INPUTS];      /* and when each was, or its rate [s] */
-    sm_held_force held;                 /* known within an event: what acted before it */
+    fmu_run run;
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
     double *outputs;                    /* as sm_component_outputs packs them */
     size_t output_count;
@@ -85,7 +91,6 @@ typedef struct {
     int event_mode, early_return;       /* Co-Simulation: what the importer allows */
     int terminated;                     /* whether a retry of the discarded step is useless */
     int far_forcing_logged;             /* whether a frequency far from its mode was */
-    int started;                        /* whether the start values are in effect */
     int inputs_current, outputs_current, rates_current;
     fmu_motion_known motion_current;
 } fmu_instance;
@@ -98,10 +103,14 @@ void fmu_log(const fmu_logger *logger, const char *instance_name, fmu_status sta
 fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...);
 /* Returns FMU_OK if the call is allowed in the present state. */
 fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *call);
+/* Enters a state. */
+fmu_status fmu_enter(fmu_instance *instance, fmu_state state);
 fmu_status fmu_set_logging(fmu_instance *instance, int on, size_t count,
                            const char *const *categories);
 /* Returns the name of the variable of this kind and slot. */
 const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot);
+/* Returns whether a variable is an output or the time. */
+int fmu_is_output(const fmu_variable *variable);
 /* Returns |a| of a complex amplitude. */
 double fmu_modulus(const double amplitude[2]);
 /* Returns the largest amplitudes of the friction table, at limit scale 1. */
@@ -234,7 +243,7 @@ typedef struct fmu_snapshot fmu_snapshot;
 /* Writes into *snapshot, a new one if it is NULL. */
 fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot);
 fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapshot);
-void fmu_snapshot_free(fmu_snapshot *snapshot);
+fmu_status fmu_snapshot_free(fmu_snapshot **snapshot);
 fmu_status fmu_snapshot_size(const fmu_instance *instance, const fmu_snapshot *snapshot,
                              size_t *size);
 fmu_status fmu_snapshot_write(const fmu_instance *instance, const fmu_snapshot *snapshot,

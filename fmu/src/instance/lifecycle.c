@@ -8,14 +8,15 @@
 
 static void set_defaults(fmu_instance *instance) {
     const fmu_model *model = instance->model;
+    fmu_run *run = &instance->run;
+    run->started = run->start = 0.0;
+    run->stop = INFINITY;
+    memcpy(run->parameters, model->constants->parameters, sizeof run->parameters);
+    memcpy(run->amplitude, model->constants->amplitude, sizeof run->amplitude);
+    run->inputs = *model->inputs;
+    memset(&run->held, 0, sizeof run->held);
     instance->state = FMU_INSTANTIATED;
-    instance->start = 0.0;
-    instance->stop = INFINITY;
-    memcpy(instance->parameters, model->parameters, sizeof instance->parameters);
-    memcpy(instance->amplitude, model->amplitude, sizeof instance->amplitude);
-    instance->inputs = model->inputs;
-    memset(&instance->held, 0, sizeof instance->held);
-    instance->started = instance->terminated = 0;
+    instance->terminated = 0;
     instance->refused_at = NAN;
 }
 
@@ -50,7 +51,7 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
         if (instance->model && allocate(instance)) {
             set_defaults(instance);
             if (fmu_evaluate_outputs(instance) == FMU_OK) { /* checks the model */
-                instance->started = 0;
+                instance->run.started = 0;
                 fmu_say(instance, FMU_OK, "instantiated from %s", folder);
                 return instance;
             }
@@ -79,12 +80,12 @@ fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double toler
                        start, stop_defined ? stop : start);
     if (tolerance_defined && !(isfinite(tolerance) && tolerance > 0.0))
         return fmu_say(instance, FMU_ERROR, "tolerance %g: must be finite and > 0", tolerance);
-    instance->start = start;
-    instance->stop = stop_defined ? stop : INFINITY;
-    instance->started = 0;
+    instance->run.start = start;
+    instance->run.stop = stop_defined ? stop : INFINITY;
+    instance->run.started = 0;
     if (!tolerance_defined) return FMU_OK;
     const double kept = fmin(fmax(tolerance, FMU_LEAST_TOLERANCE), FMU_MOST_TOLERANCE);
-    instance->parameters[FMU_TOLERANCE] = kept;
+    instance->run.parameters[FMU_TOLERANCE] = kept;
     if (kept == tolerance) return FMU_OK;
     return fmu_say(instance, FMU_WARNING, "tolerance %g: %g is used", tolerance, kept);
 }
@@ -95,7 +96,7 @@ fmu_status fmu_exit_initialization(fmu_instance *instance) {
     instance->state = instance->interface == FMU_MODEL_EXCHANGE ? FMU_EVENTS
                       : instance->event_mode                    ? FMU_STEP_EVENTS
                                                                 : FMU_STEPPING;
-    return fmu_say(instance, FMU_OK, "started at t = %g s", instance->start);
+    return fmu_say(instance, FMU_OK, "started at t = %g s", instance->run.start);
 }
 
 fmu_status fmu_reset(fmu_instance *instance) {

@@ -13,24 +13,16 @@ typedef struct {
     uint64_t state;                        /* fmu_state */
 } header;
 
-/* Then: these, the outputs, the component's state. */
-typedef struct {
-    double started, start, stop, parameters[FMU_PARAMETERS], amplitude[2 * SM_MODES];
-    sm_inputs inputs, held_inputs;
-    double held_since[FMU_INPUTS];
-    sm_held_force held;
-} fixed_part;
-
 struct fmu_snapshot {
     header head;
-    double content[];
+    double content[]; /* the run, the outputs, the state of the component */
 };
 
-#define FIXED (sizeof(fixed_part) / sizeof(double))
+#define RUN (sizeof(fmu_run) / sizeof(double))
 #define CHECKED_FROM offsetof(header, count)
 
 static size_t content_count(const fmu_instance *instance) {
-    return FIXED + instance->output_count + sm_component_state_count(instance->component);
+    return RUN + instance->output_count + sm_component_state_count(instance->component);
 }
 
 static size_t bytes_of(size_t count) { return sizeof(header) + count * sizeof(double); }
@@ -49,19 +41,10 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
     if (!taken) taken = calloc(1, bytes_of(count));
     if (!taken) return fmu_say(instance, FMU_ERROR, "GetFMUState: out of memory");
     fmu_evaluate_inputs(instance); /* so that equal instances give equal states */
-    fixed_part fixed = {.started = instance->started,
-                        .start = instance->start,
-                        .stop = instance->stop,
-                        .inputs = instance->inputs,
-                        .held_inputs = instance->held_inputs,
-                        .held = instance->held};
-    memcpy(fixed.parameters, instance->parameters, sizeof fixed.parameters);
-    memcpy(fixed.amplitude, instance->amplitude, sizeof fixed.amplitude);
-    memcpy(fixed.held_since, instance->held_since, sizeof fixed.held_since);
-    memcpy(taken->content, &fixed, sizeof fixed);
-    memcpy(taken->content + FIXED, instance->outputs,
+    memcpy(taken->content, &instance->run, sizeof instance->run);
+    memcpy(taken->content + RUN, instance->outputs,
            instance->output_count * sizeof *instance->outputs);
-    sm_component_get_state(instance->component, taken->content + FIXED + instance->output_count);
+    sm_component_get_state(instance->component, taken->content + RUN + instance->output_count);
     taken->head = (header){.magic = MAGIC,
                            .model = instance->model->checksum,
                            .interface = (uint32_t)instance->interface,
@@ -87,26 +70,24 @@ static const char *unfit(const fmu_instance *instance, const fmu_snapshot *snaps
 fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapshot) {
     const char *reason = unfit(instance, snapshot);
     if (reason) return fmu_say(instance, FMU_ERROR, "SetFMUState: %s", reason);
-    fixed_part fixed;
-    memcpy(&fixed, snapshot->content, sizeof fixed);
+    fmu_run run;
+    memcpy(&run, snapshot->content, sizeof run);
     const fmu_status status = fmu_evaluate_restore(
-        instance, fixed.parameters, snapshot->content + FIXED + instance->output_count);
+        instance, run.parameters, snapshot->content + RUN + instance->output_count);
     if (status != FMU_OK) return status;
     instance->state = (fmu_state)snapshot->head.state;
-    instance->started = fixed.started != 0.0;
-    instance->start = fixed.start;
-    instance->stop = fixed.stop;
-    instance->inputs = fixed.inputs;
-    instance->held_inputs = fixed.held_inputs;
-    memcpy(instance->held_since, fixed.held_since, sizeof fixed.held_since);
-    instance->held = fixed.held;
-    memcpy(instance->amplitude, fixed.amplitude, sizeof fixed.amplitude);
-    memcpy(instance->outputs, snapshot->content + FIXED,
+    instance->run = run;
+    memcpy(instance->outputs, snapshot->content + RUN,
            instance->output_count * sizeof *instance->outputs);
     return FMU_OK;
 }
 
-void fmu_snapshot_free(fmu_snapshot *snapshot) { free(snapshot); }
+fmu_status fmu_snapshot_free(fmu_snapshot **snapshot) {
+    if (!snapshot) return FMU_OK;
+    free(*snapshot);
+    *snapshot = NULL;
+    return FMU_OK;
+}
 
 fmu_status fmu_snapshot_size(const fmu_instance *instance, const fmu_snapshot *snapshot,
                              size_t *size) {

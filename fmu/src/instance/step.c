@@ -11,17 +11,11 @@
  * halve refused steps end here (test_fmu_discard.py). */
 #define LEAST_REACH 0.06
 
-static int is_output(const fmu_variable *variable) {
-    return variable->kind == FMU_OUTPUT || variable->kind == FMU_START ||
-           variable->kind == FMU_MODULUS || variable->kind == FMU_PHASE ||
-           variable->kind == FMU_MARGIN;
-}
-
 fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
                        const uint32_t *wanted, size_t count) {
     const fmu_model *model = instance->model;
     for (size_t k = 0; k < count; k++)
-        if (wanted[k] >= (uint32_t)model->variables || !is_output(&model->variable[wanted[k]]))
+        if (wanted[k] >= (uint32_t)model->variables || !fmu_is_output(&model->variable[wanted[k]]))
             return fmu_say(instance, FMU_ERROR,
                            "required intermediate variables: value reference %lu is no output",
                            (unsigned long)wanted[k]);
@@ -38,8 +32,8 @@ fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
 static double show(fmu_instance *instance, const sm_inputs *begun, double start, double end) {
     const double now = instance->outputs[0];
     double wanted = now;
-    instance->inputs = *begun;
-    fmu_advance_inputs(&instance->inputs, now - start);
+    instance->run.inputs = *begun;
+    fmu_advance_inputs(&instance->run.inputs, now - start);
     instance->rates_current = 0;
     instance->motion_current = FMU_NO_MOTION;
     instance->state = FMU_INTERMEDIATE;
@@ -53,7 +47,7 @@ static double show(fmu_instance *instance, const sm_inputs *begun, double start,
 /* Advances by internal steps; `duration` becomes the time advanced. Where the friction table ends,
  * the integrator shortens its steps to 1e-3 rad of mode A and stops there. */
 static sm_status march(fmu_instance *instance, double *duration) {
-    const sm_inputs begun = instance->inputs;
+    const sm_inputs begun = instance->run.inputs;
     const double start = instance->outputs[0];
     double left = *duration, end = start + left, taken;
     sm_status status = SM_OK;
@@ -66,7 +60,7 @@ static sm_status march(fmu_instance *instance, double *duration) {
                                          : end - instance->outputs[0];
         end = fmin(end, instance->outputs[0] + left);
     }
-    instance->inputs = begun;
+    instance->run.inputs = begun;
     if (status != SM_OK)
         *duration = instance->outputs[0] - start;
     else if (end < start + *duration)
@@ -92,7 +86,7 @@ static fmu_status refuse(fmu_instance *instance, double duration, sm_status stat
         return refused;
     }
     const double went = reached[0] - instance->outputs[0];
-    const int stuck = went * instance->inputs.frequency[0] < LEAST_REACH;
+    const int stuck = went * instance->run.inputs.frequency[0] < LEAST_REACH;
     note_refusal(instance, duration, stuck);
     return fmu_say_outside(instance, reached, "step", stuck ? ", however short the step" : "");
 }
@@ -108,7 +102,7 @@ static fmu_status march_step(fmu_instance *instance, double *duration) {
     const sm_status marched = march(instance, &taken);
     fmu_status status = FMU_OK;
     if (marched == SM_OUTSIDE_TABLE && instance->early_return &&
-        taken * instance->inputs.frequency[0] >= LEAST_REACH) {
+        taken * instance->run.inputs.frequency[0] >= LEAST_REACH) {
         fmu_say(instance, FMU_OK, "step: returns %g s early, where the friction table ends",
                 *duration - taken);
     } else if (marched != SM_OK) {
@@ -128,14 +122,14 @@ static fmu_status check_step(const fmu_instance *instance, double time, double d
     const double now = instance->outputs[0], later = now + duration;
     if (!(isfinite(duration) && duration > 0.0))
         return fmu_say(instance, FMU_ERROR, "doStep: step %g s, must be finite and > 0", duration);
-    if (duration * instance->inputs.frequency[0] < LEAST_STEP)
+    if (duration * instance->run.inputs.frequency[0] < LEAST_STEP)
         return fmu_say(instance, FMU_ERROR, "doStep: step %g s, too short to matter", duration);
     if (!(fabs(time - now) <= SAME_TIME * fmax(1.0, fabs(now))))
         return fmu_say(instance, FMU_ERROR, "doStep: from t = %.17g s, the FMU stands at %.17g s",
                        time, now);
-    if (later > instance->stop + SAME_TIME * fmax(1.0, fabs(instance->stop)))
+    if (later > instance->run.stop + SAME_TIME * fmax(1.0, fabs(instance->run.stop)))
         return fmu_say(instance, FMU_ERROR, "doStep: to t = %.17g s, past the stop time %.17g s",
-                       later, instance->stop);
+                       later, instance->run.stop);
     return FMU_OK;
 }
 
@@ -153,7 +147,7 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
         status = refuse(instance, duration, stepped, instance->outputs);
     if (status != FMU_OK) return status;
     instance->terminated = 0;
-    fmu_advance_inputs(&instance->inputs, taken);
+    fmu_advance_inputs(&instance->run.inputs, taken);
     instance->rates_current = 0;
     instance->motion_current = FMU_NO_MOTION;
     return fmu_read_outputs(instance);

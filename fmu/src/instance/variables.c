@@ -58,7 +58,7 @@ static int32_t table_status(const fmu_instance *instance) {
     double range[SM_MODES];
     fmu_table_range(instance, range);
     for (int j = 0; j < instance->model->modes; j++) {
-        const double edge = NEAR_EDGE * range[j] * instance->inputs.limit_scale;
+        const double edge = NEAR_EDGE * range[j] * instance->run.inputs.limit_scale;
         if (fmu_modulus(instance->outputs + FMU_AMPLITUDE + 2 * j) > edge) return 2;
     }
     return 1;
@@ -67,8 +67,8 @@ static int32_t table_status(const fmu_instance *instance) {
 static double present_value(const fmu_instance *instance, const fmu_variable *variable) {
     const double *amplitude = instance->outputs + FMU_AMPLITUDE + 2 * variable->slot;
     switch (variable->kind) {
-    case FMU_INPUT: return ((const double *)(const void *)&instance->inputs)[variable->slot];
-    case FMU_PARAMETER: return instance->parameters[variable->slot];
+    case FMU_INPUT: return ((const double *)(const void *)&instance->run.inputs)[variable->slot];
+    case FMU_PARAMETER: return instance->run.parameters[variable->slot];
     case FMU_RATE: return instance->rates[variable->slot];
     case FMU_MODULUS: return fmu_modulus(amplitude);
     case FMU_PHASE: return atan2(amplitude[1], amplitude[0]);
@@ -166,10 +166,10 @@ static void set_value(fmu_instance *instance, const fmu_variable *variable, doub
         return;
     }
     if (variable->kind == FMU_START)
-        instance->amplitude[variable->slot - FMU_AMPLITUDE] = value;
+        instance->run.amplitude[variable->slot - FMU_AMPLITUDE] = value;
     else
-        instance->parameters[variable->slot] = value;
-    instance->started = 0;
+        instance->run.parameters[variable->slot] = value;
+    instance->run.started = 0;
 }
 
 fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
@@ -186,7 +186,7 @@ fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size
     double parameters[FMU_PARAMETERS];
     const int running = (instance->state & FMU_RUNNING) != 0;
     int tuned = 0;
-    memcpy(parameters, instance->parameters, sizeof parameters);
+    memcpy(parameters, instance->run.parameters, sizeof parameters);
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model->variable[reference[k]];
         if (!running || !is_tunable(variable)) continue;

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,81 +12,68 @@
 
 #define MOST 1000000 /* contacts, elastic outputs, nodes or variables: more is damage */
 
-/* layout.npy */
-typedef struct {
-    int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
-    int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
-} layout;
-
-/* constants.npy */
-typedef struct {
-    double alpha, memory_periods;
-    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
-    double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2], force_factor[SM_MODES];
-    double parameters[FMU_PARAMETERS], nominal[FMU_STATES], amplitude[2 * SM_MODES];
-    double carrier_range[2];
-} constants;
-
 /* A row of contact_elements.npy: sm_element in doubles. */
 enum {
     ROW_LAW, ROW_COLUMN, ROW_FIRST_SLIDER = ROW_COLUMN + 3, ROW_SLIDERS, ROW_TANGENTS,
     ROW_FRICTION, ROW_PRELOAD, ROW_TANGENTIAL_STIFFNESS, ROW_NORMAL_STIFFNESS, ROW_GAP, ROW_WIDTH
 };
 
-/* Extents of the arrays, by `count_extents`; END: there is no further dimension. */
+/* Extents of the arrays, set by `count`; END: there is no further dimension. */
 enum {
-    END, TWO, THREE, FOUR, LAYOUT_FIELDS, CONSTANT_FIELDS, INPUT_FIELDS, ROW_FIELDS, MODES,
-    COMBINATION_COUNT, NODES_A, NODES_B, FIELDS, CORRECTED_A, CORRECTED_B, CORRECTED_FIELDS,
-    DETUNED_A, DETUNED_B, DETUNED_FIELDS, CONTACTS, RIGID, INERTIA, ELASTIC, ELEMENT_COUNT,
-    SLIDER_COUNT, OUTPUTS, ORDER_COUNT, REACTION_FIELDS, RESPONSE_FIELDS, VARIABLE_COUNT, EXTENTS
+    END, TWO, THREE, FOUR, ROW_FIELDS, LAYOUT_FIELDS, CONSTANT_FIELDS, INPUT_FIELDS, MODES,
+    COMBINATIONS, NODES_A, NODES_B, FIELDS, CORRECTIONS, CONTACTS, ELEMENTS, SLIDERS, OUTPUTS,
+    ORDERS, REACTIONS, RESPONSES, VARIABLES, EXTENTS
 };
+/* Which models have an array. In the others its file is empty: extents from MODES on are 0. */
+enum { ALWAYS, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, CONDITIONS };
 
-/* Files, in the order of checksums.npy. */
-enum {
-    LAYOUT, CONSTANTS, INPUTS, COMBINATIONS, NODE_A, NODE_B, TABLE, RATE_CORRECTION, DETUNING,
-    LIMIT, STIFFNESS, DAMPING, MASS, COUPLING, ELEMENTS, SLIDERS, REFERENCE, ELASTIC_MODES,
-    ELASTIC_FORCES, ELASTIC_CONTACTS, ORDERS, REACTION, RESPONSE, VARIABLES, NAMES, FILES
-};
-/* Memory besides that of the files. */
-enum { NAME_STARTS = FILES, ELEMENT_RECORDS };
-
+#define FIELD(field) offsetof(fmu_model, field)
+/* The arrays, in the order of checksums.npy, and the pointers to them in the model. */
 static const struct {
     const char *name;
     npy_type type;
-    int extent[NPY_DIMENSIONS];
-} FILE_OF[FILES] = {
-    {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}},
-    {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}},
-    {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}},
-    {"combinations.npy", NPY_INT32, {COMBINATION_COUNT, THREE}},
-    {"node_a.npy", NPY_FLOAT64, {NODES_A}},
-    {"node_b.npy", NPY_FLOAT64, {NODES_B}},
-    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}},
-    {"rate_correction.npy", NPY_FLOAT64, {CORRECTED_A, CORRECTED_B, FOUR, CORRECTED_FIELDS}},
-    {"detuning.npy", NPY_FLOAT64, {DETUNED_A, DETUNED_B, FOUR, DETUNED_FIELDS}},
-    {"contact_limit.npy", NPY_FLOAT64, {RIGID}},
-    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}},
-    {"contact_damping.npy", NPY_FLOAT64, {RIGID, RIGID}},
-    {"contact_mass.npy", NPY_FLOAT64, {INERTIA, INERTIA}},
-    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}},
-    {"contact_elements.npy", NPY_FLOAT64, {ELEMENT_COUNT, ROW_FIELDS}},
-    {"contact_sliders.npy", NPY_FLOAT64, {SLIDER_COUNT, TWO}},
-    {"contact_reference.npy", NPY_FLOAT64, {ELASTIC}},
-    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}},
-    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}},
-    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}},
-    {"orders.npy", NPY_INT32, {ORDER_COUNT, TWO}},
-    {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDER_COUNT, REACTION_FIELDS}},
-    {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDER_COUNT, RESPONSE_FIELDS}},
-    {"variables.npy", NPY_INT32, {VARIABLE_COUNT, THREE}},
-    {"names.txt", NPY_INT32, {END}},
+    int extent[NPY_DIMENSIONS], condition;
+    size_t field;
+} FILES[] = {
+    {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}, ALWAYS, FIELD(layout)},
+    {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}, ALWAYS, FIELD(constants)},
+    {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}, ALWAYS, FIELD(inputs)},
+    {"combinations.npy", NPY_INT32, {COMBINATIONS, THREE}, ALWAYS, FIELD(combinations)},
+    {"node_a.npy", NPY_FLOAT64, {NODES_A}, ALWAYS, FIELD(flow.table.node_a)},
+    {"node_b.npy", NPY_FLOAT64, {NODES_B}, ALWAYS, FIELD(flow.table.node_b)},
+    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}, ALWAYS,
+     FIELD(flow.table.values)},
+    {"rate_correction.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS}, CORRECTED,
+     FIELD(flow.table.rate_correction)},
+    {"detuning.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS}, DETUNED,
+     FIELD(flow.table.detuning)},
+    {"contact_limit.npy", NPY_FLOAT64, {CONTACTS}, RIGID, FIELD(contact.limit)},
+    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, ALWAYS, FIELD(contact.stiffness)},
+    {"contact_damping.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, RIGID, FIELD(contact.damping)},
+    {"contact_mass.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, INERTIA, FIELD(contact.mass)},
+    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}, ALWAYS, FIELD(contact.coupling)},
+    {"contact_elements.npy", NPY_FLOAT64, {ELEMENTS, ROW_FIELDS}, ALWAYS, FIELD(elements)},
+    {"contact_sliders.npy", NPY_FLOAT64, {SLIDERS, TWO}, ALWAYS, FIELD(elastic.slider)},
+    {"contact_reference.npy", NPY_FLOAT64, {CONTACTS}, ELASTIC, FIELD(elastic.reference)},
+    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, ALWAYS, FIELD(motion.modes_out)},
+    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, ALWAYS, FIELD(motion.forces_out)},
+    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}, ALWAYS,
+     FIELD(motion.contacts_out)},
+    {"orders.npy", NPY_INT32, {ORDERS, TWO}, ALWAYS, FIELD(motion.orders)},
+    {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, REACTIONS}, ALWAYS,
+     FIELD(motion.reaction)},
+    {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, RESPONSES}, ALWAYS,
+     FIELD(motion.response)},
+    {"variables.npy", NPY_INT32, {VARIABLES, THREE}, ALWAYS, FIELD(variable)},
 };
+enum { ARRAYS = sizeof FILES / sizeof *FILES, NAMES = ARRAYS, NAME_STARTS, ELEMENT_RECORDS };
 
 typedef struct {
     const char *folder;
-    int32_t *checksum; /* (FILES), NULL until it is read */
+    int32_t *checksum; /* (ARRAYS + 1), of names.txt too; NULL until it is read */
     uint32_t crc;      /* of the file that was read last */
     size_t extent[EXTENTS];
+    int has[CONDITIONS];
     char *reason;
 } loader;
 
@@ -115,24 +103,30 @@ static void *read_array(loader *l, const char *name, const npy_layout *expected)
 
 /* Reads the checksums of all files; returns whether there are any. */
 static int read_checksums(loader *l) {
-    const npy_layout expected = {.type = NPY_INT32, .dimensions = 1, .shape = {FILES}};
+    const npy_layout expected = {.type = NPY_INT32, .dimensions = 1, .shape = {ARRAYS + 1}};
     l->checksum = read_array(l, "checksums.npy", &expected);
     return l->checksum != NULL;
 }
 
-static int checksum_fits(loader *l, int which) {
+static int checksum_fits(loader *l, int which, const char *name) {
     if ((uint32_t)l->checksum[which] == l->crc) return 1;
-    return refuse(l, "resources/%s: damaged, its checksum does not fit", FILE_OF[which].name);
+    return refuse(l, "resources/%s: damaged, its checksum does not fit", name);
 }
 
-/* Loads the arrays from `first` to before `end` into model->memory. */
+/* Loads the arrays from `first` to before `end`. */
 static int load_arrays(loader *l, fmu_model *model, int first, int end) {
-    for (int which = first; which < end; which++) {
-        npy_layout expected = {.type = FILE_OF[which].type};
-        for (int k = 0; k < NPY_DIMENSIONS && FILE_OF[which].extent[k] != END; k++)
-            expected.shape[expected.dimensions++] = l->extent[FILE_OF[which].extent[k]];
-        model->memory[which] = read_array(l, FILE_OF[which].name, &expected);
-        if (!model->memory[which] || !checksum_fits(l, which)) return 0;
+    for (int k = first; k < end; k++) {
+        const int present = l->has[FILES[k].condition];
+        npy_layout expected = {.type = FILES[k].type};
+        for (int d = 0; d < NPY_DIMENSIONS && FILES[k].extent[d] != END; d++) {
+            const int extent = FILES[k].extent[d];
+            expected.shape[expected.dimensions++] =
+                present || extent < MODES ? l->extent[extent] : 0;
+        }
+        model->memory[k] = read_array(l, FILES[k].name, &expected);
+        if (!model->memory[k] || !checksum_fits(l, k, FILES[k].name)) return 0;
+        if (present)
+            memcpy((char *)model + FILES[k].field, &model->memory[k], sizeof model->memory[k]);
     }
     return 1;
 }
@@ -163,7 +157,7 @@ static int token_fits(loader *l, const char *token) {
     return same || refuse(l, "the instantiation token is not that of this FMU's resources");
 }
 
-static int layout_is_possible(loader *l, const layout *shape) {
+static int layout_is_possible(loader *l, const fmu_layout *shape) {
     if (shape->format != FMU_FORMAT)
         return refuse(l, "resources/layout.npy: version %ld, this binary reads version %d",
                       (long)shape->format, FMU_FORMAT);
@@ -179,42 +173,35 @@ static int layout_is_possible(loader *l, const layout *shape) {
     return 1;
 }
 
-/* Computes the extents of all arrays. Arrays that the model does not need are empty. */
-static void count_extents(const layout *shape, size_t extent[EXTENTS]) {
+/* Sets the extents of arrays, and the conditions that the model fulfils. */
+static void count(const fmu_layout *shape, size_t extent[EXTENTS], int has[CONDITIONS]) {
     const size_t modes = (size_t)shape->modes, contacts = (size_t)shape->contacts;
-    const size_t count_a = (size_t)shape->count_a, count_b = (size_t)shape->count_b;
-    const size_t corrections = 2 * modes * modes;
-    const int elastic = shape->law == SM_ELASTIC;
     extent[MODES] = modes;
-    extent[COMBINATION_COUNT] = (size_t)shape->combinations;
-    extent[NODES_A] = count_a;
-    extent[NODES_B] = count_b;
+    extent[COMBINATIONS] = (size_t)shape->combinations;
+    extent[NODES_A] = (size_t)shape->count_a;
+    extent[NODES_B] = (size_t)shape->count_b;
     extent[FIELDS] = 2 * (modes + (size_t)shape->combinations + (size_t)shape->power);
-    extent[CORRECTED_A] = shape->corrected ? count_a : 0;
-    extent[CORRECTED_B] = shape->corrected ? count_b : 0;
-    extent[CORRECTED_FIELDS] = shape->corrected ? corrections : 0;
-    extent[DETUNED_A] = shape->detuned ? count_a : 0;
-    extent[DETUNED_B] = shape->detuned ? count_b : 0;
-    extent[DETUNED_FIELDS] = shape->detuned ? corrections : 0;
+    extent[CORRECTIONS] = 2 * modes * modes;
     extent[CONTACTS] = contacts;
-    extent[RIGID] = elastic ? 0 : contacts;
-    extent[INERTIA] = shape->inertia ? contacts : 0;
-    extent[ELASTIC] = elastic ? contacts : 0;
-    extent[ELEMENT_COUNT] = (size_t)shape->elements;
-    extent[SLIDER_COUNT] = (size_t)shape->sliders;
+    extent[ELEMENTS] = (size_t)shape->elements;
+    extent[SLIDERS] = (size_t)shape->sliders;
     extent[OUTPUTS] = (size_t)shape->elastic;
-    extent[ORDER_COUNT] = (size_t)shape->orders;
-    extent[REACTION_FIELDS] = 2 * contacts;
-    extent[RESPONSE_FIELDS] = 2 * (size_t)shape->elastic;
-    extent[VARIABLE_COUNT] = (size_t)shape->variables;
+    extent[ORDERS] = (size_t)shape->orders;
+    extent[REACTIONS] = 2 * contacts;
+    extent[RESPONSES] = 2 * (size_t)shape->elastic;
+    extent[VARIABLES] = (size_t)shape->variables;
+    has[CORRECTED] = shape->corrected;
+    has[DETUNED] = shape->detuned;
+    has[INERTIA] = shape->inertia;
+    has[ELASTIC] = shape->law == SM_ELASTIC;
+    has[RIGID] = !has[ELASTIC];
 }
 
-static void set_flow(fmu_model *model, const layout *shape, const constants *given) {
+static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_constants *given) {
     sm_slow_flow *flow = &model->flow;
-    const int32_t *combination = model->memory[COMBINATIONS];
-    for (int32_t k = 0; k < shape->combinations; k++, combination += 3)
-        flow->combination[k] =
-            (sm_combination){combination[0], combination[1], combination[2]};
+    const int32_t *term = model->combinations;
+    for (int32_t k = 0; k < shape->combinations; k++, term += 3)
+        flow->combination[k] = (sm_combination){term[0], term[1], term[2]};
     flow->paper = shape->paper;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
@@ -224,22 +211,16 @@ static void set_flow(fmu_model *model, const layout *shape, const constants *giv
     for (int j = 0; j < SM_MODES; j++)
         memcpy(flow->coupling_ratio[j].c, given->coupling_ratio[j],
                sizeof flow->coupling_ratio[j].c);
-    flow->table = (sm_table){
-        .modes = shape->modes,
-        .combinations = shape->combinations,
-        .power = shape->power,
-        .count_a = shape->count_a,
-        .count_b = shape->count_b,
-        .node_a = model->memory[NODE_A],
-        .node_b = model->memory[NODE_B],
-        .values = model->memory[TABLE],
-        .rate_correction = shape->corrected ? model->memory[RATE_CORRECTION] : NULL,
-        .detuning = shape->detuned ? model->memory[DETUNING] : NULL};
+    flow->table.modes = shape->modes;
+    flow->table.combinations = shape->combinations;
+    flow->table.power = shape->power;
+    flow->table.count_a = shape->count_a;
+    flow->table.count_b = shape->count_b;
 }
 
 /* Sets the elements of elastic contacts from their rows; integers there must be such. */
-static int set_elements(loader *l, fmu_model *model, const layout *shape) {
-    const double *row = model->memory[ELEMENTS];
+static int set_elements(loader *l, fmu_model *model, const fmu_layout *shape) {
+    const double *row = model->elements;
     sm_element *element = calloc((size_t)shape->elements + 1, sizeof *element);
     model->memory[ELEMENT_RECORDS] = element;
     if (!element) return refuse(l, "out of memory");
@@ -261,37 +242,23 @@ static int set_elements(loader *l, fmu_model *model, const layout *shape) {
                                   .gap = row[ROW_GAP]};
         memcpy(element[e].column, integer + ROW_COLUMN, sizeof element[e].column);
     }
-    model->elastic = (sm_elastic){.elements = shape->elements,
-                                  .sliders = shape->sliders,
-                                  .element = element,
-                                  .slider = model->memory[SLIDERS],
-                                  .reference = model->memory[REFERENCE]};
+    model->elastic.elements = shape->elements;
+    model->elastic.sliders = shape->sliders;
+    model->elastic.element = element;
     return 1;
 }
 
-static int set_contact(loader *l, fmu_model *model, const layout *shape, const constants *given) {
+static int set_contact(loader *l, fmu_model *model, const fmu_layout *shape) {
     if (!set_elements(l, model, shape)) return 0;
-    model->contact =
-        (sm_contact){.contacts = shape->contacts,
-                     .modes = shape->modes,
-                     .law = shape->law,
-                     .alpha = given->alpha,
-                     .limit = model->memory[LIMIT],
-                     .stiffness = model->memory[STIFFNESS],
-                     .damping = model->memory[DAMPING],
-                     .coupling = model->memory[COUPLING],
-                     .mass = shape->inertia ? model->memory[MASS] : NULL,
-                     .elastic = shape->law == SM_ELASTIC ? &model->elastic : NULL};
-    model->motion = (sm_motion){.elastic = shape->elastic,
-                                .modes_out = model->memory[ELASTIC_MODES],
-                                .forces_out = model->memory[ELASTIC_FORCES],
-                                .contacts_out = model->memory[ELASTIC_CONTACTS],
-                                .orders_count = shape->orders,
-                                .orders = model->memory[ORDERS],
-                                .reaction = model->memory[REACTION],
-                                .response = model->memory[RESPONSE],
-                                .steps_per_period = shape->steps_per_period,
-                                .memory_periods = given->memory_periods};
+    model->contact.contacts = shape->contacts;
+    model->contact.modes = shape->modes;
+    model->contact.law = shape->law;
+    model->contact.alpha = model->constants->alpha;
+    model->contact.elastic = l->has[ELASTIC] ? &model->elastic : NULL;
+    model->motion.elastic = shape->elastic;
+    model->motion.orders_count = shape->orders;
+    model->motion.steps_per_period = shape->steps_per_period;
+    model->motion.memory_periods = model->constants->memory_periods;
     const sm_status status = sm_contact_check(&model->contact);
     return status == SM_OK || refuse(l, "resources/contact_*.npy: %s", sm_message(status));
 }
@@ -312,7 +279,7 @@ static int32_t slots(const fmu_model *model, int32_t kind) {
 }
 
 static int set_variables(loader *l, fmu_model *model, int32_t count) {
-    const fmu_variable *variable = model->memory[VARIABLES];
+    const fmu_variable *variable = model->variable;
     for (int32_t k = 0; k < count; k++) {
         const fmu_variable v = variable[k];
         const int array = v.type == FMU_ARRAY;
@@ -324,9 +291,9 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
             return refuse(l, "resources/variables.npy: variable %ld is none", (long)k);
     }
     const size_t longest = 128; /* bytes of a name */
-    char *text = read_text(l, FILE_OF[NAMES].name, longest * (size_t)count);
+    char *text = read_text(l, "names.txt", longest * (size_t)count);
     model->memory[NAMES] = text;
-    if (!text || !checksum_fits(l, NAMES)) return 0;
+    if (!text || !checksum_fits(l, NAMES, "names.txt")) return 0;
     const char **name = calloc((size_t)count + 1, sizeof *name);
     model->memory[NAME_STARTS] = (void *)name;
     if (!name) return refuse(l, "out of memory");
@@ -337,7 +304,6 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
         name[k] = text;
         text = end + 1;
     }
-    model->variable = variable;
     model->variables = count;
     model->name = name;
     return 1;
@@ -355,21 +321,13 @@ static int makes_a_component(loader *l, const fmu_model *model) {
 static int load_all(loader *l, fmu_model *model, const char *token) {
     if (!token_fits(l, token) || !read_checksums(l)) return 0;
     model->checksum = l->crc;
-    if (!load_arrays(l, model, LAYOUT, CONSTANTS)) return 0;
-    const layout *shape = model->memory[LAYOUT];
-    if (!layout_is_possible(l, shape)) return 0;
-    count_extents(shape, l->extent);
-    if (!load_arrays(l, model, CONSTANTS, NAMES)) return 0;
-    const constants *given = model->memory[CONSTANTS];
+    if (!load_arrays(l, model, 0, 1) || !layout_is_possible(l, model->layout)) return 0;
+    const fmu_layout *shape = model->layout;
+    count(shape, l->extent, l->has);
+    if (!load_arrays(l, model, 1, ARRAYS)) return 0;
     model->modes = shape->modes;
-    model->inputs = *(const sm_inputs *)model->memory[INPUTS];
-    memcpy(model->force_factor, given->force_factor, sizeof model->force_factor);
-    memcpy(model->parameters, given->parameters, sizeof model->parameters);
-    memcpy(model->nominal, given->nominal, sizeof model->nominal);
-    memcpy(model->amplitude, given->amplitude, sizeof model->amplitude);
-    memcpy(model->carrier_range, given->carrier_range, sizeof model->carrier_range);
-    set_flow(model, shape, given);
-    return set_contact(l, model, shape, given) && set_variables(l, model, shape->variables) &&
+    set_flow(model, shape, model->constants);
+    return set_contact(l, model, shape) && set_variables(l, model, shape->variables) &&
            makes_a_component(l, model);
 }
 
@@ -377,9 +335,10 @@ int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]) {
     loader l = {.folder = folder,
                 .reason = reason,
+                .has = {[ALWAYS] = 1},
                 .extent = {[TWO] = 2, [THREE] = 3, [FOUR] = 4, [ROW_FIELDS] = ROW_WIDTH,
-                           [LAYOUT_FIELDS] = sizeof(layout) / sizeof(int32_t),
-                           [CONSTANT_FIELDS] = sizeof(constants) / sizeof(double),
+                           [LAYOUT_FIELDS] = sizeof(fmu_layout) / sizeof(int32_t),
+                           [CONSTANT_FIELDS] = sizeof(fmu_constants) / sizeof(double),
                            [INPUT_FIELDS] = sizeof(sm_inputs) / sizeof(double)}};
     const fmu_model empty = {0};
     *model = empty;

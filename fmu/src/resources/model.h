@@ -42,18 +42,35 @@ typedef struct {
     int32_t type, kind, slot;
 } fmu_variable;
 
+/* layout.npy */
 typedef struct {
+    int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
+    int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
+} fmu_layout;
+
+/* constants.npy */
+typedef struct {
+    double alpha, memory_periods;
+    double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
+    double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2];
+    double force_factor[SM_MODES];     /* modal force per newton of the force input */
+    double parameters[FMU_PARAMETERS]; /* start values */
+    double nominal[FMU_STATES];        /* of the states, absent modes left out */
+    double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
+    double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
+} fmu_constants;
+
+typedef struct {
+    const fmu_layout *layout;
+    const fmu_constants *constants;
+    const sm_inputs *inputs;           /* start values */
     int32_t modes, variables;
     sm_slow_flow flow;
     sm_contact contact;
-    sm_elastic elastic;                /* of the contact, where its law is that */
+    sm_elastic elastic;                /* of the contact, if its law is elastic */
     sm_motion motion;
-    double force_factor[SM_MODES];     /* modal force per newton of the force input */
-    double parameters[FMU_PARAMETERS]; /* start values */
-    double nominal[FMU_STATES];        /* of the states, the modes that are not there left out */
-    double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
-    double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
-    sm_inputs inputs;                  /* start values */
+    const int32_t *combinations;       /* (combinations, 3) mode, n, m */
+    const double *elements;            /* sm_element in doubles */
     const fmu_variable *variable;      /* (variables), by value reference */
     const char **name;                 /* (variables), likewise */
     uint32_t checksum;                 /* of all files */

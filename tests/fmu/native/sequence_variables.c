@@ -19,7 +19,7 @@ static int is_settable(const instance *i, const fmu_variable *v) {
 #define SLOT(field) ((int32_t)(offsetof(sm_inputs, field) / sizeof(double)))
 
 double good_value(const fmu_variable *v) {
-    if (v->kind == FMU_START) return (uniform() - 0.5) * 0.66 * model->nominal[v->slot - 1];
+    if (v->kind == FMU_START) return (uniform() - 0.5) * 0.66 * model->constants->nominal[v->slot - 1];
     if (v->kind == FMU_PARAMETER)
         return v->slot == FMU_TOLERANCE ? (below(2) ? 1e-6 : 1e-4) : 0.02 * (uniform() - 0.3);
     if (v->slot == SLOT(limit_scale)) return 0.8 + 0.4 * uniform();
