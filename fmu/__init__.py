@@ -1,11 +1,11 @@
 """The step-able component: a model that inputs go into and amplitudes come out of.
 
-component.py   Component: set_inputs, do_step, outputs. Start here; its step is that of an FMU too,
-               rom/kernel/slow/component/component.c.
-inputs.py      names of the inputs, what is allowed, how they move
-archive/ variables/ description/   the same as a file for FMI tools
-src/           that file's C: faces/ (FMI 2.0, 3.0) over instance/ over resources/
-imported.py    such a file as a component, through FMPy; stepping.py: what both have in common
+component.py   Component: set_inputs, do_step, outputs. Start here; an FMU takes the same steps,
+               rom/kernel/slow/component/component.c. handle.py: its options, and the core's part
+inputs.py      names of the inputs, allowed values, how they move
+archive/ variables/ description/   the component as a file for FMI tools
+src/           C of that file: faces/ (FMI 2.0, 3.0) over instance/ over resources/
+imported.py    such a file as a component, through FMPy; stepping.py: the interface of both
 """
 
 from slipmode.fmu.archive.export import export

@@ -76,7 +76,7 @@ class Component:
     mode_names : sequence of str
         Names of the model's modes, of "A" and "B": ("B",) if only mode B is modelled.
     tolerance : float
-        Relative tolerance of the slow flow per internal step.
+        Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
     warned : bool
         Warn of strained assumptions; default True.
 
@@ -232,9 +232,8 @@ class Component:
         SlipmodeError
             If the arrays have other shapes.
         """
-        lengths, records = self._checked(durations, inputs)
+        lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
-        allowed = self._named.first_refused(records, lengths)
         outputs = np.empty((len(lengths), len(self.output_names)))
         done = ctypes.c_size_t()
         given, address = (lengths.ctypes.data, scaled.ctypes.data), outputs.ctypes.data
@@ -247,7 +246,7 @@ class Component:
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
-            raise self._stopped_in(status, lengths[k], records[k : k + 1], outputs[:k])
+            raise self._stopped(status, float(lengths[k]), records[k : k + 1], outputs[:k])
         return outputs
 
     def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
@@ -265,11 +264,10 @@ class Component:
         StoppedError, SlipmodeError
             As `run`; the outputs in the error follow the outputs that were yielded.
         """
-        lengths, records = self._checked(durations, inputs)
+        lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
-        allowed = self._named.first_refused(records, lengths)
         count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
-        reached = tuple(map(ctypes.byref, (count, done, elapsed)))
+        reached = (ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed))
         given, trace = (lengths.ctypes.data, scaled.ctypes.data), kernel.lib.sm_component_trace
         k = 0
         while done.value < lengths.size:
@@ -286,8 +284,8 @@ class Component:
                 status = kernel.BAD_ARGUMENT
             if status != kernel.OK:
                 failed = self._inputs if elapsed.value > 0.0 else records[k : k + 1]
-                left = lengths[k] - elapsed.value
-                raise self._stopped_in(status, left, failed, outputs[: count.value])
+                left = float(lengths[k] - elapsed.value)
+                raise self._stopped(status, left, failed, outputs[: count.value])
             yield outputs[: count.value]
 
     def get_state(self) -> Floats:
@@ -345,47 +343,40 @@ class Component:
             self._check_frequencies = False
             warn(findings, stacklevel=4)
 
-    def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats]:
-        """Return lengths of steps, and the inputs at their starts as records."""
+    def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats, int]:
+        """Return lengths of steps, inputs at their starts as records, and the number allowed."""
         lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
-        return lengths, self._named.records(values)
-
-    def _stopped_in(
-        self, status: int, duration: float, inputs: Floats, outputs: Floats
-    ) -> StoppedError:
-        """Return why one of many steps failed, after it had set its inputs."""
-        now, left = np.empty(kernel.OUTPUTS_FIXED), status == kernel.OUTSIDE_TABLE
-        read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
-        outside = left and read == kernel.OUTSIDE_TABLE  # already at the start of the step
-        stop = None if outside else self._stopped(status, float(duration), inputs, outputs)
-        own = self._named.modal(self._inputs)
-        kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
-        if stop is None:
-            message = (
-                f"stopped at t = {self.time:g} s: limit_scale = {limit_scale(inputs):g} puts the "
-                "amplitudes outside the friction table; tabulate a larger range"
-            )
-            stop = StoppedError(message, self.time, outputs, left)
-        return stop
+        records = self._named.records(values)
+        return lengths, records, self._named.first_refused(records, lengths)
 
     def _stopped(
         self, status: int, duration: float, inputs: Floats, outputs: Floats
     ) -> StoppedError:
-        now = self.time
-        reason = kernel.message(status)
-        if not (np.isfinite(duration) and duration > 0):
+        """Return why a step failed, with these inputs in the core, and put back its own inputs."""
+        reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
+        now = np.empty(kernel.OUTPUTS_FIXED)
+        read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
+        if outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
+            reason = (
+                f"limit_scale = {limit_scale(inputs):g} puts the amplitudes outside the friction "
+                "table; tabulate a larger range"
+            )
+        elif not (np.isfinite(duration) and duration > 0):
             reason = f"step: must be finite and > 0 s, got {duration:g}"
         elif refusal := self._named.refusal(inputs) or self._named.refusal_later(
             inputs, moved_on(inputs, duration)
         ):
             reason = refusal
-        elif status == kernel.OUTSIDE_TABLE:
+        elif outside:
             reason = self._departure(duration)
-        message = f"stopped at t = {now:g} s: {reason}"
-        return StoppedError(message, now, outputs, status == kernel.OUTSIDE_TABLE)
+        own = self._named.modal(self._inputs)
+        kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+        return StoppedError(
+            f"stopped at t = {self.time:g} s: {reason}", self.time, outputs, outside
+        )
 
     def _departure(self, duration: float) -> str:
         """Return which amplitude leaves the table during a step, and when."""

@@ -1,29 +1,178 @@
-"""An FMU as a component: an FMU file that is stepped like `fmu.Component`, through FMPy."""
+"""An FMU as a component: an FMU file that is read, and stepped like `fmu.Component`, by FMPy."""
 
 from __future__ import annotations
 
+import io
 import shutil
 import tempfile
 import threading
 import weakref
-from collections.abc import Mapping
+import zipfile
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
+from ctypes import byref
+from itertools import count
 from os import PathLike
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from slipmode.fmu.archive.contents import Archive
-from slipmode.fmu.import_log import Log
+from slipmode.fmu.archive.binaries import host_platform, library_path
+from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 
 fmpy = extra("fmpy", "fmu")
+fmi1 = extra("fmpy.fmi1", "fmu")
 fmi2 = extra("fmpy.fmi2", "fmu")
+logging = extra("fmpy.logging", "fmu")
 simulation = extra("fmpy.simulation", "fmu")
-FMICallException = extra("fmpy.fmi1", "fmu").FMICallException
+
+
+class Archive:
+    """An FMU for Co-Simulation that can be loaded on this machine.
+
+    Parameters
+    ----------
+    path : path
+        The .fmu file.
+
+    Attributes
+    ----------
+    path : Path
+    description : fmpy.model_description.ModelDescription
+    fmi : str
+        Version of the standard.
+    inputs, outputs : dict of str to int
+        Value references of its scalar floating-point inputs and outputs.
+    settable : tuple of str
+        Names of variables that can be set before the initialization.
+    identity : str
+        Hash of its model by `resources.identity`; "" if it has none.
+    amplitude_range : tuple of float
+        Largest amplitudes of its friction table [kg^1/2 m], by mode; empty if it has none.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file is not such an FMU.
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self.path = Path(path)
+        if not self.path.exists():
+            raise SlipmodeError(f"{path}: no such FMU")
+        if not zipfile.is_zipfile(self.path):
+            raise SlipmodeError(f"{path}: not an FMU: it is no zip archive")
+        try:
+            self.description = fmpy.read_model_description(self.path)
+        except Exception as error:  # fmpy raises plain exceptions
+            raise SlipmodeError(f"{path}: not a readable FMU: {error}") from None
+        self.fmi = str(self.description.fmiVersion)
+        if self.fmi not in ("2.0", "3.0"):
+            raise SlipmodeError(f"{path}: must be FMI 2.0 or 3.0, not {self.fmi}")
+        if self.description.coSimulation is None:
+            raise SlipmodeError(f"{path}: must be for Co-Simulation, which this FMU is not")
+        self._check_library()
+        self.inputs = self._references("input")
+        self.outputs = self._references("output")
+        variables = self.description.modelVariables
+        self.settable = tuple(v.name for v in variables if simulation.settable_in_instantiated(v))
+        self.identity, self.amplitude_range = self._model()
+
+    def require(self, names: Iterable[str], present: Iterable[str], words: str) -> None:
+        """Raise SlipmodeError if a name is not among the present names, described by `words`."""
+        found, shown_names = list(present), 12
+        shown = ", ".join(found[:shown_names]) + (", ..." if len(found) > shown_names else "")
+        for name in names:
+            if name not in found:
+                raise SlipmodeError(f"{self.path}: {name} is not among its {words}: {shown}")
+
+    def _references(self, causality: str) -> dict[str, int]:
+        return {
+            variable.name: int(variable.valueReference)
+            for variable in self.description.modelVariables
+            if variable.causality == causality
+            and variable.type in ("Real", "Float64")
+            and not variable.dimensions
+        }
+
+    def _check_library(self) -> None:
+        host = host_platform()
+        identifier = self.description.coSimulation.modelIdentifier
+        library = library_path(host, int(self.fmi[0]), identifier)
+        with zipfile.ZipFile(self.path) as archive:
+            present = library in archive.namelist()
+        if not present:
+            platforms = ", ".join(fmpy.supported_platforms(self.path)) or "none"
+            raise SlipmodeError(f"{self.path}: has no library for {host}, only for {platforms}")
+
+    def _model(self) -> tuple[str, tuple[float, ...]]:
+        """Return identity and amplitude range of an FMU that slipmode exported."""
+        with zipfile.ZipFile(self.path) as archive:
+            members = {f"resources/{name}" for name in (IDENTITY, "node_a.npy", "node_b.npy")}
+            if not members <= set(archive.namelist()):
+                return "", ()
+            identity = archive.read(f"resources/{IDENTITY}").decode()
+            files = [archive.read(f"resources/node_{mode}.npy") for mode in "ab"]
+        nodes = [np.load(io.BytesIO(file)) for file in files]
+        return identity, tuple(float(node[-1]) for node in nodes if node.size > 1)
+
+
+class Log:
+    """The last reason that an FMU logged for a refused call.
+
+    FMPy formats the messages of FMI 2.0 in one function of the process, which passes all of them
+    to the logger that it received last, even if that was freed. So there is one logger for all
+    instances, `_route`, which lasts as long as the process and knows instances by environment.
+    """
+
+    def __init__(self) -> None:
+        self._last = ""
+
+    def write(self, *arguments: Any) -> None:
+        """Logger of either version of the standard."""
+        status, _, message = arguments[-3:]
+        if status >= 2:  # discard, error or fatal
+            self._last = message.decode(errors="replace")
+
+    def reason(self, error: Exception) -> str:
+        """Return the reason logged since the last reading, else the message of the error."""
+        reason, self._last = self._last or str(error), ""
+        return reason
+
+    def callbacks(self) -> Any:
+        """Return callback functions for an instance of FMI 2.0 that logs here."""
+        environment = next(_environments)
+        _logs[environment] = self
+        # FMPy's memory functions last as long as the process too
+        callbacks = fmi2.fmi2CallbackFunctions(
+            logger=_route,
+            allocateMemory=fmi2.defaultCallbacks.allocateMemory,
+            freeMemory=fmi2.defaultCallbacks.freeMemory,
+            componentEnvironment=environment,
+        )
+        logging.addLoggerProxy(byref(callbacks))
+        return callbacks
+
+
+_environments = count(1)
+_logs: weakref.WeakValueDictionary[int, Log] = weakref.WeakValueDictionary()
+
+
+def _to_its_log(environment: int | None, *arguments: Any) -> None:
+    log = _logs.get(environment or 0)
+    if log is None:
+        fmi1.printLogMessage(environment, *arguments)
+    else:
+        log.write(*arguments)
+
+
+_route = fmi2.fmi2CallbackLoggerTYPE(_to_its_log)
+
 
 # FMPy changes the working directory of the process while it loads a library. Two threads at once
 # would leave it changed.
@@ -102,7 +251,7 @@ class Imported:
                 raise SlipmodeError(f"{name}: not an input; inputs are {known}")
         try:
             self._set([self._inputs[name] for name in values], list(values.values()))
-        except FMICallException as error:
+        except fmi1.FMICallException as error:
             raise SlipmodeError(self._log.reason(error)) from None
 
     def do_step(self, time: float, duration: float) -> None:
@@ -117,7 +266,7 @@ class Imported:
             raise SlipmodeError(f"time: the FMU stands at {self._time:g} s, not at {time:g} s")
         try:
             self._advance(duration)
-        except FMICallException as error:
+        except fmi1.FMICallException as error:
             raise self._stopped(error, np.empty((0, len(self.output_names)))) from None
 
     def outputs(self) -> dict[str, float]:
@@ -141,7 +290,7 @@ class Imported:
                 self._set(references, values)
                 self._advance(duration)
                 outputs[done] = self._row()
-            except FMICallException as error:
+            except fmi1.FMICallException as error:
                 raise self._stopped(error, outputs[:done]) from None
         return outputs
 

@@ -118,20 +118,25 @@ class Inputs:
 
     def refusal(self, record: Floats) -> str:
         """Return why a record (1, width) is refused, naming an input; "" if it is not."""
-        return self._refusal_of_one(record) or self._meeting(record)
-
-    def _refusal_of_one(self, record: Floats) -> str:
         for name, column in self._column.items():
-            value = record[0, column]
+            value = float(record[0, column])
+            refusal = ""
             if not np.isfinite(value):
-                return f"{name}: must be finite, got {value:g}"
-            if name in self._natural:
-                refusal = carrier_refusal(name, name[-1], self._natural[name], float(value))
-                if refusal:
-                    return refusal
-            if name == "limit_scale" and value <= 0:
-                return f"{name}: must be > 0, got {value:g}"
-        return ""
+                refusal = f"{name}: must be finite, got {value:g}"
+            elif name in self._natural:
+                refusal = carrier_refusal(name, name[-1], self._natural[name], value)
+            elif name == "limit_scale" and value <= 0:
+                refusal = f"{name}: must be > 0, got {value:g}"
+            if refusal:
+                return refusal
+        return self._meeting(record)
+
+    def refusal_later(self, start: Floats, end: Floats) -> str:
+        """Return why a step from record to record (1, width) is refused; "" if it is not."""
+        if refusal := self.refusal(end):
+            return f"{refusal} at the end of the step"
+        refusal = self._meeting(start, end)
+        return f"{refusal}; they meet during the step" if refusal else ""
 
     def findings(self, records: Floats) -> list[Finding]:
         """Report frequencies of records (n, width) that are far from their mode."""
@@ -139,13 +144,6 @@ class Inputs:
         if is_near(self._omega, frequency).all():
             return []
         return carrier_findings("frequency_{}", self.mode_names, self._omega, frequency)
-
-    def refusal_later(self, start: Floats, end: Floats) -> str:
-        """Return why a step from record to record (1, width) is refused; "" if it is not."""
-        if refusal := self._refusal_of_one(end):
-            return f"{refusal} at the end of the step"
-        refusal = self._meeting(start, end)
-        return f"{refusal}; they meet during the step" if refusal else ""
 
     def _meeting(self, *records: Floats) -> str:
         """Return why the frequencies of a few records meet; faster than `carriers_meet`."""

@@ -1,7 +1,6 @@
-"""The .fmu file: written, and read without loading it.
+"""Writing the .fmu file.
 
 export.py           export: a model as a zip archive. Start here.
 resources.py        resources/*.npy, which fmu/src/resources/model.c reads
 binaries.py         the host's library and the C sources; cross_compiler.py: other platforms
-contents.py         what is in a file that exists
 """

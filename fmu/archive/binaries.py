@@ -71,8 +71,3 @@ def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
     other = {None: (), 2: ("faces/fmi3",), 3: ("faces/fmi2",)}[fmi]
     left_out = ("torus/", "full/", *other)
     return {name: path for name, path in found.items() if not name.startswith(left_out)}
-
-
-def is_face(source: Path) -> bool:
-    """Return whether a source is the FMU's own, not the core's."""
-    return source.is_relative_to(INCLUDE_FOLDERS[0])

@@ -97,7 +97,8 @@ def _compile(sources: Mapping[str, Path], platform_tuple: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
 
         def compile_one(source: Path) -> str:
-            own = FACE_OPTIONS if binaries.is_face(source) else ()
+            face = source.is_relative_to(binaries.INCLUDE_FOLDERS[0])
+            own = FACE_OPTIONS if face else ()
             target = f"{source.stem}.o"
             flags = (*independent, *_common(), *own, *include)
             _zig(platform_tuple, folder, "-c", *flags, str(source), "-o", target)

@@ -18,9 +18,12 @@ from slipmode.fmu.archive.resources import resource_files
 from slipmode.fmu.component import Component, findings_of
 from slipmode.fmu.description.description import MODEL_IDENTIFIER, Description, ExportOptions
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
-from slipmode.fmu.description.fmi3_files import build_description, terminals_xml
-from slipmode.fmu.description.model_description import model_description
 from slipmode.fmu.description.reference_result import reference_files
+from slipmode.fmu.description.xml_files import (
+    build_description,
+    model_description,
+    terminals_xml,
+)
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError
@@ -55,13 +58,8 @@ def export(
         Platforms in addition to this machine's, of "x86_64-linux", "aarch64-linux",
         "x86_64-windows", "x86_64-darwin" and "aarch64-darwin"; needs the extra
         `slipmode[platforms]`.
-    contact : bool
-        Adds contact displacement, velocity and force to the outputs; the model must keep
-        harmonics for it, see `Component`.
-    elastic : sequence of int
-        DOFs whose displacement is an output; needs `contact`.
-    mode_names : sequence of str
-        Names of the model's modes, of "A" and "B".
+    contact, elastic, mode_names, tolerance
+        As for `Component`.
     name : str
         Name of the model in tools: one line without control characters.
     start : mapping of str to float
@@ -75,8 +73,6 @@ def export(
         Interval of the reference result inside the file [s]; default: `step_size`.
     stimuli : Stimuli
         Inputs of the reference result; default: they keep their start values.
-    tolerance : float
-        Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
     origin : Origin
         Author, copyright and license of the model, and when it was made; default: none of them is
         written, and the same model gives the same bytes.

@@ -41,14 +41,13 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    flow = slow_flow(model, force_patterns)
-    constants = _constants(model, force_patterns, flow, variables)
+    constants = _constants(model, force_patterns, slow_flow(model, force_patterns), variables)
     arrays = _arrays(model, force_patterns, options, variables, constants)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype=np.uint32)
     files["checksums.npy"] = _npy(checksums.view(np.int32))
-    files[IDENTITY] = _identity(model, force_patterns, flow).encode()
+    files[IDENTITY] = identity(model, force_patterns).encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
@@ -58,17 +57,11 @@ def resource_files(
 
 def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
     """Return the hash of all data on which amplitudes depend: model and force directions."""
-    return _identity(model, force_patterns, slow_flow(model, force_patterns))
-
-
-def _identity(model: Model, force_patterns: ForcePatterns | None, flow: kernel.SlowFlow) -> str:
+    flow = slow_flow(model, force_patterns)
     # amplitudes do not depend on the harmonics that are kept of the contact motion
     digest = hashlib.sha256(replace(model, harmonics=None).hash.encode())
-    digest.update(
-        force_factors(model, force_patterns).tobytes()
-        + bytes(flow.off_resonance)
-        + bytes(flow.cross_response)
-    )
+    digest.update(force_factors(model, force_patterns).tobytes())
+    digest.update(bytes(flow.off_resonance) + bytes(flow.cross_response))
     return digest.hexdigest()
 
 
@@ -118,7 +111,7 @@ def _arrays(
     return {
         "layout": np.array(list(layout.values()), dtype=np.int32),
         "constants": constants,
-        "inputs": _inputs(variables),
+        "inputs": _with_starts(kernel.inputs(1).view(float).ravel(), variables, Kind.INPUT),
         "combinations": np.array(combinations, dtype=np.int32).reshape(-1, 3),
         "node_a": table.node_a,
         "node_b": table.node_b,
@@ -171,36 +164,30 @@ def _constants(
     force_patterns: ForcePatterns | None,
     flow: kernel.SlowFlow,
     variables: Sequence[Variable],
-) -> np.ndarray:
-    """Return the struct `constants` of fmu/src/resources/model.c."""
-    parameters = np.zeros(kernel.MODES + 2)
-    amplitude = np.zeros(2 * kernel.MODES)
-    for variable in variables:
-        if variable.start is not None and variable.kind is Kind.PARAMETER:
-            parameters[variable.slot] = variable.start
-        if variable.start is not None and variable.kind is Kind.START:
-            amplitude[variable.slot - 1] = variable.start
+) -> Floats:
+    """Return the struct `fmu_constants` of fmu/src/resources/model.h."""
     nominal = np.zeros(3 * kernel.MODES + 1)
     for k, state in enumerate(states(variables)):
         nominal[k] = state.nominal
-    return np.concatenate(
-        [
-            [contact_problem(model.reduced, model.law).alpha, MEMORY_PERIODS],
-            np.array(flow.natural),
-            np.array(flow.carrier),
-            np.array(flow.coupling_ratio).ravel(),
-            np.array(flow.off_resonance).ravel(),
-            np.array(flow.cross_response).ravel(),
-            force_factors(model, force_patterns),
-            *(parameters, nominal, amplitude, carrier_range(1.0)),
-        ]
+    parts = (
+        [contact_problem(model.reduced, model.law).alpha, MEMORY_PERIODS],
+        flow.natural,
+        flow.carrier,
+        flow.coupling_ratio,
+        flow.off_resonance,
+        flow.cross_response,
+        force_factors(model, force_patterns),
+        _with_starts(np.zeros(kernel.MODES + 2), variables, Kind.PARAMETER),
+        nominal,
+        _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
+        carrier_range(1.0),
     )
+    return np.concatenate([np.array(part).ravel() for part in parts])
 
 
-def _inputs(variables: Sequence[Variable]) -> np.ndarray:
-    """Return sm_inputs at the start."""
-    inputs = kernel.inputs(1).view(float).ravel()
+def _with_starts(values: Floats, variables: Sequence[Variable], kind: Kind) -> Floats:
+    """Set the start values of variables of one kind, by slot."""
     for variable in variables:
-        if variable.kind is Kind.INPUT and variable.start is not None:
-            inputs[variable.slot] = variable.start
-    return np.asarray(inputs)
+        if variable.kind is kind and variable.start is not None:
+            values[variable.slot] = variable.start
+    return values

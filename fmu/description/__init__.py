@@ -1,7 +1,7 @@
-"""What an FMU says of itself.
+"""Options of an FMU, and its descriptions.
 
-xml_writer.py       modelDescription.xml: what FMI 2.0 and 3.0 write alike. Start here.
-fmi2.py, fmi3.py    where they differ; description.py: what is said whatever the version
-terminals.py        terminalsAndIcons.xml of FMI 3.0
-documentation.py, reference_result.py   documentation/ and extra/ of the archive
+description.py      ExportOptions, and the content of modelDescription.xml
+xml_files.py        modelDescription.xml in FMI 2.0 and 3.0, further files of FMI 3.0. Start here.
+documentation.py, reference_result.py   documentation/ and extra/ of the archive; their static
+                    parts are the files beside
 """

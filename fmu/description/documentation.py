@@ -10,7 +10,7 @@ from string import Template
 import numpy as np
 
 from slipmode.fmu.description.description import Description
-from slipmode.fmu.description.model_description import literal
+from slipmode.fmu.description.xml_files import literal
 from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import Model
 from slipmode.rom.errors import Finding

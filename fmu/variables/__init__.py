@@ -1,6 +1,6 @@
 """The variables of an FMU: one list, from which everything else about them is derived.
 
-listing.py      which variables a model has, in which order, what they depend on. Start here.
-variable.py     Variable: its kind and slot tell fmu/src/instance/variables.c where its value is
+listing.py      variables of a model, in their order, and what they depend on. Start here.
+variable.py     Variable: kind and slot say where fmu/src/instance/variables.c finds its value
 quantities.py   declared types and units
 """

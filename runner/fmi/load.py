@@ -6,9 +6,8 @@ from os import PathLike
 
 import numpy as np
 
-from slipmode.fmu.archive.contents import Archive
 from slipmode.fmu.archive.resources import identity
-from slipmode.fmu.imported import Imported
+from slipmode.fmu.imported import Archive, Imported
 from slipmode.rom import Model, SlipmodeError
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording.channels import energy

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from slipmode.fmu.description.model_description import literal, to_bytes
+from slipmode.fmu.description.xml_files import literal, to_bytes
 from slipmode.fmu.variables.quantities import UNITS
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra

@@ -5,7 +5,6 @@
  * the types fmi_instance and fmi_state, and as GET_STATE, SET_STATE, FREE_STATE, STATE_SIZE,
  * SERIALIZE, DESERIALIZE and GET_RATES the names that differ. */
 #include "instance/instance.h"
-#include "resources/files.h"
 
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-parameter" /* the standard passes more than is needed */

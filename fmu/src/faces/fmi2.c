@@ -1,8 +1,6 @@
 /* FMI 2.0: calls an instance by the names and types of the standard. */
 #include "fmi2Functions.h"
 
-#include <stdlib.h>
-
 typedef fmi2Component fmi_instance;
 typedef fmi2FMUstate fmi_state;
 
@@ -40,21 +38,11 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                                .callback = (void (*)(void))functions->logger,
                                .environment = functions->componentEnvironment,
                                .events = logging};
-    const char *called = name ? name : "(no name)", *reason;
-    if (type != fmi2ModelExchange && type != fmi2CoSimulation) {
-        write_log(&logger, called, FMU_ERROR, "logStatusError", "no such interface type");
-        return NULL;
-    }
-    char *folder = location_from_uri(location, &reason);
-    if (!folder) {
-        write_log(&logger, called, FMU_ERROR, "logStatusError", reason);
-        return NULL;
-    }
-    fmi2Component c = fmu_instantiate(
-        type == fmi2CoSimulation ? FMU_CO_SIMULATION : FMU_MODEL_EXCHANGE, name, guid, folder,
-        &logger);
-    free(folder);
-    return c;
+    if (type == fmi2ModelExchange || type == fmi2CoSimulation)
+        return fmu_instantiate(type == fmi2CoSimulation ? FMU_CO_SIMULATION : FMU_MODEL_EXCHANGE,
+                               name, guid, location, &logger);
+    fmu_log(&logger, name ? name : "(no name)", FMU_ERROR, "no such interface type");
+    return NULL;
 }
 
 CALL(SetupExperiment, FMU_INSTANTIATED,

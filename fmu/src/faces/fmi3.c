@@ -39,28 +39,12 @@ static fmu_logger logger_of(fmi3InstanceEnvironment environment, fmi3LogMessageC
     return logger;
 }
 
-static fmi3Instance refuse_instance(const fmu_logger *logger, fmi3String name,
-                                    const char *reason) {
-    write_log(logger, name, FMU_ERROR, "logStatusError", reason);
-    return NULL;
-}
-
-static fmi3Instance instantiate(fmu_interface interface, fmi3String name, fmi3String token,
-                                fmi3String path, const fmu_logger *logger) {
-    const char *reason;
-    char *folder = location_from_path(path, &reason);
-    if (!folder) return refuse_instance(logger, name, reason);
-    fmi3Instance c = fmu_instantiate(interface, name, token, folder, logger);
-    free(folder);
-    return c;
-}
-
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String path,
                                           fmi3Boolean visible, fmi3Boolean logging,
                                           fmi3InstanceEnvironment environment,
                                           fmi3LogMessageCallback callback) {
     const fmu_logger logger = logger_of(environment, callback, logging);
-    return instantiate(FMU_MODEL_EXCHANGE, name, token, path, &logger);
+    return fmu_instantiate(FMU_MODEL_EXCHANGE, name, token, path, &logger);
 }
 
 /* Inputs cannot be set within a step: each moves at its rate. */
@@ -80,9 +64,11 @@ fmi3Instance fmi3InstantiateCoSimulation(
     const fmu_observer observer = {.update = update ? call_back : NULL,
                                    .callback = (void (*)(void))update,
                                    .environment = environment};
-    if (intermediates > 0 && !(intermediate && update))
-        return refuse_instance(&logger, name, "required intermediate variables need a callback");
-    fmu_instance *c = instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
+    if (intermediates > 0 && !(intermediate && update)) {
+        fmu_log(&logger, name, FMU_ERROR, "required intermediate variables need a callback");
+        return NULL;
+    }
+    fmu_instance *c = fmu_instantiate(FMU_CO_SIMULATION, name, token, path, &logger);
     if (!c) return NULL;
     c->event_mode = event_mode;
     c->early_return = early_return;
@@ -97,7 +83,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
     fmi3UnlockPreemptionCallback unlock) {
     const fmu_logger logger = logger_of(environment, callback, logging);
-    return refuse_instance(&logger, name, "the FMU has no scheduled execution");
+    fmu_log(&logger, name, FMU_ERROR, "the FMU has no scheduled execution");
+    return NULL;
 }
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined,

@@ -227,9 +227,10 @@ fmu_status fmu_get_nominals(fmu_instance *instance, double *nominals, size_t cou
 
 /* ---- lifecycle.c: creation, initialization, reset ---------------------------------------- */
 
-/* Returns NULL and logs the reason if it fails. `folder` ends in a separator. */
+/* Returns NULL and logs the reason if it fails. `location` is the resource folder, as a path or a
+ * URI. */
 fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const char *token,
-                              const char *folder, const fmu_logger *logger);
+                              const char *location, const fmu_logger *logger);
 void fmu_free(fmu_instance *instance);
 fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double tolerance, double start,
                      int stop_defined, double stop);

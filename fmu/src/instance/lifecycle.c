@@ -1,5 +1,6 @@
 /* Life cycle of an instance. */
 #include "instance/instance.h"
+#include "resources/files.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -20,42 +21,48 @@ static void set_defaults(fmu_instance *instance) {
     instance->refused_at = NAN;
 }
 
-/* Allocates the outputs; returns 0 without memory. */
-static int allocate(fmu_instance *instance) {
+/* Loads the model and evaluates its start values; returns 0 and the reason if it fails. */
+static int create(fmu_instance *instance, const char *token, const char *location,
+                  char reason[FMU_REASON]) {
+    const char *why;
+    char *folder = location_folder(location, &why);
+    if (folder)
+        instance->model = fmu_model_acquire(folder, token, reason);
+    else
+        snprintf(reason, FMU_REASON, "%s", why);
+    free(folder);
     const fmu_model *model = instance->model;
+    if (!model) return 0;
     instance->flow = model->flow;
     instance->motion = model->motion;
     instance->output_count = SM_OUTPUTS_FIXED + 3 * (size_t)model->contact.contacts
                              + (size_t)model->motion.elastic;
     instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
-    return instance->outputs != NULL;
+    if (!instance->outputs) return 0;
+    set_defaults(instance);
+    snprintf(reason, FMU_REASON, "the resources do not make a model");
+    const int whole = fmu_evaluate_outputs(instance) == FMU_OK;
+    instance->run.started = 0;
+    return whole;
 }
 
 fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const char *token,
-                              const char *folder, const fmu_logger *logger) {
+                              const char *location, const fmu_logger *logger) {
     char reason[FMU_REASON] = "out of memory";
     const char *called = name ? name : "(no name)";
     fmu_instance *instance = calloc(1, sizeof *instance);
-    const size_t length = strlen(called) + 1;
-    if (instance) instance->name = malloc(length);
+    if (instance) instance->name = malloc(strlen(called) + 1);
     if (instance && instance->name) {
-        memcpy(instance->name, called, length);
+        memcpy(instance->name, called, strlen(called) + 1);
         instance->logger = *logger;
         instance->interface = interface;
         if (!name || !*name)
             snprintf(reason, sizeof reason, "the instance has no name");
         else if (!token)
             snprintf(reason, sizeof reason, "the instantiation token is NULL");
-        else
-            instance->model = fmu_model_acquire(folder, token, reason);
-        if (instance->model && allocate(instance)) {
-            set_defaults(instance);
-            if (fmu_evaluate_outputs(instance) == FMU_OK) { /* checks the model */
-                instance->run.started = 0;
-                fmu_say(instance, FMU_OK, "instantiated from %s", folder);
-                return instance;
-            }
-            snprintf(reason, sizeof reason, "the resources do not make a model");
+        else if (create(instance, token, location, reason)) {
+            fmu_say(instance, FMU_OK, "instantiated from %s", location);
+            return instance;
         }
     }
     fmu_log(logger, called, FMU_ERROR, reason);

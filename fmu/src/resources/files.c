@@ -1,6 +1,7 @@
 /* Resource files: their folder, and reading .npy arrays. */
 #include "resources/files.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +14,7 @@
 
 static int is_separator(char c) { return c == '/' || c == SEPARATOR; }
 
-char *location_from_path(const char *path, const char **reason) {
+static char *from_path(const char *path, const char **reason) {
     *reason = "no resource path was given";
     if (!path || !*path) return NULL;
     const size_t length = strlen(path);
@@ -28,37 +29,30 @@ char *location_from_path(const char *path, const char **reason) {
     return folder;
 }
 
-static int lower(char c) { return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c; }
-
-/* Whether the text starts with a word of small letters, in letters of any size. */
+/* Returns whether the text starts with a word of small letters, in letters of any case. */
 static int starts_with(const char *text, const char *word) {
     for (; *word; text++, word++)
-        if (lower(*text) != *word) return 0;
+        if (tolower((unsigned char)*text) != *word) return 0;
     return 1;
 }
 
-static int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    c = (char)lower(c);
-    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
-/* Decodes %XX in place; 0 where it is not two hexadecimal digits, or a zero byte. */
+/* Decodes %XX in place; 0 if XX are not two hexadecimal digits, or a zero byte. */
 static int decode_percents(char *text) {
     char *to = text;
     for (const char *from = text; *from; from++, to++) {
         *to = *from;
         if (*from != '%') continue;
-        const int high = hex_digit(from[1]), low = high < 0 ? -1 : hex_digit(from[2]);
-        if (low < 0 || 16 * high + low == 0) return 0;
-        *to = (char)(16 * high + low);
+        if (!isxdigit((unsigned char)from[1]) || !isxdigit((unsigned char)from[2])) return 0;
+        const char digits[3] = {from[1], from[2], '\0'};
+        *to = (char)strtol(digits, NULL, 16);
+        if (*to == '\0') return 0;
         from += 2;
     }
     *to = '\0';
     return 1;
 }
 
-/* What follows file:, file:// or file://localhost; NULL if it is on another host. */
+/* Returns the path after file:, file:// or file://localhost; NULL if it is on another host. */
 static const char *path_of(const char *after_scheme) {
     if (after_scheme[0] != '/' || after_scheme[1] != '/') return after_scheme;
     const char *authority = after_scheme + 2;
@@ -66,13 +60,13 @@ static const char *path_of(const char *after_scheme) {
     return *authority == '/' ? authority : NULL;
 }
 
-char *location_from_uri(const char *uri, const char **reason) {
+char *location_folder(const char *uri, const char **reason) {
     if (!uri || !starts_with(uri, "file:")) {
         if (uri && strstr(uri, "://")) {
             *reason = "the resource location is not a file: URI";
             return NULL;
         }
-        return location_from_path(uri, reason); /* some importers give a path */
+        return from_path(uri, reason); /* as some importers of FMI 2.0 do */
     }
     const char *path = path_of(uri + strlen("file:"));
     if (!path) {
@@ -82,7 +76,7 @@ char *location_from_uri(const char *uri, const char **reason) {
 #if defined(_WIN32)
     if (path[0] == '/' && path[1] && path[2] == ':') path++; /* /C:/... */
 #endif
-    char *folder = location_from_path(path, reason);
+    char *folder = from_path(path, reason);
     if (folder && !decode_percents(folder)) {
         *reason = "the resource location has a % that no two hexadecimal digits follow";
         free(folder);
@@ -118,9 +112,9 @@ FILE *location_open(const char *folder, const char *name) {
 
 /* ---- .npy ------------------------------------------------------------------------------ */
 
-#define MAGIC "\x93NUMPY\x01"   /* and a minor version 0 */
-#define PREFIX 10                /* bytes before the description of the array */
-#define DESCRIPTION 256          /* bytes that it has at most */
+#define MAGIC "\x93NUMPY\x01" /* and a minor version 0 */
+#define PREFIX 10              /* bytes before the description of the array */
+#define DESCRIPTION 256        /* bytes of the description at most */
 
 uint32_t npy_crc(uint32_t crc, const void *bytes, size_t count) {
     static const uint32_t nibble[16] = {
@@ -144,7 +138,7 @@ static int little_endian(void) {
     return first == 1;
 }
 
-/* The description that numpy gives an array of this layout. */
+/* Writes the description that numpy gives an array of this layout. */
 static void describe(const npy_layout *layout, char text[DESCRIPTION]) {
     int length = snprintf(text, DESCRIPTION, "{'descr': '%s', 'fortran_order': False, 'shape': (",
                           layout->type == NPY_INT32 ? "<i4" : "<f8");
@@ -155,12 +149,13 @@ static void describe(const npy_layout *layout, char text[DESCRIPTION]) {
              layout->dimensions == 1 ? ",), }" : "), }");
 }
 
-/* Reads up to the array; NULL, or what is wrong. */
+/* Reads up to the array; returns what is wrong, or NULL. */
 static const char *read_description(FILE *file, const npy_layout *layout, uint32_t *crc) {
     unsigned char prefix[PREFIX];
     char expected[DESCRIPTION], found[DESCRIPTION];
     if (fread(prefix, 1, PREFIX, file) != PREFIX) return "it is truncated";
-    if (memcmp(prefix, MAGIC, 7) != 0 || prefix[7] != 0) return "it is not an .npy file of version 1.0";
+    if (memcmp(prefix, MAGIC, 7) != 0 || prefix[7] != 0)
+        return "it is not an .npy file of version 1.0";
     const size_t length = prefix[8] + 256u * prefix[9];
     if (length >= DESCRIPTION) return "its header is damaged";
     if (fread(found, 1, length, file) != length) return "it is truncated";

@@ -7,10 +7,9 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Return the folder as a native path in UTF-8 that ends in a separator, from malloc; NULL:
- * `reason` says why there is none. */
-char *location_from_uri(const char *uri, const char **reason);
-char *location_from_path(const char *path, const char **reason);
+/* Returns the folder of a file: URI or path as a native path in UTF-8 that ends in a separator, from
+ * malloc; NULL: `reason` says why there is none. */
+char *location_folder(const char *location, const char **reason);
 
 /* Opens a file in the folder for reading in binary; NULL if that is not possible. */
 FILE *location_open(const char *folder, const char *name);

@@ -27,13 +27,6 @@ typedef struct entry {
 /* All models of this library; only read and written between enter and leave. */
 static entry *registry;
 
-/* Checks the files too: another model may have been put into the folder. */
-static entry *find(const char *folder, const char *token) {
-    for (entry *e = registry; e; e = e->next)
-        if (strcmp(e->folder, folder) == 0 && fmu_model_is_of(&e->model, folder, token)) return e;
-    return NULL;
-}
-
 static entry *load(const char *folder, const char *token, char reason[FMU_REASON]) {
     const size_t length = strlen(folder) + 1;
     entry *made = calloc(1, sizeof *made + length);
@@ -54,7 +47,9 @@ static entry *load(const char *folder, const char *token, char reason[FMU_REASON
 const fmu_model *fmu_model_acquire(const char *folder, const char *token,
                                    char reason[FMU_REASON]) {
     enter();
-    entry *e = find(folder, token);
+    entry *e = registry; /* with these files: another model may have been put into the folder */
+    while (e && (strcmp(e->folder, folder) != 0 || !fmu_model_is_of(&e->model, folder, token)))
+        e = e->next;
     if (!e) e = load(folder, token, reason);
     if (e) e->users++;
     leave();

@@ -1,7 +1,8 @@
-"""modelDescription.xml, in FMI 2.0 and 3.0."""
+"""XML files of an FMU: modelDescription.xml in FMI 2.0 and 3.0, and further files of FMI 3.0."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -79,25 +80,21 @@ class _Fmi3:
         return str(self.index[name])
 
     def _add_interfaces(self, root: Element) -> None:
-        common = {
-            "modelIdentifier": MODEL_IDENTIFIER,
-            "canGetAndSetFMUState": "true",
-            "canSerializeFMUState": "true",
-            "providesDirectionalDerivatives": "true",
-            "providesAdjointDerivatives": "true",
-        }
-        SubElement(root, "ModelExchange", common)
-        SubElement(
-            root,
-            "CoSimulation",
-            common,
-            canHandleVariableCommunicationStepSize="true",
-            maxOutputDerivativeOrder="1",
-            mightReturnEarlyFromDoStep="true",
-            providesIntermediateUpdate="true",
-            canReturnEarlyAfterIntermediateUpdate="true",
-            hasEventMode="true",
+        common = {"modelIdentifier": MODEL_IDENTIFIER} | _true(
+            "canGetAndSetFMUState",
+            "canSerializeFMUState",
+            "providesDirectionalDerivatives",
+            "providesAdjointDerivatives",
         )
+        SubElement(root, "ModelExchange", common)
+        simulation = _true(
+            "canHandleVariableCommunicationStepSize",
+            "mightReturnEarlyFromDoStep",
+            "providesIntermediateUpdate",
+            "canReturnEarlyAfterIntermediateUpdate",
+            "hasEventMode",
+        )
+        SubElement(root, "CoSimulation", common | simulation, maxOutputDerivativeOrder="1")
 
     def _add_type(self, types: Element, quantity: Quantity) -> None:
         named = {"name": quantity.type_name, "description": quantity.description}
@@ -185,25 +182,19 @@ class _Fmi2(_Fmi3):
         return str(self.index[name] + 1)
 
     def _add_interfaces(self, root: Element) -> None:
-        common = {
-            "modelIdentifier": MODEL_IDENTIFIER,
-            "canNotUseMemoryManagementFunctions": "true",
-            "canGetAndSetFMUstate": "true",
-            "canSerializeFMUstate": "true",
-            "providesDirectionalDerivative": "true",
-        }
-        exchange = SubElement(
-            root, "ModelExchange", common, completedIntegratorStepNotNeeded="true"
+        common = {"modelIdentifier": MODEL_IDENTIFIER} | _true(
+            "canNotUseMemoryManagementFunctions",
+            "canGetAndSetFMUstate",
+            "canSerializeFMUstate",
+            "providesDirectionalDerivative",
         )
-        simulation = SubElement(
-            root,
-            "CoSimulation",
-            common,
-            canHandleVariableCommunicationStepSize="true",
-            canInterpolateInputs="true",
-            maxOutputDerivativeOrder="1",
-        )
-        for interface in (exchange, simulation):
+        simulation = _true("canHandleVariableCommunicationStepSize", "canInterpolateInputs")
+        simulation["maxOutputDerivativeOrder"] = "1"
+        for tag, own in (
+            ("ModelExchange", _true("completedIntegratorStepNotNeeded")),
+            ("CoSimulation", simulation),
+        ):
+            interface = SubElement(root, tag, common | own)
             files = SubElement(interface, "SourceFiles")
             for name in self.given.sources:
                 SubElement(files, "File", name=name)
@@ -226,6 +217,59 @@ class _Fmi2(_Fmi3):
             element = SubElement(structure, group)
             for unknown in unknowns:
                 SubElement(element, "Unknown", unknown)
+
+
+def terminals_xml(variables: Sequence[Variable]) -> bytes:
+    """Return the terminals: one for the force on each mode, and one for each contact DOF."""
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    graphics = SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": "-100.0", "y1": "-100.0", "x2": "100.0", "y2": "100.0"}
+    SubElement(graphics, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
+    SubElement(graphics, "Icon", corners)
+    terminals = SubElement(root, "Terminals")
+    made: dict[str, Element] = {}
+    for variable in variables:
+        name, words, member = _terminal(variable.name)
+        if not name:
+            continue
+        if name not in made:
+            attributes = {"name": name, "matchingRule": "bus", "description": words}
+            made[name] = SubElement(terminals, "Terminal", attributes)
+        SubElement(
+            made[name],
+            "TerminalMemberVariable",
+            variableName=variable.name,
+            memberName=member,
+            variableKind="signal",
+        )
+    return to_bytes(root)
+
+
+def _terminal(name: str) -> tuple[str, str, str]:
+    """Return the terminal of a variable, its description, and the name there; else ""."""
+    if force := re.fullmatch(r"((?:force|frequency|phase)(?:_rate)?)_([AB])", name):
+        member, mode = force.groups()
+        return f"excitation_{mode}", f"Force on mode {mode}, its frequency and phase", member
+    if contact := re.fullmatch(r"(contact_(\d+))_([xvf])", name):
+        terminal, dof, member = contact.groups()
+        return terminal, f"Motion and force at contact DOF {dof}", member
+    return "", "", ""
+
+
+def build_description(sources: Sequence[str]) -> bytes:
+    """Return how to build the library from C files in sources/."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=MODEL_IDENTIFIER)
+    files = SubElement(configuration, "SourceFileSet", language="C99")
+    for name in sources:
+        SubElement(files, "SourceFile", name=name)
+    SubElement(files, "IncludeDirectory", name=".")
+    SubElement(configuration, "Library", name="m", description="libm, where it is one apart")
+    return to_bytes(root)
+
+
+def _true(*names: str) -> dict[str, str]:
+    return dict.fromkeys(names, "true")
 
 
 def _add_units(definitions: Element, used: Sequence[Quantity]) -> None:
