@@ -100,7 +100,8 @@ fmu_status fmu_snapshot_size(const fmu_instance *instance, const fmu_snapshot *s
 fmu_status fmu_snapshot_write(const fmu_instance *instance, const fmu_snapshot *snapshot,
                               void *bytes, size_t size) {
     const char *reason = bytes ? unfit(instance, snapshot) : "the array is NULL";
-    if (!reason && size < bytes_of((size_t)snapshot->head.count)) reason = "the array is too short";
+    if (!reason && size < bytes_of((size_t)snapshot->head.count))
+        reason = "the array is too short";
     if (reason) return fmu_say(instance, FMU_ERROR, "SerializeFMUState: %s", reason);
     header head = snapshot->head;
     head.crc = crc_of(snapshot);

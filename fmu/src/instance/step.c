@@ -20,7 +20,8 @@ fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
                            "required intermediate variables: value reference %lu is no output",
                            (unsigned long)wanted[k]);
     uint32_t *kept = calloc(count + 1, sizeof *kept);
-    if (!kept) return fmu_say(instance, FMU_ERROR, "required intermediate variables: out of memory");
+    if (!kept)
+        return fmu_say(instance, FMU_ERROR, "required intermediate variables: out of memory");
     if (count > 0) memcpy(kept, wanted, count * sizeof *kept);
     instance->observer = *observer;
     instance->observer.wanted = kept;

@@ -1,5 +1,5 @@
-/* Resource files: their folder, for which FMI 2.0 gives a URI and FMI 3.0 a native path, and a
- * strict reader of the .npy files that the exporter writes: version 1.0, little-endian, C order. */
+/* Resource files: their folder, and a strict reader of the .npy files that the exporter writes:
+ * version 1.0, little-endian, C order. */
 #ifndef FMU_FILES_H
 #define FMU_FILES_H
 
@@ -7,8 +7,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* Returns the folder of a file: URI or path as a native path in UTF-8 that ends in a separator, from
- * malloc; NULL: `reason` says why there is none. */
+/* Returns the folder of a file: URI (FMI 2.0) or a path (FMI 3.0) as a native path in UTF-8 that
+ * ends in a separator, from malloc; NULL: `reason` says why there is none. */
 char *location_folder(const char *location, const char **reason);
 
 /* Opens a file in the folder for reading in binary; NULL if that is not possible. */
@@ -24,8 +24,8 @@ typedef struct {
     size_t shape[NPY_DIMENSIONS];
 } npy_layout;
 
-/* Returns the elements of a file that must have exactly this layout, from malloc, and the CRC-32 of
- * all its bytes. NULL: `reason` says what is wrong with the file. */
+/* Returns the elements of a file that must have exactly this layout, from malloc, and the CRC-32
+ * of all its bytes. NULL: `reason` says what is wrong with the file. */
 void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char **reason);
 
 /* Returns the CRC-32 (ISO 3309, as in zlib) of more bytes after those with `crc`; 0 at first. */

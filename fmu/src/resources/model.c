@@ -25,46 +25,45 @@ enum {
     ORDERS, REACTIONS, RESPONSES, VARIABLES, EXTENTS
 };
 /* Which models have an array. In the others its file is empty: extents from MODES on are 0. */
-enum { ALWAYS, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, CONDITIONS };
+enum { ALL, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, CONDITIONS };
 
 #define FIELD(field) offsetof(fmu_model, field)
 /* The arrays, in the order of checksums.npy, and the pointers to them in the model. */
 static const struct {
     const char *name;
     npy_type type;
-    int extent[NPY_DIMENSIONS], condition;
+    int extent[NPY_DIMENSIONS];
     size_t field;
+    int condition;
 } FILES[] = {
-    {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}, ALWAYS, FIELD(layout)},
-    {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}, ALWAYS, FIELD(constants)},
-    {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}, ALWAYS, FIELD(inputs)},
-    {"combinations.npy", NPY_INT32, {COMBINATIONS, THREE}, ALWAYS, FIELD(combinations)},
-    {"node_a.npy", NPY_FLOAT64, {NODES_A}, ALWAYS, FIELD(flow.table.node_a)},
-    {"node_b.npy", NPY_FLOAT64, {NODES_B}, ALWAYS, FIELD(flow.table.node_b)},
-    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}, ALWAYS,
-     FIELD(flow.table.values)},
-    {"rate_correction.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS}, CORRECTED,
-     FIELD(flow.table.rate_correction)},
-    {"detuning.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS}, DETUNED,
-     FIELD(flow.table.detuning)},
-    {"contact_limit.npy", NPY_FLOAT64, {CONTACTS}, RIGID, FIELD(contact.limit)},
-    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, ALWAYS, FIELD(contact.stiffness)},
-    {"contact_damping.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, RIGID, FIELD(contact.damping)},
-    {"contact_mass.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, INERTIA, FIELD(contact.mass)},
-    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}, ALWAYS, FIELD(contact.coupling)},
-    {"contact_elements.npy", NPY_FLOAT64, {ELEMENTS, ROW_FIELDS}, ALWAYS, FIELD(elements)},
-    {"contact_sliders.npy", NPY_FLOAT64, {SLIDERS, TWO}, ALWAYS, FIELD(elastic.slider)},
-    {"contact_reference.npy", NPY_FLOAT64, {CONTACTS}, ELASTIC, FIELD(elastic.reference)},
-    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, ALWAYS, FIELD(motion.modes_out)},
-    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, ALWAYS, FIELD(motion.forces_out)},
-    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}, ALWAYS,
-     FIELD(motion.contacts_out)},
-    {"orders.npy", NPY_INT32, {ORDERS, TWO}, ALWAYS, FIELD(motion.orders)},
-    {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, REACTIONS}, ALWAYS,
-     FIELD(motion.reaction)},
-    {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, RESPONSES}, ALWAYS,
-     FIELD(motion.response)},
-    {"variables.npy", NPY_INT32, {VARIABLES, THREE}, ALWAYS, FIELD(variable)},
+    {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}, FIELD(layout), ALL},
+    {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}, FIELD(constants), ALL},
+    {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}, FIELD(inputs), ALL},
+    {"combinations.npy", NPY_INT32, {COMBINATIONS, THREE}, FIELD(combinations), ALL},
+    {"node_a.npy", NPY_FLOAT64, {NODES_A}, FIELD(flow.table.node_a), ALL},
+    {"node_b.npy", NPY_FLOAT64, {NODES_B}, FIELD(flow.table.node_b), ALL},
+    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}, FIELD(flow.table.values), ALL},
+    {"rate_correction.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS},
+     FIELD(flow.table.rate_correction), CORRECTED},
+    {"detuning.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS},
+     FIELD(flow.table.detuning), DETUNED},
+    {"contact_limit.npy", NPY_FLOAT64, {CONTACTS}, FIELD(contact.limit), RIGID},
+    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.stiffness), ALL},
+    {"contact_damping.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.damping), RIGID},
+    {"contact_mass.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.mass), INERTIA},
+    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}, FIELD(contact.coupling), ALL},
+    {"contact_elements.npy", NPY_FLOAT64, {ELEMENTS, ROW_FIELDS}, FIELD(elements), ALL},
+    {"contact_sliders.npy", NPY_FLOAT64, {SLIDERS, TWO}, FIELD(elastic.slider), ALL},
+    {"contact_reference.npy", NPY_FLOAT64, {CONTACTS}, FIELD(elastic.reference), ELASTIC},
+    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.modes_out), ALL},
+    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.forces_out), ALL},
+    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}, FIELD(motion.contacts_out), ALL},
+    {"orders.npy", NPY_INT32, {ORDERS, TWO}, FIELD(motion.orders), ALL},
+    {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, REACTIONS},
+     FIELD(motion.reaction), ALL},
+    {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, RESPONSES},
+     FIELD(motion.response), ALL},
+    {"variables.npy", NPY_INT32, {VARIABLES, THREE}, FIELD(variable), ALL},
 };
 enum { ARRAYS = sizeof FILES / sizeof *FILES, NAMES = ARRAYS, NAME_STARTS, ELEMENT_RECORDS };
 
@@ -335,7 +334,7 @@ int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]) {
     loader l = {.folder = folder,
                 .reason = reason,
-                .has = {[ALWAYS] = 1},
+                .has = {[ALL] = 1},
                 .extent = {[TWO] = 2, [THREE] = 3, [FOUR] = 4, [ROW_FIELDS] = ROW_WIDTH,
                            [LAYOUT_FIELDS] = sizeof(fmu_layout) / sizeof(int32_t),
                            [CONSTANT_FIELDS] = sizeof(fmu_constants) / sizeof(double),
