@@ -308,34 +308,26 @@ class Imported:
 
     def _started(self, start: dict[str, float | bool]) -> Any:
         """Return an initialized instance, with its files in a temporary folder."""
-        description = self._archive.description
+        description, is_fmi2 = self._archive.description, self._archive.fmi == "2.0"
         unzipped = tempfile.mkdtemp(prefix="slipmode-")
         self._resources.callback(shutil.rmtree, unzipped, ignore_errors=True)
         fmpy.extract(self._archive.path, unzipped)
         with _LOADING:
-            instance = self._instantiated(unzipped)
+            if is_fmi2:
+                identifier = description.coSimulation.modelIdentifier
+                instance = fmi2.FMU2Slave(
+                    guid=description.guid, unzipDirectory=unzipped, modelIdentifier=identifier
+                )
+                instance.instantiate(callbacks=self._log.callbacks())
+            else:
+                instance = simulation.instantiate_fmu(
+                    unzipped, description, "CoSimulation", logger=self._log.write
+                )
         self._resources.callback(instance.freeInstance)
-        simulation.apply_start_values(
-            instance, description, start, simulation.settable_in_instantiated
-        )
-        if self._archive.fmi == "2.0":
+        settable = simulation.settable_in_instantiated
+        simulation.apply_start_values(instance, description, start, settable)
+        if is_fmi2:
             instance.setupExperiment(startTime=0.0)
-            instance.enterInitializationMode()
-        else:
-            instance.enterInitializationMode(startTime=0.0)
+        instance.enterInitializationMode(**({} if is_fmi2 else {"startTime": 0.0}))
         instance.exitInitializationMode()
-        return instance
-
-    def _instantiated(self, unzipped: str) -> Any:
-        description = self._archive.description
-        if self._archive.fmi != "2.0":
-            return simulation.instantiate_fmu(
-                unzipped, description, "CoSimulation", logger=self._log.write
-            )
-        instance = fmi2.FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=unzipped,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-        )
-        instance.instantiate(callbacks=self._log.callbacks())
         return instance

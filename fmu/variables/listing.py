@@ -19,8 +19,6 @@ from slipmode.rom.laws.directions import ContactDirection, contact_directions
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.validity import carrier_range
 
-EDGE = 0.9  # NEAR_EDGE in fmu/src/instance/variables.c
-
 
 def list_variables(model: Model, newtons: bool, options: ExportOptions) -> list[Variable]:
     """Return all variables, in the order of their value references.
@@ -158,9 +156,7 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
     yield Variable("input_power", Kind.OUTPUT, 7, Quantity.POWER, said, needs=needs)
     said = "Mean power dissipated at the contacts"
     yield Variable("dissipated_power", Kind.OUTPUT, 8, Quantity.POWER, said, needs=needs)
-    said = (
-        f"Whether the amplitudes are inside the friction table or beyond {EDGE:.0%} of its range"
-    )
+    said = "Whether the amplitudes are inside the friction table or beyond 90% of its range"
     needs = (*amplitudes, *(name for name in inputs if name == "limit_scale"))
     yield Variable("table_status", Kind.MARGIN, 0, Quantity.TABLE_STATUS, said, needs=needs)
 

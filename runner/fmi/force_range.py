@@ -1,4 +1,4 @@
-"""How hard a scene may be forced before its amplitudes leave the friction table."""
+"""Largest forces of a scene at which its amplitudes stay inside the friction table."""
 
 from __future__ import annotations
 
@@ -14,25 +14,23 @@ from slipmode.runner.plan.settling import shortened
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.script import Script
 
-_MOST = 2.0**10  # times the scene's forces
-_HALVINGS = 7  # to within 1 % of the factor
-
 
 def largest_forces(plan: Plan, model: Model) -> dict[str, float]:
-    """Largest magnitudes of the force inputs, by name, with which the scene stays in the table.
+    """Return the largest magnitudes of the force inputs at which the scene stays in the table.
 
-    All forces of the scene grow by one factor until an amplitude leaves. What the scene does not
-    force, or what no factor up to 1024 takes out of the table, is left out.
+    All forces of the scene grow by one factor, found to 1 %, until an amplitude leaves the table.
+    Inputs that the scene does not force are omitted, and all of them if no factor up to 1024 takes
+    an amplitude out of the table.
     """
     names = [f"force_{mode}" for mode in plan.excited.modes]
     forces = np.abs(plan.schedule.extremes(names)).max(axis=0)
-    factor = 1.0
-    while factor < _MOST and _stays(plan, model, 2.0 * factor):
+    factor, most = 1.0, 1024.0
+    while factor < most and _stays(plan, model, 2.0 * factor):
         factor *= 2.0
-    if factor >= _MOST:
+    if factor >= most:
         return {}
     step = factor
-    for _ in range(_HALVINGS):
+    for _ in range(7):  # to 1 %
         step *= 0.5
         if _stays(plan, model, factor + step):
             factor += step
@@ -41,7 +39,7 @@ def largest_forces(plan: Plan, model: Model) -> dict[str, float]:
 
 
 def _stays(plan: Plan, model: Model, factor: float) -> bool:
-    """Whether the scene under `factor` times its forces stays in the table."""
+    """Return whether the scene with `factor` times its forces stays in the table."""
     schedule = _forced(plan.schedule, factor)
     excited = plan.excited
     if plan.scene.model.formulation == "consistent":
@@ -61,7 +59,7 @@ def _stays(plan: Plan, model: Model, factor: float) -> bool:
 
 
 def _forced(schedule: Schedule, factor: float) -> Schedule:
-    """The schedule with `factor` times its forces."""
+    """Return the schedule with `factor` times its forces."""
     scripts = {
         name: Script(script.times, tuple(factor * value for value in script.values))
         if name.startswith("force_")

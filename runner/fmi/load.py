@@ -1,4 +1,4 @@
-"""An FMU in the place of a scene's component."""
+"""An FMU as the component of a scene."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
 
 
 def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
-    """An FMU at t = 0 of a scene, whatever it starts with by itself.
+    """Return an FMU that starts as the scene does at t = 0.
 
     Raises
     ------

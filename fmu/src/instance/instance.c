@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* By status. */
 static const char *const CATEGORY[] = {"logEvents", "logStatusWarning", "logStatusDiscard",
                                        "logStatusError"};
-#define CATEGORIES (sizeof CATEGORY / sizeof *CATEGORY)
 
 void fmu_log(const fmu_logger *logger, const char *name, fmu_status status,
              const char *message) {
@@ -32,10 +32,10 @@ fmu_status fmu_set_logging(fmu_instance *instance, int on, size_t count,
         return fmu_say(instance, FMU_ERROR, "SetDebugLogging: the categories are NULL");
     int events = on && count == 0;
     for (size_t k = 0; k < count; k++) {
-        size_t known = 0;
-        while (known < CATEGORIES && categories[k] && strcmp(categories[k], CATEGORY[known]) != 0)
+        int known = FMU_OK;
+        while (known <= FMU_ERROR && categories[k] && strcmp(categories[k], CATEGORY[known]) != 0)
             known++;
-        if (!categories[k] || known == CATEGORIES)
+        if (!categories[k] || known > FMU_ERROR)
             return fmu_say(instance, FMU_ERROR, "SetDebugLogging: no log category %s",
                            categories[k] ? categories[k] : "NULL");
         if (known == FMU_OK) events = on;

@@ -18,7 +18,7 @@ struct fmu_snapshot {
     double content[]; /* the run, the outputs, the state of the component */
 };
 
-#define RUN (sizeof(fmu_run) / sizeof(double))
+enum { RUN = sizeof(fmu_run) / sizeof(double) };
 #define CHECKED_FROM offsetof(header, count)
 
 static size_t content_count(const fmu_instance *instance) {

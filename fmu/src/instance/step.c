@@ -29,44 +29,19 @@ fmu_status fmu_observe(fmu_instance *instance, const fmu_observer *observer,
     return FMU_OK;
 }
 
-/* Calls the importer back; returns the seconds until the end of the step, which it may move. */
-static double show(fmu_instance *instance, const sm_inputs *begun, double start, double end) {
+/* Calls the importer back; returns the end of the step, which it may move. */
+static double show(fmu_instance *instance, const sm_inputs *inputs, double end) {
     const double now = instance->outputs[0];
     double wanted = now;
-    instance->run.inputs = *begun;
-    fmu_advance_inputs(&instance->run.inputs, now - start);
+    instance->run.inputs = *inputs;
     instance->rates_current = 0;
     instance->motion_current = FMU_NO_MOTION;
     instance->state = FMU_INTERMEDIATE;
     const int may_end = instance->early_return && now < end;
     const int ends = instance->observer.update(&instance->observer, now, may_end, &wanted);
     instance->state = FMU_STEPPING;
-    if (!ends) return end - now;
-    return wanted > now ? fmin(wanted, end) - now : 0.0;
-}
-
-/* Advances by internal steps; `duration` becomes the time advanced. Where the friction table ends,
- * the integrator shortens its steps to 1e-3 rad of mode A and stops there. */
-static sm_status march(fmu_instance *instance, double *duration) {
-    const sm_inputs begun = instance->run.inputs;
-    const double start = instance->outputs[0];
-    double left = *duration, end = start + left, taken;
-    sm_status status = SM_OK;
-    while (status == SM_OK && left > 0.0) {
-        status = sm_component_advance(instance->component, left, &taken);
-        if (status == SM_OK)
-            status = sm_component_slow_outputs(instance->component, instance->outputs);
-        if (status != SM_OK) break;
-        left = instance->observer.update ? show(instance, &begun, start, end)
-                                         : end - instance->outputs[0];
-        end = fmin(end, instance->outputs[0] + left);
-    }
-    instance->run.inputs = begun;
-    if (status != SM_OK)
-        *duration = instance->outputs[0] - start;
-    else if (end < start + *duration)
-        *duration = end - start;
-    return status;
+    if (!ends) return end;
+    return wanted > now ? fmin(wanted, end) : now;
 }
 
 /* Remembers a discarded step. Another try ends the simulation if no step can be done, or if the
@@ -86,36 +61,53 @@ static fmu_status refuse(fmu_instance *instance, double duration, sm_status stat
         if (refused == FMU_DISCARD) note_refusal(instance, duration, 0);
         return refused;
     }
-    const double went = reached[0] - instance->outputs[0];
-    const int stuck = went * instance->run.inputs.frequency[0] < LEAST_REACH;
+    const double advanced = reached[0] - instance->outputs[0];
+    const int stuck = advanced * instance->run.inputs.frequency[0] < LEAST_REACH;
     note_refusal(instance, duration, stuck);
     return fmu_say_outside(instance, reached, "step", stuck ? ", however short the step" : "");
 }
 
-/* Marches the step. If it fails, or stops before LEAST_REACH, all is as before. */
-static fmu_status march_step(fmu_instance *instance, double *duration) {
+/* Advances by internal steps; `duration` becomes the time advanced. Where the friction table ends,
+ * the integrator shortens its steps to 1e-3 rad of mode A and stops there. If the step fails, or
+ * stops before LEAST_REACH, the instance is unchanged. */
+static fmu_status march(fmu_instance *instance, double *duration) {
     sm_component *component = instance->component;
-    double before[SM_OUTPUTS_FIXED], reached[SM_OUTPUTS_FIXED], taken = *duration;
+    const sm_inputs begun = instance->run.inputs;
+    double before[SM_OUTPUTS_FIXED], *now = instance->outputs;
+    const double start = now[0], whole = start + *duration;
+    double end = whole, taken;
     double *state = calloc(sm_component_state_count(component), sizeof *state);
     if (!state) return fmu_say(instance, FMU_ERROR, "step: out of memory");
     sm_component_get_state(component, state);
-    memcpy(before, instance->outputs, sizeof before);
-    const sm_status marched = march(instance, &taken);
+    memcpy(before, now, sizeof before);
+    sm_status marched = SM_OK;
+    while (marched == SM_OK && now[0] < end) {
+        marched = sm_component_advance(component, end - now[0], &taken);
+        if (marched == SM_OK) marched = sm_component_slow_outputs(component, now);
+        if (marched != SM_OK || !instance->observer.update) continue;
+        sm_inputs moved = begun;
+        fmu_advance_inputs(&moved, now[0] - start);
+        end = show(instance, &moved, end);
+    }
+    instance->run.inputs = begun;
     fmu_status status = FMU_OK;
-    if (marched == SM_OUTSIDE_TABLE && instance->early_return &&
-        taken * instance->run.inputs.frequency[0] >= LEAST_REACH) {
+    if (marched == SM_OK) {
+        if (end < whole) *duration = end - start;
+    } else if (marched == SM_OUTSIDE_TABLE && instance->early_return &&
+               (now[0] - start) * begun.frequency[0] >= LEAST_REACH) {
         fmu_say(instance, FMU_OK, "step: returns %g s early, where the friction table ends",
-                *duration - taken);
-    } else if (marched != SM_OK) {
-        memcpy(reached, instance->outputs, sizeof reached);
-        memcpy(instance->outputs, before, sizeof before);
+                whole - now[0]);
+        *duration = now[0] - start;
+    } else {
+        double reached[SM_OUTPUTS_FIXED];
+        memcpy(reached, now, sizeof reached);
+        memcpy(now, before, sizeof before);
         sm_component_set_state(component, state);
         instance->rates_current = 0;
         instance->motion_current = FMU_NO_MOTION;
         status = refuse(instance, *duration, marched, reached);
     }
     free(state);
-    *duration = taken;
     return status;
 }
 
@@ -143,7 +135,7 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
     const sm_status stepped =
         observed ? SM_OK : sm_component_step(instance->component, duration);
     if (observed || stepped == SM_OUTSIDE_TABLE)
-        status = march_step(instance, &taken);
+        status = march(instance, &taken);
     else if (stepped != SM_OK)
         status = refuse(instance, duration, stepped, instance->outputs);
     if (status != FMU_OK) return status;

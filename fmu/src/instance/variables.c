@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NEAR_EDGE 0.9 /* of the friction table's range; EDGE in fmu/variables/listing.py */
+#define NEAR_EDGE 0.9 /* of the friction table's range, as fmu/variables/listing.py says */
 
 static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean", "an array"};
 
@@ -96,10 +96,10 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
 
 fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
                           double *value, size_t values) {
-    const size_t size = (size_t)instance->model->contact.contacts;
+    const fmu_model *model = instance->model;
+    const size_t size = (size_t)model->contact.contacts;
     size_t needed = 0;
     for (size_t k = 0; k < count; k++) {
-        const fmu_model *model = instance->model;
         const int array = reference[k] < (uint32_t)model->variables &&
                           model->variable[reference[k]].type == FMU_ARRAY;
         if (!find(instance, array ? FMU_ARRAY : FMU_REAL, reference[k])) return FMU_ERROR;

@@ -113,7 +113,6 @@ FILE *location_open(const char *folder, const char *name) {
 /* ---- .npy ------------------------------------------------------------------------------ */
 
 #define MAGIC "\x93NUMPY\x01" /* and a minor version 0 */
-#define PREFIX 10              /* bytes before the description of the array */
 #define DESCRIPTION 256        /* bytes of the description at most */
 
 uint32_t npy_crc(uint32_t crc, const void *bytes, size_t count) {
@@ -151,15 +150,15 @@ static void describe(const npy_layout *layout, char text[DESCRIPTION]) {
 
 /* Reads up to the array; returns what is wrong, or NULL. */
 static const char *read_description(FILE *file, const npy_layout *layout, uint32_t *crc) {
-    unsigned char prefix[PREFIX];
+    unsigned char prefix[10];
     char expected[DESCRIPTION], found[DESCRIPTION];
-    if (fread(prefix, 1, PREFIX, file) != PREFIX) return "it is truncated";
+    if (fread(prefix, 1, sizeof prefix, file) != sizeof prefix) return "it is truncated";
     if (memcmp(prefix, MAGIC, 7) != 0 || prefix[7] != 0)
         return "it is not an .npy file of version 1.0";
     const size_t length = prefix[8] + 256u * prefix[9];
     if (length >= DESCRIPTION) return "its header is damaged";
     if (fread(found, 1, length, file) != length) return "it is truncated";
-    *crc = npy_crc(npy_crc(0, prefix, PREFIX), found, length);
+    *crc = npy_crc(npy_crc(0, prefix, sizeof prefix), found, length);
     found[length] = '\0';
     describe(layout, expected);
     const size_t needed = strlen(expected);

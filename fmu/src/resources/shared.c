@@ -27,18 +27,15 @@ typedef struct entry {
 /* All models of this library; only read and written between enter and leave. */
 static entry *registry;
 
+/* Loads another model into the registry; NULL: `reason` says why not. */
 static entry *load(const char *folder, const char *token, char reason[FMU_REASON]) {
-    const size_t length = strlen(folder) + 1;
-    entry *made = calloc(1, sizeof *made + length);
-    if (!made) {
-        snprintf(reason, FMU_REASON, "out of memory");
-        return NULL;
-    }
-    if (!fmu_model_load(&made->model, folder, token, reason)) {
+    snprintf(reason, FMU_REASON, "out of memory");
+    entry *made = calloc(1, sizeof *made + strlen(folder) + 1);
+    if (!made || !fmu_model_load(&made->model, folder, token, reason)) {
         free(made);
         return NULL;
     }
-    memcpy(made->folder, folder, length);
+    memcpy(made->folder, folder, strlen(folder) + 1);
     made->next = registry;
     registry = made;
     return made;
