@@ -43,12 +43,7 @@ from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.quasi_static import check_force_patterns
-from slipmode.rom.validity import (
-    Finding,
-    mode_frequency_findings,
-    model_findings,
-    warn,
-)
+from slipmode.rom.validity import Finding, mode_frequency_findings, model_findings, warn
 
 _TRACED_ROWS = 4096  # outputs in memory together
 

@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from slipmode.fmu.description.description import FmiVersion
+from slipmode.fmu.description.options import FmiVersion
 from slipmode.rom import SlipmodeError
 
 # Headers and sources: those of the FMU and those of the core; in an FMU one folder, sources/.

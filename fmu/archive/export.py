@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib.metadata import files, version
+from importlib.metadata import files
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,13 @@ from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.resources import resource_files
 from slipmode.fmu.component import Component, findings_of
-from slipmode.fmu.description.description import MODEL_IDENTIFIER, Description, ExportOptions
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
+from slipmode.fmu.description.options import MODEL_IDENTIFIER, ExportOptions
 from slipmode.fmu.description.reference_result import reference_files
 from slipmode.fmu.description.xml_files import (
+    Fmi2Description,
+    Fmi3Description,
     build_description,
-    model_description,
     terminals_xml,
 )
 from slipmode.fmu.inputs import present_modes
@@ -111,12 +112,11 @@ def export(
     if chosen.fmi == 2:
         variables = [v for v in variables if v.size is None]
     sources = binaries.source_files(chosen.fmi)
-    description = Description(
+    description = (Fmi2Description if chosen.fmi == 2 else Fmi3Description)(
         options=chosen,
-        summary=_summary(model),
-        version=version("slipmode"),
-        token=resources["token.txt"].decode(),
         variables=variables,
+        summary=_summary(model),
+        token=resources["token.txt"].decode(),
         sources=[source for source in sources if source.endswith(".c")],
     )
     host = binaries.host_platform()
@@ -125,7 +125,7 @@ def export(
         other: cross.platform_binary(other) for other in chosen.platforms if other != host
     }
     content = {
-        "modelDescription.xml": model_description(description),
+        "modelDescription.xml": description.to_bytes(),
         **{
             binaries.library_path(at, chosen.fmi, MODEL_IDENTIFIER): library
             for at, library in libraries.items()

@@ -1,6 +1,6 @@
 """Options of an FMU, and its descriptions.
 
-description.py      ExportOptions, and the content of modelDescription.xml
+options.py          ExportOptions
 xml_files.py        modelDescription.xml in FMI 2.0 and 3.0, further files of FMI 3.0. Start here.
 documentation.py, reference_result.py   documentation/ and extra/ of the archive; their static
                     parts are the files beside

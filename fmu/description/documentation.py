@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
+from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
 import numpy as np
 
-from slipmode.fmu.description.description import Description
-from slipmode.fmu.description.xml_files import literal
+from slipmode.fmu.description.xml_files import Fmi3Description, literal
 from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import Model
 from slipmode.rom.errors import Finding
@@ -18,7 +18,7 @@ from slipmode.rom.laws.directions import law_words
 from slipmode.rom.slow.transient import TransientError
 
 
-def index_html(model: Model, given: Description, findings: Sequence[Finding] = ()) -> bytes:
+def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding] = ()) -> bytes:
     """Return the page that a tool opens as documentation; it lists findings as warnings."""
     variables = given.variables
     warnings = [
@@ -35,7 +35,7 @@ def index_html(model: Model, given: Description, findings: Sequence[Finding] = (
     page = template.substitute(
         name=escape(given.options.name),
         fmi=given.options.fmi,
-        version=given.version,
+        version=version("slipmode"),
         facts=_table(_facts(model)),
         validity=f"<li>{_contact_validity(model)}</li>\n<li>{_transient_validity(model)}</li>",
         warnings="\n".join(["<h2>Warnings</h2>\n<ul>", *warnings, "</ul>"]) if warnings else "",

@@ -9,7 +9,7 @@ from string import Template
 import numpy as np
 
 from slipmode.fmu.component import Component
-from slipmode.fmu.description.description import ExportOptions, Stimuli
+from slipmode.fmu.description.options import ExportOptions, Stimuli
 from slipmode.fmu.stepping import StoppedError
 from slipmode.fmu.variables.variable import Kind, Variable
 

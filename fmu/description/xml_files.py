@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from slipmode.fmu.description.description import MODEL_IDENTIFIER, Description
+from slipmode.fmu.description.options import MODEL_IDENTIFIER, ExportOptions
 from slipmode.fmu.variables.quantities import UNITS, Quantity
 from slipmode.fmu.variables.variable import Kind, Type, Variable
 
@@ -24,36 +27,31 @@ def literal(value: float | bool) -> str:
     return str(value).lower() if isinstance(value, bool) else repr(float(value))
 
 
-def model_description(given: Description) -> bytes:
-    """Return modelDescription.xml of the version of the standard that the options say."""
-    writer = _Fmi2 if given.options.fmi == 2 else _Fmi3
-    return to_bytes(writer(given).root())
+@dataclass(frozen=True)
+class Fmi3Description:
+    """modelDescription.xml of FMI 3.0: types have own elements, the structure has references."""
 
+    options: ExportOptions
+    variables: Sequence[Variable]
+    summary: str  # description of the model
+    token: str  # instantiation token: the content hash of the resources
+    sources: Sequence[str]  # C files in sources/
 
-class _Fmi3:
-    """FMI 3.0: each type has its own elements; the model structure has value references."""
-
-    def __init__(self, given: Description) -> None:
-        self.given = given
-        self.variables = given.variables
-        self.index = {variable.name: k for k, variable in enumerate(given.variables)}
-
-    def root(self) -> Element:
+    def to_bytes(self) -> bytes:
         """Return the document."""
-        given = self.given
+        options, release = self.options, version("slipmode")
         attributes = {
-            "modelName": given.options.name,
-            "description": given.summary,
-            "version": given.version,
-            **given.options.origin.attributes(),
-            "generationTool": f"slipmode {given.version}",
+            "modelName": options.name,
+            "description": self.summary,
+            "version": release,
+            **options.origin.attributes(),
+            "generationTool": f"slipmode {release}",
             "variableNamingConvention": "structured",
         }
         root = Element("fmiModelDescription", self._version() | attributes)
         self._add_interfaces(root)
-        used = [
-            quantity for quantity in Quantity if quantity in {v.quantity for v in self.variables}
-        ]
+        quantities = {v.quantity for v in self.variables}
+        used = [quantity for quantity in Quantity if quantity in quantities]
         _add_units(SubElement(root, "UnitDefinitions"), used)
         types = SubElement(root, "TypeDefinitions")
         for quantity in used:
@@ -61,19 +59,24 @@ class _Fmi3:
         _add_log_categories(SubElement(root, "LogCategories"))
         experiment = {
             "startTime": 0.0,
-            "stopTime": given.options.stop_time,
-            "tolerance": given.options.tolerance,
-            "stepSize": given.options.step_size,
+            "stopTime": options.stop_time,
+            "tolerance": options.tolerance,
+            "stepSize": options.step_size,
         }
         SubElement(root, "DefaultExperiment", {k: literal(v) for k, v in experiment.items()})
         listed = SubElement(root, "ModelVariables")
         for variable in self.variables:
             self._add_variable(listed, variable)
         self._add_structure(SubElement(root, "ModelStructure"))
-        return root
+        return to_bytes(root)
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Value references by name."""
+        return {variable.name: k for k, variable in enumerate(self.variables)}
 
     def _version(self) -> dict[str, str]:
-        return {"fmiVersion": "3.0", "instantiationToken": self.given.token}
+        return {"fmiVersion": "3.0", "instantiationToken": self.token}
 
     def _reference(self, name: str) -> str:
         """Return how the model structure refers to a variable."""
@@ -172,11 +175,11 @@ class _Fmi3:
         )
 
 
-class _Fmi2(_Fmi3):
+class Fmi2Description(Fmi3Description):
     """FMI 2.0: types are nested in types and variables; the structure counts variables from 1."""
 
     def _version(self) -> dict[str, str]:
-        return {"fmiVersion": "2.0", "guid": self.given.token}
+        return {"fmiVersion": "2.0", "guid": self.token}
 
     def _reference(self, name: str) -> str:
         return str(self.index[name] + 1)
@@ -196,7 +199,7 @@ class _Fmi2(_Fmi3):
         ):
             interface = SubElement(root, tag, common | own)
             files = SubElement(interface, "SourceFiles")
-            for name in self.given.sources:
+            for name in self.sources:
                 SubElement(files, "File", name=name)
 
     def _add_type(self, types: Element, quantity: Quantity) -> None:

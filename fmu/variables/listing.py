@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
 
-from slipmode.fmu.description.description import ExportOptions
+from slipmode.fmu.description.options import ExportOptions
 from slipmode.fmu.inputs import place
 from slipmode.fmu.variables.quantities import Quantity
 from slipmode.fmu.variables.variable import Kind, Variable

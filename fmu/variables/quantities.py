@@ -9,24 +9,12 @@ from math import pi
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit and how it is displayed.
-
-    Attributes
-    ----------
-    name : str
-    base : dict of str to int
-        Exponents of the SI base units and rad; empty if they are not whole numbers, which the
-        standard cannot express.
-    display : str, optional
-        Name of the display unit.
-    factor : float
-        Display value of one unit.
-    """
+    """A unit and how it is displayed."""
 
     name: str
-    base: dict[str, int] = field(default_factory=dict)
-    display: str | None = None
-    factor: float = 1.0
+    base: dict[str, int] = field(default_factory=dict)  # exponents of SI units and rad; if whole
+    display: str | None = None  # name of the display unit
+    factor: float = 1.0  # display value of one unit
 
 
 UNITS = {

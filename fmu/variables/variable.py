@@ -32,42 +32,20 @@ class Kind(IntEnum):
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the FMU.
+    """A variable of the FMU."""
 
-    Attributes
-    ----------
-    name : str
-        The name in `fmu.Component`, if that has the variable too.
-    kind : Kind
-    slot : int
-    quantity : Quantity or None
-        Declared type with its unit; None for a boolean.
-    description : str
-    start : float, bool or None
-        None: calculated by the FMU.
-    minimum, maximum : float, optional
-    nominal : float, optional
-        Of a state.
-    derivative_of : str, optional
-        Name of the state.
-    needs : tuple of str
-        Names of the inputs, states and parameters on which it depends.
-    size : int, optional
-        Number of elements of an array.
-    """
-
-    name: str
+    name: str  # as in `fmu.Component`, if that has the variable too
     kind: Kind
     slot: int
-    quantity: Quantity | None
+    quantity: Quantity | None  # declared type with its unit; None for a boolean
     description: str
-    start: float | bool | None = None
+    start: float | bool | None = None  # None: calculated by the FMU
     minimum: float | None = None
     maximum: float | None = None
-    nominal: float | None = None
-    derivative_of: str | None = None
-    needs: tuple[str, ...] = ()
-    size: int | None = None
+    nominal: float | None = None  # of a state
+    derivative_of: str | None = None  # name of the state
+    needs: tuple[str, ...] = ()  # names of the inputs, states and parameters it depends on
+    size: int | None = None  # number of elements of an array
 
     @property
     def type(self) -> Type:

@@ -51,7 +51,7 @@ def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 
 def _fmu(options: argparse.Namespace) -> int:
-    from slipmode.fmu.description.description import Origin
+    from slipmode.fmu.description.options import Origin
     from slipmode.runner.fmi.export import export_fmu
     from slipmode.runner.scene.scene import load_scene
 

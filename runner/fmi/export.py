@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from slipmode import fmu
-from slipmode.fmu.description.description import FmiVersion, Stimuli
+from slipmode.fmu.description.options import FmiVersion, Stimuli
 from slipmode.rom import SlipmodeError
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM

@@ -55,31 +55,24 @@ CALL(EnterInitializationMode, FMU_INSTANTIATED, (fmi2Component c),
 /* ---- variables ------------------------------------------------------------------------- */
 
 #define GET_AND_SET(name, get, set)                                                           \
-    fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,    \
-                             fmi2##name value[]) {                                            \
+    fmi2Status fmi2Get##name(VARIABLES, fmi2##name value[]) {                                 \
         ALLOW(READABLE, Get##name);                                                           \
         REFUSE_IF(count > 0 && (!vr || !value), Get##name, "an array is NULL");               \
         return (fmi2Status)(get);                                                             \
     }                                                                                         \
-    fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference vr[], size_t count,    \
-                             const fmi2##name value[]) {                                      \
+    fmi2Status fmi2Set##name(VARIABLES, const fmi2##name value[]) {                           \
         ALLOW(SETTABLE, Set##name);                                                           \
         REFUSE_IF(count > 0 && (!vr || !value), Set##name, "an array is NULL");               \
         return (fmi2Status)(set);                                                             \
     }
-GET_AND_SET(Real, fmu_get_reals(c, vr, count, value), fmu_set_reals(c, vr, count, value))
+GET_AND_SET(Real, fmu_get_reals(c, vr, count, value, count), fmu_set_reals(c, vr, count, value))
 GET_AND_SET(Integer, fmu_get_integers(c, FMU_ENUMERATION, vr, count, value),
             fmu_set_integers(c, FMU_ENUMERATION, vr, count, value))
 GET_AND_SET(Boolean, fmu_get_integers(c, FMU_BOOLEAN, vr, count, value),
             fmu_set_integers(c, FMU_BOOLEAN, vr, count, value))
 
-NO_VALUES(GetString, READABLE,
-          (fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2String value[]),
-          "the FMU has no strings")
-NO_VALUES(SetString, SETTABLE,
-          (fmi2Component c, const fmi2ValueReference vr[], size_t count,
-           const fmi2String value[]),
-          "the FMU has no strings")
+NO_VALUES(GetString, READABLE, (VARIABLES, fmi2String value[]), "the FMU has no strings")
+NO_VALUES(SetString, SETTABLE, (VARIABLES, const fmi2String value[]), "the FMU has no strings")
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
                                         size_t unknowns, const fmi2ValueReference known[],
@@ -107,8 +100,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
 
 /* ---- Co-Simulation --------------------------------------------------------------------- */
 
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
-                                       size_t count, const fmi2Integer order[],
+fmi2Status fmi2SetRealInputDerivatives(VARIABLES, const fmi2Integer order[],
                                        const fmi2Real value[]) {
     ALLOW(FMU_INITIALIZATION | FMU_STEPPING, SetRealInputDerivatives);
     REFUSE_IF(count > 0 && (!vr || !order || !value),
@@ -118,8 +110,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     return (fmi2Status)fmu_set_input_rates(c, vr, count, value);
 }
 
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[],
-                                        size_t count, const fmi2Integer order[],
+fmi2Status fmi2GetRealOutputDerivatives(VARIABLES, const fmi2Integer order[],
                                         fmi2Real value[]) {
     ALLOW(FMU_STEPPING, GetRealOutputDerivatives);
     REFUSE_IF(count > 0 && (!vr || !order || !value),
@@ -136,23 +127,23 @@ CALL(DoStep, FMU_STEPPING,
 ABSENT(CancelStep, FMU_STEPPING, (fmi2Component c), "no step is under way")
 
 /* A step is over when fmi2DoStep returns: only its end time and termination have a status. */
-#define NO_STATUS(call, type)                                                                  \
-    CALL(call, FMU_STEPPING | FMU_TERMINATED,                                                  \
-         (fmi2Component c, const fmi2StatusKind kind, type *value),                            \
+#define NO_STATUS(call, type)                                                                 \
+    CALL(call, FMU_STEPPING | FMU_TERMINATED,                                                 \
+         (fmi2Component c, const fmi2StatusKind kind, type *value),                           \
          fmu_say(c, FMU_DISCARD, "%s: steps are never pending", FMI_NAME(call)))
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetStringStatus, fmi2String)
 
-#define ONE_STATUS(call, type, its_kind, present)                                              \
-    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind kind, type *value) {           \
-        ALLOW(FMU_STEPPING | FMU_TERMINATED, call);                                            \
-        if (kind != (its_kind))                                                                \
-            return (fmi2Status)fmu_say(c, FMU_DISCARD, "%s: steps are never pending",          \
-                                       FMI_NAME(call));                                        \
-        REFUSE_IF(!value, call, "the value is NULL");                                          \
-        *value = ((const fmu_instance *)c)->present;                                           \
-        return fmi2OK;                                                                         \
+#define ONE_STATUS(call, type, its_kind, present)                                             \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind kind, type *value) {          \
+        ALLOW(FMU_STEPPING | FMU_TERMINATED, call);                                           \
+        if (kind != (its_kind))                                                               \
+            return (fmi2Status)fmu_say(c, FMU_DISCARD, "%s: steps are never pending",         \
+                                       FMI_NAME(call));                                       \
+        REFUSE_IF(!value, call, "the value is NULL");                                         \
+        *value = ((const fmu_instance *)c)->present;                                          \
+        return fmi2OK;                                                                        \
     }
 ONE_STATUS(GetRealStatus, fmi2Real, fmi2LastSuccessfulTime, outputs[0])
 ONE_STATUS(GetBooleanStatus, fmi2Boolean, fmi2Terminated, terminated)

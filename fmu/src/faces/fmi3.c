@@ -100,15 +100,13 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
 
 /* ---- variables ------------------------------------------------------------------------- */
 
-fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                          fmi3Float64 value[], size_t values) {
+fmi3Status fmi3GetFloat64(VARIABLES, fmi3Float64 value[], size_t values) {
     ALLOW(READABLE, GetFloat64);
     REFUSE_IF(count > 0 && (!vr || !value), GetFloat64, "an array is NULL");
-    return (fmi3Status)fmu_get_floats(c, vr, count, value, values);
+    return (fmi3Status)fmu_get_reals(c, vr, count, value, values);
 }
 
-fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                          const fmi3Float64 value[], size_t values) {
+fmi3Status fmi3SetFloat64(VARIABLES, const fmi3Float64 value[], size_t values) {
     ALLOW(SETTABLE, SetFloat64);
     NEED_ARRAYS(count, values, SetFloat64);
     return (fmi3Status)fmu_set_reals(c, vr, count, value);
@@ -116,8 +114,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 
 /* Enumerations and booleans, which have another width in the instance. */
 #define GET_INTEGERS(name, type)                                                              \
-    fmi3Status fmi3Get##name(fmi3Instance c, const fmi3ValueReference vr[], size_t count,     \
-                             fmi3##name value[], size_t values) {                             \
+    fmi3Status fmi3Get##name(VARIABLES, fmi3##name value[], size_t values) {                  \
         ALLOW(READABLE, Get##name);                                                           \
         NEED_ARRAYS(count, values, Get##name);                                                \
         for (size_t k = 0; k < count; k++) {                                                  \
@@ -131,8 +128,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
 GET_INTEGERS(Int64, FMU_ENUMERATION)
 GET_INTEGERS(Boolean, FMU_BOOLEAN)
 
-fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                          const fmi3Boolean value[], size_t values) {
+fmi3Status fmi3SetBoolean(VARIABLES, const fmi3Boolean value[], size_t values) {
     ALLOW(SETTABLE, SetBoolean);
     NEED_ARRAYS(count, values, SetBoolean);
     for (size_t k = 0; k < count; k++) {
@@ -184,8 +180,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                           sensitivities);
 }
 
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-                                    const fmi3Int32 order[], fmi3Float64 value[], size_t values) {
+fmi3Status fmi3GetOutputDerivatives(VARIABLES, const fmi3Int32 order[], fmi3Float64 value[],
+                                    size_t values) {
     ALLOW(FMU_STEPPING | FMU_STEP_EVENTS, GetOutputDerivatives);
     REFUSE_IF(count > 0 && (!vr || !value || !order), GetOutputDerivatives, "an array is NULL");
     for (size_t k = 0; k < count; k++)
@@ -246,20 +242,18 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
 /* ---- calls for what the FMU does not have: refused, with a logged reason ----------------- */
 
 /* No variable has this type: only empty lists are allowed. */
-#define NO_SETTER(type)                                                                        \
-    fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference vr[], size_t count,      \
-                             const fmi3##type value[], size_t values) {                        \
-        ALLOW(SETTABLE, Set##type);                                                            \
-        REFUSE_IF(count > 0 || values > 0, Set##type, "no variable of this type is set");      \
-        return fmi3OK;                                                                         \
+#define NO_SETTER(type)                                                                       \
+    fmi3Status fmi3Set##type(VARIABLES, const fmi3##type value[], size_t values) {            \
+        ALLOW(SETTABLE, Set##type);                                                           \
+        REFUSE_IF(count > 0 || values > 0, Set##type, "no variable of this type is set");     \
+        return fmi3OK;                                                                        \
     }
-#define NO_SUCH_TYPE(type)                                                                     \
-    NO_SETTER(type)                                                                            \
-    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t count,      \
-                             fmi3##type value[], size_t values) {                              \
-        ALLOW(READABLE, Get##type);                                                            \
-        REFUSE_IF(count > 0 || values > 0, Get##type, "no variable has this type");            \
-        return fmi3OK;                                                                         \
+#define NO_SUCH_TYPE(type)                                                                    \
+    NO_SETTER(type)                                                                           \
+    fmi3Status fmi3Get##type(VARIABLES, fmi3##type value[], size_t values) {                  \
+        ALLOW(READABLE, Get##type);                                                           \
+        REFUSE_IF(count > 0 || values > 0, Get##type, "no variable has this type");           \
+        return fmi3OK;                                                                        \
     }
 
 NO_SUCH_TYPE(Float32)
@@ -273,39 +267,41 @@ NO_SETTER(Int64)
 NO_SUCH_TYPE(UInt64)
 NO_SUCH_TYPE(String)
 
-ABSENT(GetBinary, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       size_t sizes[], fmi3Binary value[], size_t values), "no variable has this type")
-ABSENT(SetBinary, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const size_t sizes[], const fmi3Binary value[], size_t values),
+ABSENT(GetBinary, FMU_ANY,
+       (VARIABLES, size_t sizes[], fmi3Binary value[], size_t values), "no variable has this type")
+ABSENT(SetBinary, FMU_ANY,
+       (VARIABLES, const size_t sizes[], const fmi3Binary value[], size_t values),
        "no variable has this type")
-ABSENT(GetClock, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       fmi3Clock value[]), "there are no clocks")
-ABSENT(SetClock, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const fmi3Clock value[]), "there are no clocks")
+ABSENT(GetClock, FMU_ANY, (VARIABLES, fmi3Clock value[]), "there are no clocks")
+ABSENT(SetClock, FMU_ANY, (VARIABLES, const fmi3Clock value[]), "there are no clocks")
 ABSENT(GetNumberOfVariableDependencies, FMU_ANY,
        (fmi3Instance c, fmi3ValueReference vr, size_t *count), "the model description lists all")
-ABSENT(GetVariableDependencies, FMU_ANY, (fmi3Instance c, fmi3ValueReference dependent,
-       size_t element[], fmi3ValueReference independent[], size_t independent_element[],
-       fmi3DependencyKind kind[], size_t count), "the model description lists all")
+ABSENT(GetVariableDependencies, FMU_ANY,
+       (fmi3Instance c, fmi3ValueReference dependent, size_t element[],
+        fmi3ValueReference independent[], size_t independent_element[],
+        fmi3DependencyKind kind[], size_t count),
+       "the model description lists all")
 ABSENT(EnterConfigurationMode, FMU_ANY, (fmi3Instance c), "there are no structural parameters")
 ABSENT(ExitConfigurationMode, FMU_ANY, (fmi3Instance c), "there are no structural parameters")
-ABSENT(GetIntervalDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       fmi3Float64 interval[], fmi3IntervalQualifier qualifier[]), "there are no clocks")
-ABSENT(GetIntervalFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       fmi3UInt64 counter[], fmi3UInt64 resolution[], fmi3IntervalQualifier qualifier[]),
+ABSENT(GetIntervalDecimal, FMU_ANY,
+       (VARIABLES, fmi3Float64 interval[], fmi3IntervalQualifier qualifier[]),
        "there are no clocks")
-ABSENT(GetShiftDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       fmi3Float64 shift[]), "there are no clocks")
-ABSENT(GetShiftFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       fmi3UInt64 counter[], fmi3UInt64 resolution[]), "there are no clocks")
-ABSENT(SetIntervalDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const fmi3Float64 interval[]), "there are no clocks")
-ABSENT(SetIntervalFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const fmi3UInt64 counter[], const fmi3UInt64 resolution[]), "there are no clocks")
-ABSENT(SetShiftDecimal, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const fmi3Float64 shift[]), "there are no clocks")
-ABSENT(SetShiftFraction, FMU_ANY, (fmi3Instance c, const fmi3ValueReference vr[], size_t count,
-       const fmi3UInt64 counter[], const fmi3UInt64 resolution[]), "there are no clocks")
+ABSENT(GetIntervalFraction, FMU_ANY,
+       (VARIABLES, fmi3UInt64 counter[], fmi3UInt64 resolution[],
+        fmi3IntervalQualifier qualifier[]),
+       "there are no clocks")
+ABSENT(GetShiftDecimal, FMU_ANY, (VARIABLES, fmi3Float64 shift[]), "there are no clocks")
+ABSENT(GetShiftFraction, FMU_ANY,
+       (VARIABLES, fmi3UInt64 counter[], fmi3UInt64 resolution[]), "there are no clocks")
+ABSENT(SetIntervalDecimal, FMU_ANY,
+       (VARIABLES, const fmi3Float64 interval[]), "there are no clocks")
+ABSENT(SetIntervalFraction, FMU_ANY,
+       (VARIABLES, const fmi3UInt64 counter[], const fmi3UInt64 resolution[]),
+       "there are no clocks")
+ABSENT(SetShiftDecimal, FMU_ANY, (VARIABLES, const fmi3Float64 shift[]), "there are no clocks")
+ABSENT(SetShiftFraction, FMU_ANY,
+       (VARIABLES, const fmi3UInt64 counter[], const fmi3UInt64 resolution[]),
+       "there are no clocks")
 ABSENT(EvaluateDiscreteStates, FMU_ANY, (fmi3Instance c), "there are no discrete states")
 ABSENT(ActivateModelPartition, FMU_ANY,
        (fmi3Instance c, fmi3ValueReference clock, fmi3Float64 time), "there are no clocks")

@@ -103,15 +103,12 @@ void fmu_log(const fmu_logger *logger, const char *instance_name, fmu_status sta
 fmu_status fmu_say(const fmu_instance *instance, fmu_status status, const char *format, ...);
 /* Returns FMU_OK if the call is allowed in the present state. */
 fmu_status fmu_allow(const fmu_instance *instance, unsigned states, const char *call);
-/* Enters a state. */
 fmu_status fmu_enter(fmu_instance *instance, fmu_state state);
 fmu_status fmu_set_logging(fmu_instance *instance, int on, size_t count,
                            const char *const *categories);
 /* Returns the name of the variable of this kind and slot. */
 const char *fmu_name_of(const fmu_instance *instance, int32_t kind, int32_t slot);
-/* Returns whether a variable is an output or the time. */
 int fmu_is_output(const fmu_variable *variable);
-/* Returns |a| of a complex amplitude. */
 double fmu_modulus(const double amplitude[2]);
 /* Returns the largest amplitudes of the friction table, at limit scale 1. */
 void fmu_table_range(const fmu_instance *instance, double range[SM_MODES]);
@@ -165,11 +162,9 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
 
 /* ---- variables.c: variables by value reference; either all values of a call are set or none - */
 
-fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
-                         double *value);
 /* Reads reals and arrays, whose elements lie one after the other: `values` numbers in all. */
-fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
-                          double *value, size_t values);
+fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
+                         double *value, size_t values);
 fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          const double *value);
 /* Reads or sets enumerations or booleans, according to `type`. */

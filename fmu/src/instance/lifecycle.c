@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void set_defaults(fmu_instance *instance) {
+fmu_status fmu_reset(fmu_instance *instance) {
     const fmu_model *model = instance->model;
     fmu_run *run = &instance->run;
     run->started = run->start = 0.0;
@@ -19,6 +19,7 @@ static void set_defaults(fmu_instance *instance) {
     instance->state = FMU_INSTANTIATED;
     instance->terminated = 0;
     instance->refused_at = NAN;
+    return FMU_OK;
 }
 
 /* Loads the model and evaluates its start values; returns 0 and the reason if it fails. */
@@ -39,7 +40,7 @@ static int create(fmu_instance *instance, const char *token, const char *locatio
                              + (size_t)model->motion.elastic;
     instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
     if (!instance->outputs) return 0;
-    set_defaults(instance);
+    fmu_reset(instance);
     snprintf(reason, FMU_REASON, "the resources do not make a model");
     const int whole = fmu_evaluate_outputs(instance) == FMU_OK;
     instance->run.started = 0;
@@ -83,8 +84,9 @@ void fmu_free(fmu_instance *instance) {
 fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double tolerance, double start,
                      int stop_defined, double stop) {
     if (!isfinite(start) || (stop_defined && !(isfinite(stop) && stop >= start)))
-        return fmu_say(instance, FMU_ERROR, "start time %g, stop time %g: must be finite, in order",
-                       start, stop_defined ? stop : start);
+        return fmu_say(instance, FMU_ERROR,
+                       "start time %g, stop time %g: must be finite, in order", start,
+                       stop_defined ? stop : start);
     if (tolerance_defined && !(isfinite(tolerance) && tolerance > 0.0))
         return fmu_say(instance, FMU_ERROR, "tolerance %g: must be finite and > 0", tolerance);
     instance->run.start = start;
@@ -104,9 +106,4 @@ fmu_status fmu_exit_initialization(fmu_instance *instance) {
                       : instance->event_mode                    ? FMU_STEP_EVENTS
                                                                 : FMU_STEPPING;
     return fmu_say(instance, FMU_OK, "started at t = %g s", instance->run.start);
-}
-
-fmu_status fmu_reset(fmu_instance *instance) {
-    set_defaults(instance);
-    return FMU_OK;
 }

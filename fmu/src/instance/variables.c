@@ -80,22 +80,9 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
     return angle && instance->interface == FMU_MODEL_EXCHANGE ? wrapped(value) : value;
 }
 
-/* Called before anything is evaluated: a wrong reference is an error in any state. */
-static fmu_status find_all(const fmu_instance *instance, int32_t type, const uint32_t *reference,
-                           size_t count) {
-    for (size_t k = 0; k < count; k++)
-        if (!find(instance, type, reference[k])) return FMU_ERROR;
-    return FMU_OK;
-}
-
+/* Wrong references are errors in any state, so they are found before anything is evaluated. */
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
-                         double *value) {
-    if (find_all(instance, FMU_REAL, reference, count) != FMU_OK) return FMU_ERROR;
-    return fmu_get_floats(instance, reference, count, value, count);
-}
-
-fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, size_t count,
-                          double *value, size_t values) {
+                         double *value, size_t values) {
     const fmu_model *model = instance->model;
     const size_t size = (size_t)model->contact.contacts;
     size_t needed = 0;
@@ -124,7 +111,8 @@ fmu_status fmu_get_floats(fmu_instance *instance, const uint32_t *reference, siz
 
 fmu_status fmu_get_integers(fmu_instance *instance, int32_t type, const uint32_t *reference,
                             size_t count, int32_t *value) {
-    if (find_all(instance, type, reference, count) != FMU_OK) return FMU_ERROR;
+    for (size_t k = 0; k < count; k++)
+        if (!find(instance, type, reference[k])) return FMU_ERROR;
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model->variable[reference[k]];
         const fmu_status status = evaluate_for(instance, variable);

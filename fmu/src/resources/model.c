@@ -139,7 +139,7 @@ static char *read_text(loader *l, const char *name, size_t most) {
     const int whole = text && fgetc(file) == EOF;
     fclose(file);
     if (!whole) {
-        refuse(l, text ? "resources/%s: longer than it may be" : "resources/%s: out of memory", name);
+        refuse(l, "resources/%s: %s", name, text ? "longer than it may be" : "out of memory");
         free(text);
         return NULL;
     }
@@ -308,15 +308,6 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
     return 1;
 }
 
-/* Checks the model for any parameters, so that instances need not. */
-static int makes_a_component(loader *l, const fmu_model *model) {
-    sm_motion motion = model->motion;
-    motion.wanted = 1;
-    const sm_status status = sm_component_check(&model->flow, &model->contact, &motion);
-    return status == SM_OK
-           || refuse(l, "the resources do not make a model: %s", sm_message(status));
-}
-
 static int load_all(loader *l, fmu_model *model, const char *token) {
     if (!token_fits(l, token) || !read_checksums(l)) return 0;
     model->checksum = l->crc;
@@ -326,8 +317,12 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     if (!load_arrays(l, model, 1, ARRAYS)) return 0;
     model->modes = shape->modes;
     set_flow(model, shape, model->constants);
-    return set_contact(l, model, shape) && set_variables(l, model, shape->variables) &&
-           makes_a_component(l, model);
+    if (!set_contact(l, model, shape) || !set_variables(l, model, shape->variables)) return 0;
+    sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */
+    motion.wanted = 1;
+    const sm_status status = sm_component_check(&model->flow, &model->contact, &motion);
+    return status == SM_OK
+           || refuse(l, "the resources do not make a model: %s", sm_message(status));
 }
 
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,

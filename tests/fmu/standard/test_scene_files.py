@@ -15,7 +15,7 @@ from fmu_fixtures import instance
 from lxml import etree
 
 from slipmode import fmu
-from slipmode.fmu.description.description import Origin
+from slipmode.fmu.description.options import Origin
 from slipmode.rom import SlipmodeError
 from slipmode.runner import load_scene
 from slipmode.runner.cli import main

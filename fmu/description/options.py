@@ -1,4 +1,4 @@
-"""What an FMU is exported with, and what it says of itself in either version of the standard."""
+"""Options of an exported FMU."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from math import isfinite
 from typing import Literal
 
 from slipmode.fmu.handle import ComponentOptions
-from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import short_repr
@@ -102,29 +101,3 @@ class ExportOptions(ComponentOptions):
     def interval(self) -> float:
         """Interval of the reference result [s]."""
         return self.step_size if self.reference_step is None else self.reference_step
-
-
-@dataclass(frozen=True)
-class Description:
-    """Content of modelDescription.xml.
-
-    Attributes
-    ----------
-    options : ExportOptions
-    summary : str
-        Description of the model.
-    version : str
-        Of slipmode.
-    token : str
-        Instantiation token: the content hash of the resources.
-    variables : sequence of Variable
-    sources : sequence of str
-        C files in sources/.
-    """
-
-    options: ExportOptions
-    summary: str
-    version: str
-    token: str
-    variables: Sequence[Variable]
-    sources: Sequence[str]
