@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.handle import ComponentOptions, create_component
+from slipmode.fmu.handle import ComponentOptions, create_component, takes
 from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
@@ -57,9 +57,6 @@ class Component:
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         Forces [N] that a force input of 1 N represents; the inputs are their magnitudes. Default:
         the input is the modal force [N kg^-1/2].
-
-    Other Parameters
-    ----------------
     contact : bool
         Adds the contact motion to the outputs; default False. When outputs are read, it is
         marched to the present, from the last reading or over the last few periods. In the
@@ -89,6 +86,7 @@ class Component:
         from their mode.
     """
 
+    @takes(ComponentOptions)
     def __init__(
         self, model: Model, force_patterns: ForcePatterns | None = None, **options: Any
     ) -> None:

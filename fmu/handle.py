@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import inspect
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 from slipmode.fmu.inputs import MODE_NAMES
 from slipmode.rom import Model, SlipmodeError, kernel
@@ -14,6 +16,8 @@ from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 STEPS_PER_PERIOD = 40
 MEMORY_PERIODS = 8.0
@@ -34,6 +38,20 @@ class ComponentOptions:
             raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {self.tolerance}")
         if self.elastic and not self.contact:
             raise SlipmodeError("elastic: needs contact=True, for the contacts move the DOFs too")
+
+
+def takes(options: type[ComponentOptions]) -> Callable[[Function], Function]:
+    """Return a decorator that shows **options in a signature as the fields of a dataclass."""
+
+    def decorate(function: Function) -> Function:
+        signature = inspect.signature(function)
+        fields = inspect.signature(options).parameters.values()
+        shown = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+        shown += [field.replace(kind=field.KEYWORD_ONLY) for field in fields]
+        vars(function)["__signature__"] = signature.replace(parameters=shown)
+        return function
+
+    return decorate
 
 
 def create_component(

@@ -42,8 +42,6 @@ class Archive:
 
     Attributes
     ----------
-    path : Path
-    description : fmpy.model_description.ModelDescription
     fmi : str
         Version of the standard.
     inputs, outputs : dict of str to int

@@ -38,7 +38,6 @@ DEFINITIONS = ("SM_HIDDEN", "SM_OPENMP_SIMD")
 
 
 def _common() -> tuple[str, ...]:
-    """Return the options of all sources."""
     return ("-std=c99", *OPTIONS, *(f"-D{name}" for name in DEFINITIONS))
 
 

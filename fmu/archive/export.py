@@ -25,6 +25,7 @@ from slipmode.fmu.description.xml_files import (
     build_description,
     terminals_xml,
 )
+from slipmode.fmu.handle import takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError
@@ -34,13 +35,14 @@ from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, carrier_findings, warn
 
 
+@takes(ExportOptions)
 def export(
     model: Model,
     path: str | PathLike[str],
     force_patterns: ForcePatterns | None = None,
     **options: Any,
 ) -> Path:
-    """Write a model as an FMU for Co-Simulation and Model Exchange.
+    """Write a model as an FMU for Co-Simulation and Model Exchange, and return its path.
 
     Parameters
     ----------
@@ -50,16 +52,13 @@ def export(
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         As for `Component`: the forces that a force input of 1 N represents. Default: the input is
         the modal force [N kg^-1/2].
-
-    Other Parameters
-    ----------------
     fmi : {2, 3}
         Version of the standard: 2.0 for older tools, else 3.0 (default).
     platforms : sequence of str
         Platforms in addition to this machine's, of "x86_64-linux", "aarch64-linux",
         "x86_64-windows", "x86_64-darwin" and "aarch64-darwin"; needs the extra
         `slipmode[platforms]`.
-    contact, elastic, mode_names, tolerance
+    contact, elastic, mode_names, tolerance, warned
         As for `Component`.
     name : str
         Name of the model in tools: one line without control characters.
@@ -77,11 +76,6 @@ def export(
     origin : Origin
         Author, copyright and license of the model, and when it was made; default: none of them is
         written, and the same model gives the same bytes.
-
-    Returns
-    -------
-    Path
-        Path of the FMU.
 
     Raises
     ------
@@ -138,7 +132,8 @@ def export(
     }
     # after the reference result, which refuses start values that nothing can follow
     findings = [*findings_of(model, chosen.mode_names), *_forcing_findings(model, chosen)]
-    warn(findings)
+    if chosen.warned:
+        warn(findings)
     content["documentation/index.html"] = index_html(model, description, findings)
     if chosen.fmi == 3:
         content["terminalsAndIcons/terminalsAndIcons.xml"] = terminals_xml(variables)

@@ -20,7 +20,6 @@ from slipmode.rom.slow.transient import TransientError
 
 def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding] = ()) -> bytes:
     """Return the page that a tool opens as documentation; it lists findings as warnings."""
-    variables = given.variables
     warnings = [
         f"<li>{escape(f'{each.subject} {each.choice}: {each.reason}')}</li>"
         for each in findings
@@ -28,7 +27,7 @@ def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding]
     ]
     sections = []
     for causality in ("independent", "parameter", "input", "output", "local"):
-        rows = [_row(k, v) for k, v in enumerate(variables) if v.causality == causality]
+        rows = [_row(k, v) for k, v in enumerate(given.variables) if v.causality == causality]
         header = ("Reference", "Name", "Description", "Unit", "Start")
         sections += [f"<h3>{causality.capitalize()}</h3>", _table(rows, header)]
     template = Template(Path(__file__).with_suffix(".html").read_text(encoding="utf-8"))

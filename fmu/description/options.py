@@ -85,7 +85,7 @@ class ExportOptions(ComponentOptions):
     step_size: float = 1.0
     reference_step: float | None = None
     stimuli: Stimuli | None = None
-    origin: Origin = Origin()
+    origin: Origin | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -44,7 +44,7 @@ class Fmi3Description:
             "modelName": options.name,
             "description": self.summary,
             "version": release,
-            **options.origin.attributes(),
+            **(options.origin.attributes() if options.origin else {}),
             "generationTool": f"slipmode {release}",
             "variableNamingConvention": "structured",
         }

@@ -46,12 +46,12 @@ class Part:
 
     @cached_property
     def variables(self) -> list[Any]:
-        """Of the FMU's description."""
+        """Variables of the FMU's description."""
         return list(fmpy.read_model_description(str(self.fmu)).modelVariables)
 
     @property
     def connected(self) -> list[Any]:
-        """Its inputs and outputs, arrays left out."""
+        """Inputs and outputs, without arrays."""
         wanted = ("input", "output")
         return [v for v in self.variables if v.causality in wanted and not v.dimensions]
 
@@ -63,10 +63,10 @@ def write_ssp(
     beside: Sequence[Part] = (),
     connections: Sequence[tuple[str, str]] = (),
 ) -> Path:
-    """Put the FMU of a scene into a system structure package.
+    """Write a system structure package with the FMU of a scene.
 
     The system has the connectors of the FMU, connected one to one, so that other components can
-    be put beside it; parameter sets have the start values.
+    be added; parameter sets have the start values.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def write_ssp(
         Other components of the system.
     connections : sequence of pairs of str
         From an output to an input, "structure.A_abs" to "controller.amplitude"; the FMU of the
-        scene is called structure. Inputs of the system have no part in them.
+        scene is called structure. Inputs of the system are not connected so.
     """
     for prefix, name in _NAMES.items():
         register_namespace(prefix, f"{_SSP}{name}")
@@ -97,7 +97,7 @@ def write_ssp(
 
 
 def export_ssp(scene: Scene, output: Path, **options: Any) -> Path:
-    """`export_fmu` into a system structure package."""
+    """Export a scene by `export_fmu` into a system structure package."""
     with tempfile.TemporaryDirectory() as folder:
         fmu = export_fmu(scene, Path(folder) / f"{scene.name}.fmu", **options)
         return write_ssp(fmu, scene, output)
@@ -112,7 +112,7 @@ def _parameter_file(part: Part) -> str:
 
 
 def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
-    """The attributes of a connection, from an output to an input."""
+    """Return the attributes of a connection, from an output to an input."""
     said: dict[str, str] = {}
     for side, connector, kind in (("start", start, "output"), ("end", end, "input")):
         element, _, name = connector.partition(".")
@@ -171,7 +171,7 @@ def _add_connectors(element: Element, variables: Sequence[Any]) -> None:
 
 
 def _parameters(part: Part) -> bytes:
-    """Start values of parameters, inputs and amplitudes."""
+    """Return start values of parameters, inputs and amplitudes."""
     root = Element(_tag("ssv", "ParameterSet"), version="1.0", name="start values")
     parameters = SubElement(root, _tag("ssv", "Parameters"))
     given = [v for v in part.variables if v.start is not None and v.type in _TYPES]
@@ -186,7 +186,7 @@ def _parameters(part: Part) -> bytes:
 
 
 def _unit_of(variable: Any) -> str | None:
-    """Its unit, where SSP can say it: base units with whole exponents."""
+    """Return its unit if SSP can express it: base units with whole exponents."""
     declared = variable.declaredType
     name = variable.unit or (declared.unit if declared is not None else None)
     return name if name in UNITS and (UNITS[name].base or name == "1") else None

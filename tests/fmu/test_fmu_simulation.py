@@ -331,6 +331,17 @@ def test_wrong_calls_are_refused_and_named(unzipped, fmi):
         refuse(made.step, 1.0, 1.0, reason="while the instance is terminated")
 
 
+def test_refused_calls_have_the_names_of_their_version(unzipped, fmi):
+    """Though both versions share the code of this call."""
+    with instance(unzipped[fmi], fmi, exchange=True) as made:
+        call = ("getDerivatives", "getContinuousStateDerivatives")[fmi - 2]
+        with pytest.raises(FMI_ERRORS):
+            getattr(made.fmu, call)((ctypes.c_double * 7)(), 7)
+        name = f"fmi{fmi}{call[0].upper()}{call[1:]}"
+        refusal = f"{name}: not allowed while the instance is instantiated"
+        assert made.messages[-1] == (3, refusal)
+
+
 def test_steps_end_at_the_stop_time(unzipped, fmi):
     with instance(unzipped[fmi], fmi) as made:
         if fmi == 2:

@@ -37,7 +37,6 @@
 
 /* The first parameters of calls for variables. */
 #define VARIABLES fmi_instance c, const FMI(ValueReference) vr[], size_t count
-
 #define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
 #define SETTABLE (FMU_BEFORE_START | FMU_RUNNING)
 #define READABLE ((FMU_ANY & ~FMU_INSTANTIATED) | FMU_INTERMEDIATE)

@@ -65,7 +65,8 @@ CALL(EnterInitializationMode, FMU_INSTANTIATED, (fmi2Component c),
         REFUSE_IF(count > 0 && (!vr || !value), Set##name, "an array is NULL");               \
         return (fmi2Status)(set);                                                             \
     }
-GET_AND_SET(Real, fmu_get_reals(c, vr, count, value, count), fmu_set_reals(c, vr, count, value))
+GET_AND_SET(Real, fmu_get_reals(c, vr, count, value, count, 0),
+            fmu_set_reals(c, vr, count, value))
 GET_AND_SET(Integer, fmu_get_integers(c, FMU_ENUMERATION, vr, count, value),
             fmu_set_integers(c, FMU_ENUMERATION, vr, count, value))
 GET_AND_SET(Boolean, fmu_get_integers(c, FMU_BOOLEAN, vr, count, value),

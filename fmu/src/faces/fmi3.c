@@ -103,7 +103,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
 fmi3Status fmi3GetFloat64(VARIABLES, fmi3Float64 value[], size_t values) {
     ALLOW(READABLE, GetFloat64);
     REFUSE_IF(count > 0 && (!vr || !value), GetFloat64, "an array is NULL");
-    return (fmi3Status)fmu_get_reals(c, vr, count, value, values);
+    return (fmi3Status)fmu_get_reals(c, vr, count, value, values, 1);
 }
 
 fmi3Status fmi3SetFloat64(VARIABLES, const fmi3Float64 value[], size_t values) {

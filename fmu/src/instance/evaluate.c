@@ -2,7 +2,6 @@
 #include "instance/instance.h"
 
 #include <math.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -162,9 +162,9 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
 
 /* ---- variables.c: variables by value reference; either all values of a call are set or none - */
 
-/* Reads reals and arrays, whose elements lie one after the other: `values` numbers in all. */
+/* Reads reals and, if allowed, arrays, whose elements lie one after the other: `values` in all. */
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
-                         double *value, size_t values);
+                         double *value, size_t values, int arrays);
 fmu_status fmu_set_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          const double *value);
 /* Reads or sets enumerations or booleans, according to `type`. */

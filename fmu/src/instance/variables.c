@@ -82,12 +82,11 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
 
 /* Wrong references are errors in any state, so they are found before anything is evaluated. */
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
-                         double *value, size_t values) {
+                         double *value, size_t values, int arrays) {
     const fmu_model *model = instance->model;
-    const size_t size = (size_t)model->contact.contacts;
-    size_t needed = 0;
+    size_t needed = 0, size = (size_t)model->contact.contacts;
     for (size_t k = 0; k < count; k++) {
-        const int array = reference[k] < (uint32_t)model->variables &&
+        const int array = arrays && reference[k] < (uint32_t)model->variables &&
                           model->variable[reference[k]].type == FMU_ARRAY;
         if (!find(instance, array ? FMU_ARRAY : FMU_REAL, reference[k])) return FMU_ERROR;
         needed += array ? size : 1;

@@ -12,8 +12,6 @@
 #define SEPARATOR '/'
 #endif
 
-static int is_separator(char c) { return c == '/' || c == SEPARATOR; }
-
 static char *from_path(const char *path, const char **reason) {
     *reason = "no resource path was given";
     if (!path || !*path) return NULL;
@@ -22,7 +20,7 @@ static char *from_path(const char *path, const char **reason) {
     *reason = folder ? NULL : "out of memory";
     if (!folder) return NULL;
     memcpy(folder, path, length + 1);
-    if (!is_separator(folder[length - 1])) {
+    if (folder[length - 1] != '/' && folder[length - 1] != SEPARATOR) {
         folder[length] = SEPARATOR;
         folder[length + 1] = '\0';
     }
