@@ -1,7 +1,7 @@
 #include "contact/sdirk2.h"
 
 #include "base/check.h"
-#include "contact/slipping.h"
+#include "contact/stage/active_set.h"
 
 /* An estimate of 1 - tanh w at c w + tanh w = 1, for the initial guess of the resolvent only. */
 static double transition_width(double c) {

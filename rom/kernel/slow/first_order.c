@@ -13,7 +13,6 @@
 #include <math.h>
 
 #include "base/lanes.h"
-#include "slow/combination.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"
 

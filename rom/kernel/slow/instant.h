@@ -2,7 +2,7 @@
 #ifndef SLIPMODE_INSTANT_H
 #define SLIPMODE_INSTANT_H
 
-#include "base/modal.h"
+#include "base/cnumber.h"
 
 /* mass a' + stiffness a = excitation / 2 + c s G(c (a + off_resonance excitation) / s), with c the
  * coupling ratio, G the reaction of the contacts as tabulated and s the scale of their limits. */

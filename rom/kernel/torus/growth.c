@@ -4,9 +4,8 @@
  * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
  * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
  */
-#include "torus/fixed_point/elastic.h"
-#include "torus/iteration.h"
-#include "torus/torus_check.h"
+#include "torus/torus.h"
+#include "torus/group.h"
 
 #define SETTLING 2 /* periods from rest to the first that counts */
 

@@ -3,9 +3,8 @@
 #include <stdlib.h>
 
 #include "contact/friction.h"
-#include "contact/slipping.h"
+#include "contact/stage/active_set.h"
 #include "contact/stage/chebyshev.h"
-#include "contact/stage/warm_chebyshev.h"
 #include "driver.h"
 #include "fixtures.h"
 

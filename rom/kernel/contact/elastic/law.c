@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "contact/elastic/frictional.h"
 
 #define MOST_SLIDERS 100000
 

@@ -74,4 +74,9 @@ int sm_elastic_homogeneous(const sm_elastic *elastic);
 
 sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts);
 
+/* Friction with a normal force that varies, frictional.c. x: of the element's columns; `next` may be
+ * `memory`. */
+void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
+                            const double *memory, sm_element_force *result, double *next);
+
 #endif

@@ -6,7 +6,7 @@
 #define SLIPMODE_WARM_ITERATION_H
 
 #include "contact/stage/newton_cg.h"
-#include "contact/stage/warm_chebyshev.h"
+#include "contact/stage/chebyshev.h"
 
 #define SM_FEWEST_FOR_CG 40 /* contacts from which that is faster than factors */
 

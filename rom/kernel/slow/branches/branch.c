@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "slow/branches/curve.h"
-#include "slow/branches/eigenvalues.h"
 
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7      /* step, and distance of two points */

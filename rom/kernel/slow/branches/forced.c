@@ -1,6 +1,5 @@
 /* Steady states of the slow flow along a line of inputs, as a curve. */
 #include "base/check.h"
-#include "slow/branches/forced.h"
 #include "slow/branches/points.h"
 #include "slow/slow_flow.h"
 

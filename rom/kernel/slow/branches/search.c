@@ -7,7 +7,7 @@
 
 #include "base/check.h"
 #include "slow/branches/curve.h"
-#include "slow/branches/forced.h"
+#include "slow/branches/points.h"
 #include "slow/instant.h"
 #include "table/table.h"
 

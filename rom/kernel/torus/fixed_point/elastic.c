@@ -5,7 +5,7 @@
  * harmonics of one period draws the contacts in the next: a fixed point, which Anderson's
  * acceleration finds also where plain passes diverge.
  */
-#include "torus/fixed_point/elastic.h"
+#include "torus/torus.h"
 
 #include <stdlib.h>
 

@@ -1,10 +1,10 @@
-#include "torus/fixed_point/soft.h"
+#include "torus/torus.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "torus/iteration.h"
+#include "torus/group.h"
 #include "torus/fixed_point/search.h"
 
 #define MOST_AVERAGED 16
