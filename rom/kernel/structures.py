@@ -185,6 +185,24 @@ class FullSamples(Structure):
     _fields_ = fields("size_t count every; pointer displacement velocity contact dissipated")
 
 
+class ContactSamples(Structure):
+    """sm_contact_samples."""
+
+    _fields_ = fields("size_t count; pointer times displacement velocity force")
+
+
+class TrajectorySteps(Structure):
+    """sm_trajectory_steps."""
+
+    _fields_ = fields("size_t count; pointer inputs duration start end")
+
+
+class Trace(Structure):
+    """sm_trace."""
+
+    _fields_ = fields("size_t capacity count; pointer outputs; size_t done; double elapsed")
+
+
 class HarmonicSum(Owning):
     """sm_harmonic_sum."""
 
@@ -242,6 +260,9 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_full": Full,
     "sm_full_samples": FullSamples,
     "sm_harmonic_sum": HarmonicSum,
+    "sm_contact_samples": ContactSamples,
+    "sm_trajectory_steps": TrajectorySteps,
+    "sm_trace": Trace,
     "sm_inputs": INPUTS,
     "sm_segment": SEGMENT,
 }

@@ -36,8 +36,8 @@ static sm_status motion_at(fmu_instance *instance, const double *d_amplitude,
     for (int k = 0; k < 2 * SM_MODES; k++)
         amplitude[k] = instance->outputs[1 + k] + h * d_amplitude[k];
     for (size_t k = 0; k < FMU_INPUTS; k++) ((double *)(void *)&inputs)[k] += h * change[k];
-    const sm_status status = sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate,
-                                               &power[0], &power[1]);
+    const sm_status status =
+        sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power);
     if (status != SM_OK) return status;
     return sm_component_recent_motion(instance->component, &inputs, amplitude, rate, 1, motion);
 }

@@ -169,7 +169,7 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     const sm_inputs inputs = fmu_inputs_now(instance);
     status = status_of(instance,
                        sm_slow_flow_rate(&instance->flow, &inputs, 0.0, outputs + 1,
-                                         instance->rates, &power[0], &power[1]),
+                                         instance->rates, power),
                        "derivatives");
     if (status != FMU_OK) return status;
     complete_rates(instance->model->modes, inputs.frequency, power[1], instance->rates);
@@ -182,11 +182,10 @@ fmu_status fmu_evaluate_directional(fmu_instance *instance, const double *d_ampl
                                     const sm_inputs *d_inputs, double *d_rates,
                                     double d_power[2]) {
     const sm_inputs inputs = fmu_inputs_now(instance);
+    const sm_slow_point at = {instance->outputs + 1, &inputs}, along = {d_amplitude, d_inputs};
     const fmu_status status =
         status_of(instance,
-                  sm_slow_flow_directional(&instance->flow, &inputs, 0.0,
-                                           instance->outputs + 1, d_amplitude, d_inputs, d_rates,
-                                           &d_power[0], &d_power[1]),
+                  sm_slow_flow_directional(&instance->flow, &at, &along, d_rates, d_power),
                   "directional derivative");
     if (status == FMU_OK)
         complete_rates(instance->model->modes, d_inputs->frequency, d_power[1], d_rates);

@@ -45,10 +45,8 @@ sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *input
 }
 
 sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                            const double *amplitude, double *rate, double *input_power,
-                            double *friction_power) {
-    if (!flow || !inputs || !amplitude || !rate || !input_power || !friction_power)
-        return SM_BAD_ARGUMENT;
+                            const double *amplitude, double *rate, double *powers) {
+    if (!flow || !inputs || !amplitude || !rate || !powers) return SM_BAD_ARGUMENT;
     sm_inputs now;
     sm_status status = sm_slow_flow_check_at(flow, inputs, elapsed, &now);
     if (status != SM_OK) return status;
@@ -60,8 +58,8 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
     if (status != SM_OK) return status;
     if (!sm_all_finite(dy, SM_UNKNOWNS)) return SM_NOT_FINITE;
     for (int k = 0; k < 2 * modes; k++) rate[k] = dy[k];
-    *input_power = dy[SM_PUT_IN];
-    *friction_power = dy[SM_DISSIPATED];
+    powers[0] = dy[SM_PUT_IN];
+    powers[1] = dy[SM_DISSIPATED];
     return SM_OK;
 }
 
@@ -130,29 +128,26 @@ static sm_status change_along(const straight_line *line, double change[SM_UNKNOW
     return SM_OK;
 }
 
-sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inputs *inputs,
-                                   double elapsed, const double *amplitude,
-                                   const double *d_amplitude, const sm_inputs *d_inputs,
-                                   double *d_rate, double *d_input_power,
-                                   double *d_friction_power) {
-    if (!flow || !inputs || !amplitude || !d_amplitude || !d_inputs || !d_rate || !d_input_power ||
-        !d_friction_power)
+sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slow_point *at,
+                                   const sm_slow_point *along, double *d_rate, double *d_powers) {
+    if (!flow || !at || !along || !d_rate || !d_powers) return SM_BAD_ARGUMENT;
+    if (!at->inputs || !at->amplitude || !along->inputs || !along->amplitude)
         return SM_BAD_ARGUMENT;
     straight_line line = {.flow = flow};
-    sm_status status = sm_slow_flow_check_at(flow, inputs, elapsed, &line.at);
+    sm_status status = sm_slow_flow_check_at(flow, at->inputs, 0.0, &line.at);
     if (status != SM_OK) return status;
     const int modes = flow->table.modes;
-    line.along = sm_inputs_after(d_inputs, modes, elapsed); /* it is linear in the inputs */
+    line.along = sm_inputs_after(along->inputs, modes, 0.0);
     for (int k = 0; k < 2 * modes; k++) {
-        line.y[k] = amplitude[k];
-        line.dy[k] = d_amplitude[k];
+        line.y[k] = at->amplitude[k];
+        line.dy[k] = along->amplitude[k];
     }
     double change[SM_UNKNOWNS];
     status = change_along(&line, change);
     if (status != SM_OK) return status;
     if (!sm_all_finite(change, SM_UNKNOWNS)) return SM_NOT_FINITE;
     for (int k = 0; k < 2 * modes; k++) d_rate[k] = change[k];
-    *d_input_power = change[SM_PUT_IN];
-    *d_friction_power = change[SM_DISSIPATED];
+    d_powers[0] = change[SM_PUT_IN];
+    d_powers[1] = change[SM_DISSIPATED];
     return SM_OK;
 }

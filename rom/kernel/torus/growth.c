@@ -34,12 +34,13 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
 }
 
 static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size_t first,
-                             size_t points, const double *amplitudes, const double *growth,
+                             const sm_torus_points *through, const double *growth,
                              double *harmonics) {
     const int modes = hat->contact->modes;
+    const size_t points = through->count;
     const double before = SETTLING + 1.0; /* periods until the amplitudes are as given */
     const size_t per_point = hat->per_point, most = (size_t)hat->points_per_group;
-    sm_torus_group_start(hat, g, first, points, amplitudes);
+    sm_torus_group_start(hat, g, first, points, through->amplitudes);
     for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
         size_t point = first + (size_t)(lane / hat->lines);
         point = point < points ? point : points - 1;
@@ -77,11 +78,11 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
         status = sm_torus_check_points(contact, points, growth, grid->orders_count);
     if (status != SM_OK) return status;
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
+    const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
     if (contact->law == SM_ELASTIC) {
         const double none[SM_MODES] = {0.0};
         sm_discretisation unscaled = *grid;
         unscaled.smallest_scale = none;
-        const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
         const sm_torus_motion motion = {.harmonics = harmonics};
         const sm_torus_task task = {&unscaled, &through, &motion};
         return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
@@ -93,7 +94,7 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
     if (status == SM_OK) status = sm_torus_group_make(&group, &hat[0]);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)hat->points_per_group)
-        status = solve_group(hat, &group, first, points, amplitudes, growth, harmonics);
+        status = solve_group(hat, &group, first, &through, growth, harmonics);
     sm_torus_group_release(&group);
     sm_torus_grid_release(&hat[1]);
     sm_torus_grid_release(&hat[0]);

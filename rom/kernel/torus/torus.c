@@ -133,17 +133,25 @@ static double by_halves(const sm_torus_grid *grid, const sm_torus_group *g, size
     return fine < 3 ? INFINITY : fmax(distance, DRIFT * turn);
 }
 
-/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on.
- * Where halves of one line repeat one another the last, which is nearer, stands for both. */
+/* How far the march of a group has come. */
+typedef struct {
+    size_t first, count; /* points */
+    int halves, fine;    /* half periods; of these, since the last change of the grid */
+    int marched;         /* steps */
+} march_state;
+
+/* Stores the harmonics of unfinished points; returns whether any goes on. If halves of one line
+ * repeat, the last, which is closer to periodicity, stands for both. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                 size_t first, size_t count, int halves, int fine, int marched) {
+                 const march_state *at) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     const size_t n = (size_t)grid->contact->contacts;
+    const int halves = at->halves;
     int open = 0;
-    for (size_t p = 0; p < count; p++) {
+    for (size_t p = 0; p < at->count; p++) {
         sm_progress *track = &g->track[p];
         if (track->done) continue; /* its result is already stored */
-        const size_t point = first + p;
+        const size_t point = at->first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
         double *harmonics = task->motion->harmonics + point * per_point;
         double *mean_square = task->motion->mean_square + point * n;
@@ -151,10 +159,10 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
             grid->contact, task->points->amplitudes + point * modes, task->grid->smallest_scale);
         const double change = sm_relative_distance(&scales, grid->contact->contacts,
                                                    grid->orders_count, grid->orders, fresh, last);
-        const double of_halves = by_halves(grid, g, p, &scales, halves, fine);
+        const double of_halves = by_halves(grid, g, p, &scales, halves, at->fine);
         task->motion->residual[point] = sm_distance_from_periodic(track, &scales, change, of_halves,
                                                           halves, task->grid->tolerance);
-        task->motion->marched[point] = marched;
+        task->motion->marched[point] = at->marched;
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(harmonics, fresh, sizeof(double) * per_point);
         const int last_half = (halves - 1) % 2;
@@ -179,7 +187,7 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
     const size_t count = left < most ? left : most;
     if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
     const int coarse_halves = coarse->steps < grid->steps ? COARSE_HALVES : 0;
-    int marched = 0;
+    march_state at = {.first = first, .count = count};
     sm_torus_group_start(grid, g, first, task->points->count, task->points->amplitudes);
     if (g->reaction) sm_torus_group_react(grid, g);
     for (int halves = 1; halves <= 2 * task->grid->max_periods; halves++) {
@@ -187,9 +195,10 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
         const sm_torus_grid *now = halves <= coarse_halves ? coarse : grid;
         const sm_status status = sm_torus_group_half(now, g, half);
         if (status != SM_OK) return status;
-        marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
-        if (!store(grid, g, task, first, count, halves, halves - coarse_halves, marched))
-            return SM_OK;
+        at.halves = halves;
+        at.fine = halves - coarse_halves;
+        at.marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
+        if (!store(grid, g, task, &at)) return SM_OK;
         sm_torus_group_next(grid, g, count, half);
     }
     return SM_OK;

@@ -146,11 +146,12 @@ static path path_of(const sm_element *element, const double *x, const double *me
 }
 
 void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
-                            const double *memory, sm_element_force *result, double *next) {
+                            const double *memory, sm_element_force *result) {
     const int tangents = element->tangents, normal = tangents;
+    double *next = result->next;
     const double preload = scale * element->preload, k_n = element->normal_stiffness;
     const double N = preload + k_n * (x[normal] - element->gap);
-    memset(result, 0, sizeof *result);
+    *result = (sm_element_force){.next = next};
     if (N <= 0.0) {
         result->force[normal] = -preload;
         result->state = SM_OPEN;

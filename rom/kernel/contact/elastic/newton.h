@@ -30,14 +30,14 @@ SM_INLINE int sm_evaluate_sliders(sm_elastic_solver *s, int32_t e, const double 
     const sm_element *element = &s->elastic->element[e];
     const int32_t i = element->column[0];
     const double reference = s->elastic->reference[i];
-    double tangent;
-    sm_contact_state state;
-    s->f[i] = sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &tangent, &state,
-                                  next);
+    sm_element_force at;
+    at.next = next;
+    sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &at);
+    s->f[i] = at.force[0];
     s->y[i] = reference * x[i] - s->f[i];
-    s->state[e] = (int32_t)state;
-    s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - tangent;
-    return fabs(reference - tangent) <= SM_STICKING * reference;
+    s->state[e] = (int32_t)at.state;
+    const double deficit = s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - at.tangent[0][0];
+    return fabs(deficit) <= SM_STICKING * reference;
 }
 
 /* The same of another element; adds the contact DOFs that do not stick to the active ones. */
@@ -45,8 +45,8 @@ static int sm_evaluate_element(sm_elastic_solver *s, int32_t e, const double *me
                                const double *x, double *next, int active) {
     const sm_element *element = &s->elastic->element[e];
     const int columns = sm_element_columns(element);
-    sm_element_force at;
-    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at, next);
+    sm_element_force at = {.next = next};
+    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at);
     s->state[e] = (int32_t)at.state;
     for (int k = 0; k < columns; k++) {
         const int32_t i = element->column[k];

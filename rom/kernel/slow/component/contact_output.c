@@ -386,8 +386,10 @@ static sm_inputs begun_inputs(const sm_inputs *inputs, int modes, double duratio
 }
 
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
-                                   const sm_inputs *inputs, const double *y, const double *rate,
-                                   sm_detail detail, double *values) {
+                                   const sm_slow_point *at, const double *rate, sm_detail detail,
+                                   double *values) {
+    const sm_inputs *inputs = at->inputs;
+    const double *y = at->amplitude;
     const int modes = out->contact.modes;
     const size_t count = (size_t)out->contact.contacts, bytes = count * sizeof(double);
     const double duration = memory_of(out, inputs);

@@ -69,7 +69,7 @@ sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flo
                                  double *values);
 /* or marched to it from rest, the amplitudes moving at `rate`. */
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
-                                   const sm_inputs *inputs, const double *y, const double *rate,
-                                   sm_detail detail, double *values);
+                                   const sm_slow_point *at, const double *rate, sm_detail detail,
+                                   double *values);
 
 #endif

@@ -20,7 +20,7 @@ typedef struct {
 /* dy/dt so many seconds into the step. */
 static sm_status rate_at(const step_flow *step, double elapsed, const double *y, double *dy) {
     double powers[2];
-    return sm_slow_flow_rate(step->flow, step->inputs, elapsed, y, dy, &powers[0], &powers[1]);
+    return sm_slow_flow_rate(step->flow, step->inputs, elapsed, y, dy, powers);
 }
 
 /* The largest difference of the cubic's slope from the slow flow, times the duration. */
@@ -48,17 +48,22 @@ static sm_status bend_of(const step_flow *step, double duration, const double *s
     return status;
 }
 
-sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
-                             const double *duration, const double *start, const double *end,
-                             double *bend) {
-    if (!flow || !inputs || !duration || !start || !end || !bend) return SM_BAD_ARGUMENT;
+static sm_status check_steps(const sm_slow_flow *flow, const sm_trajectory_steps *steps) {
+    if (!flow || !steps || !steps->inputs || !steps->duration || !steps->start || !steps->end)
+        return SM_BAD_ARGUMENT;
     sm_status status = sm_slow_flow_check(flow);
-    for (size_t k = 0; k < steps && status == SM_OK; k++) {
+    for (size_t k = 0; k < steps->count && status == SM_OK; k++)
+        status = sm_check_positive(steps->duration[k]);
+    return status;
+}
+
+sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
+                             double *bend) {
+    sm_status status = bend ? check_steps(flow, steps) : SM_BAD_ARGUMENT;
+    for (size_t k = 0; status == SM_OK && k < steps->count; k++) {
         const size_t at = k * 2 * (size_t)flow->table.modes;
-        const step_flow step = {flow, inputs + k};
-        status = sm_check_positive(duration[k]);
-        if (status != SM_OK) break;
-        status = bend_of(&step, duration[k], start + at, end + at, bend + k);
+        const step_flow step = {flow, steps->inputs + k};
+        status = bend_of(&step, steps->duration[k], steps->start + at, steps->end + at, bend + k);
         if (status != SM_OUTSIDE_TABLE) continue;
         bend[k] = INFINITY;
         status = SM_OK;
@@ -81,19 +86,16 @@ static sm_status runge_kutta(const step_flow *step, double elapsed, double h, do
     return SM_OK;
 }
 
-sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
-                               const double *duration, const double *start, const double *end,
+sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
                                int32_t parts, double *between) {
-    if (!flow || !inputs || !duration || !start || !end || !between || parts < 2)
-        return SM_BAD_ARGUMENT;
-    sm_status status = sm_slow_flow_check(flow);
+    sm_status status = between && parts >= 2 ? check_steps(flow, steps) : SM_BAD_ARGUMENT;
+    if (status != SM_OK) return status;
     const size_t count = 2 * (size_t)flow->table.modes, inner = (size_t)parts - 1;
-    for (size_t k = 0; k < steps && status == SM_OK; k++) {
+    for (size_t k = 0; k < steps->count && status == SM_OK; k++) {
         double *own = between + k * inner * count, y[AMPLITUDES];
-        const step_flow step = {flow, inputs + k};
-        const double h = duration[k] / (double)parts;
-        status = sm_check_positive(duration[k]);
-        memcpy(y, start + k * count, count * sizeof(double));
+        const step_flow step = {flow, steps->inputs + k};
+        const double h = steps->duration[k] / (double)parts, *end = steps->end + k * count;
+        memcpy(y, steps->start + k * count, count * sizeof(double));
         for (size_t part = 0; part < (size_t)parts && status == SM_OK; part++) {
             if (part > 0) memcpy(own + (part - 1) * count, y, count * sizeof(double));
             status = runge_kutta(&step, h * (double)part, h, y);
@@ -103,7 +105,7 @@ sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps, const sm_
         for (size_t part = 1; part < (size_t)parts; part++)
             for (size_t u = 0; u < count; u++)
                 own[(part - 1) * count + u] +=
-                    (double)part / (double)parts * (end[k * count + u] - y[u]);
+                    (double)part / (double)parts * (end[u] - y[u]);
         if (!sm_all_finite(own, inner * count)) status = SM_NOT_FINITE;
     }
     return status;

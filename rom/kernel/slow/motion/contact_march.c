@@ -244,7 +244,7 @@ static double lasting(const sm_contact *contact) {
 
 /* Steps of h 2^-level seconds; time is counted in the finest of them. */
 typedef struct {
-    double from, h;
+    double from, to, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
     int64_t lasting;    /* from where on vibrations last to the end */
@@ -252,8 +252,10 @@ typedef struct {
     int to_be_read;
 } sm_steps;
 
-static sm_status divide(const sm_contact *contact, const sm_segment *segment, double from,
-                        double to, int steps_per_period, sm_detail detail, sm_steps *steps) {
+/* Sets the steps between steps->from and steps->to. */
+static sm_status divide(const sm_contact *contact, const sm_segment *segment,
+                        int steps_per_period, sm_detail detail, sm_steps *steps) {
+    const double from = steps->from, to = steps->to;
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
@@ -266,6 +268,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
+                        .to = to,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,
                         .bend = INFINITY,
@@ -353,8 +356,8 @@ SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *st
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period, sm_detail detail) {
-    sm_steps steps;
-    sm_status status = divide(contact, segment, from, to, steps_per_period, detail, &steps);
+    sm_steps steps = {.from = from, .to = to};
+    sm_status status = divide(contact, segment, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
