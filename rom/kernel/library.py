@@ -85,7 +85,7 @@ _SIGNATURES: dict[str, list[Any]] = {
 
 
 def load() -> ctypes.CDLL:
-    """The library, whose structures are those that Python knows."""
+    """Load the library; its structures must have the layout that Python expects."""
     found = importlib.util.find_spec(NAME)
     if found is None or found.origin is None:
         raise ImportError(f"{NAME}: the compiled kernel is missing; install slipmode again")
@@ -109,7 +109,7 @@ Layout = Mapping[str, Mapping[str, tuple[int, int]]]
 
 
 def compiled_layout(library: ctypes.CDLL) -> Layout:
-    """Offset and size of every field of every structure in the library, as `layout` has them."""
+    """Return offset and size of every field of every structure in the library, as `layout`."""
     if not hasattr(library, "sm_layout"):
         raise ImportError(f"{NAME}: of another version of slipmode; install slipmode again")
     library.sm_layout.argtypes = [POINTER(c_size_t)]

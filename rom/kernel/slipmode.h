@@ -80,10 +80,10 @@ SM_API size_t sm_elastic_memory(const sm_elastic *elastic);
 SM_API sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
                                   double *memory, double *force);
 
-/* Static displacements x (N_c) of contacts, and forces less preload on them, on a structure that
- * takes them to `displacement` (N_c) where all stick and yields by `flexibility` (N_c, N_c) to what
- * they fall short of their reference springs by. They come from rest in one go.
- * SM_NOT_CONVERGED where nothing holds the structure. */
+/* Static displacements x (N_c) of the contacts, and the forces on them less the preload, in one step
+ * from rest. The structure moves the contacts to `displacement` (N_c) if all of them stick; its
+ * `flexibility` (N_c, N_c) is that to the force deficit of the reference springs.
+ * SM_NOT_CONVERGED if nothing holds the structure. */
 SM_API sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
                                         const double *flexibility, const double *displacement,
                                         double *x, double *force);
@@ -98,34 +98,35 @@ typedef struct {
 typedef struct {
     int32_t orders_count;
     const int32_t *orders; /* (orders_count, 2) harmonics (n, m) */
-    /* So many of them, the first, are asked for; 0: all. Of sliders on the torus the others have to
-     * repeat only as far as modes respond to them. */
+    /* The first `asked` harmonics are requested; 0: all. On the torus, the other harmonics of
+     * sliders converge only as far as modes respond to them. */
     int32_t asked;
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
      * Only the torus reads it; along a trajectory the segments bring the force. */
     const double *dynamic_stiffness;
-    /* Modes that are marched along with elastic contacts, in steps of the torus: what they do is
-     * in neither K nor H. The force on mode k is g = drawn_k y, and over a step from y_0 to y_1
+    /* Modes that are integrated along with elastic contacts, in steps of the torus; their response
+     * is neither in K nor in H. The force on mode k is g = drawn_k y, and over a step from y_0 to y_1
      *   p_1 = advance_k (p_0, v_0, g_0, g_1),  v_1 = advance_k+4 (p_0, v_0, g_0, g_1),
-     * but what g_1 does to p_1 is in K. */
+     * except that the part of g_1 in p_1 is in K. */
     int32_t marched;
     const double *drawn;   /* (marched, N_c) */
     const double *advance; /* (marched, 8) */
     /* (orders_count, marched, 2, 2) p and v at t = 0 per harmonic of g, once they are periodic. */
     const double *periodic;
-    /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
-     * torus begins with, and the motion of marched modes; NULL: of none. */
+    /* (orders_count, N_c, 2) initial guess of the harmonics that the modes respond to, the same for
+     * every point of the torus; NULL: 0. */
     const double *start;
-    /* (orders_count, N_c, 2) force on the contacts beside; NULL: none. Only the torus reads it. */
+    /* (orders_count, N_c, 2) harmonics of a further force on the contacts; NULL: none. Only the
+     * torus reads it. */
     const double *held;
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
  * damping of the contacts.
  *
- * Elastic contacts have the dual problem, x(y) + K y = -2 Re sum_j L_j a_j exp(i theta_j), for the
- * force y that they fall short of their reference springs by, K = -(flexibility of the structure).
- * What is said of the contact displacement holds for y then. */
+ * Elastic contacts have the dual problem, x(y) + K y = -2 Re sum_j L_j a_j exp(i theta_j), with the
+ * force deficit y of their reference springs and K = -(flexibility of the structure). Then y takes
+ * the place of the contact displacement. */
 typedef struct {
     int32_t contacts;        /* N_c */
     int32_t modes;           /* 1 or 2 */
@@ -429,8 +430,9 @@ SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact 
 /* What a component is made of, whatever its tolerance. */
 SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
                                     const sm_motion *motion);
-/* Of what sm_component_check has accepted, but for other values of damping and motion.wanted. The
- * tables, of the flow and of the motion, are not copied: they must outlast all that share them. */
+/* As sm_component_create, for arguments that sm_component_check has accepted; damping and
+ * motion.wanted may have changed since. The tables of the flow and of the motion are not copied and
+ * must outlive the component. */
 SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
                                             const sm_motion *motion, double tolerance,
                                             sm_component **component);

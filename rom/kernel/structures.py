@@ -275,7 +275,7 @@ class LayoutRow(Structure):
 
 
 def layout(structure: type[Structure] | np.dtype[np.void]) -> dict[str, tuple[int, int]]:
-    """Offset and size of each field in bytes, in order; of the whole under the name ""."""
+    """Return offset and size of each field in bytes, in order; of the whole under the name ""."""
     if isinstance(structure, np.dtype):
         fields: Mapping[str, Any] = structure.fields or {}
         of_fields = {name: (fields[name][1], fields[name][0].itemsize) for name in fields}

@@ -39,8 +39,8 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
     stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
 }
 
-/* Whether Cholesky factorisation runs through, the diagonal raised by what rounding may have
- * taken from a semidefinite matrix. */
+/* Returns whether the matrix has a Cholesky factor. Its diagonal is raised slightly, as rounding may
+ * make a semidefinite matrix indefinite. */
 static int positive_definite(const double *matrix, int n, double *factor) {
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {

@@ -68,8 +68,8 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
  * The rates contain the derivative of the table along the flow, so their exact derivative would
  * need its second derivatives. A central difference of the rates is used instead. */
 
-/* Distance of the two points relative to the range of what changes: the difference is exact to
- * FAR^2 by its order and to 1e-16 / FAR by rounding (tests/kernel/slow/directional.c: 1e-9). */
+/* Distance of the two points relative to the ranges of amplitudes and inputs. The error of the
+ * difference is FAR^2 by its order and 1e-16 / FAR by rounding (tests/kernel/slow/directional.c). */
 #define FAR 1e-5
 
 /* A point and a direction through it. */

@@ -7,7 +7,7 @@
 #include "torus/torus.h"
 #include "torus/group.h"
 
-#define SETTLING 2 /* periods from rest to the first that counts */
+#define PERIODS_BEFORE 2 /* periods from rest to the first that counts */
 
 /* Weights of the sums of a period: rising from its start, or falling to its end. */
 static void weigh(sm_torus_grid *grid, int falling) {
@@ -38,7 +38,7 @@ static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size
                              double *harmonics) {
     const int modes = hat->contact->modes;
     const size_t points = through->count;
-    const double before = SETTLING + 1.0; /* periods until the amplitudes are as given */
+    const double before = PERIODS_BEFORE + 1.0; /* periods until the amplitudes are as given */
     const size_t per_point = hat->per_point, most = (size_t)hat->points_per_group;
     sm_torus_group_start(hat, g, first, points, through->amplitudes);
     for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
@@ -50,7 +50,7 @@ static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size
         g->a[lane] -= before * of[0];
         if (modes == 2) g->b[lane] -= before * of[1];
     }
-    for (int k = 0; k < SETTLING; k++) {
+    for (int k = 0; k < PERIODS_BEFORE; k++) {
         const sm_status status = period(hat, g);
         if (status != SM_OK) return status;
     }
@@ -85,7 +85,7 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
         unscaled.smallest_scale = none;
         const sm_torus_motion motion = {.harmonics = harmonics};
         const sm_torus_task task = {&unscaled, &through, &motion};
-        return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
+        return sm_torus_elastic_growing(contact, &task, growth, PERIODS_BEFORE);
     }
     for (int k = 0; k < 2 && status == SM_OK; k++) {
         status = sm_torus_grid_make(&hat[k], contact, grid, points);

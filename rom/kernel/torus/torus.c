@@ -12,11 +12,12 @@
 #include "torus/torus.h"
 #include "torus/group.h"
 
-/* Half a period to forget the start and a whole one are marched in larger steps. */
+/* Half a period to forget the start and a whole one are marched in larger steps: this saves up to
+ * half of the steps of one mode (benchmarks/contact_solves.py). */
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
-/* Of the tolerance: the residual that stages may leave, which moves harmonics by a few times that. */
+/* Residual of stages relative to the tolerance; it moves the harmonics by a few times as much. */
 #define LEFT_BY_STAGES 1e-3
 #define MOST_LEFT 1e-6
 #define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
@@ -98,15 +99,15 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
-/* sum += fresh over the halves since a point last came noticeably closer to periodicity. */
+/* sum += fresh over the halves since the change of a point last fell noticeably. */
 static void add_idle(const sm_progress *track, size_t count, const double *fresh, double *sum) {
     for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
 }
 
-/* The result of a point whose harmonics keep moving, by the error of the grid, while the phases
- * drift: their mean, and that of the mean squares, over those halves; and the distance of the last
- * harmonics from it. */
-static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+/* Stores the result of a point whose harmonics keep moving by the error of the grid while the phases
+ * drift: means of harmonics and mean squares over those halves. Returns the distance of the last
+ * harmonics from their mean. */
+static double store_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
                               const sm_scales *scales, double *mean, double *mean_square) {
     const size_t per_point = grid->per_point, n = (size_t)grid->contact->contacts;
     const double idle = g->track[p].idle;
@@ -175,7 +176,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->motion->residual[point] > task->grid->tolerance)
             task->motion->residual[point] =
-                settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
+                store_mean(grid, g, p, &scales, harmonics, mean_square);
         open |= !track->done;
     }
     return open;

@@ -14,9 +14,10 @@ typedef struct {
 
 sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task);
 
-/* `sm_torus_growing`, of a task that has no tolerance and no periods; see torus/growth.c. */
+/* `sm_torus_growing` for SM_ELASTIC, of a task without tolerance and periods; see torus/growth.c.
+ * `before`: periods from rest to the first that counts. */
 sm_status sm_torus_elastic_growing(const sm_contact *contact, const sm_torus_task *task,
-                                   const double *growth, int settling);
+                                   const double *growth, int before);
 
 /* The contacts and how finely they are resolved. */
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid);

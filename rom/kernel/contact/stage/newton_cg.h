@@ -109,6 +109,7 @@ SM_INLINE void sm_tanh_divide(const int n, const int lanes, const sm_lanes *m, d
     }
 }
 
+#define SM_FEWEST_FOR_CG 32 /* contacts from which this is faster than factors */
 #define SM_NEWTON_CG_STEPS 20
 #define SM_FACTORS_FOR 16 /* stages after one that conjugate gradients took too long for */
 

@@ -8,8 +8,6 @@
 #include "contact/stage/newton_cg.h"
 #include "contact/stage/chebyshev.h"
 
-#define SM_FEWEST_FOR_CG 40 /* contacts from which that is faster than factors */
-
 /* Newton's method from lane->v for lane->r, where Chebyshev's does not settle; by conjugate
  * gradients, and whether they were enough. */
 sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane);

@@ -15,7 +15,8 @@ typedef struct {
 static const search FOLLOWING = {8, 5e-7, INFINITY, 0.05}, BISECTING = {8, 1e-8, INFINITY, 0.05},
                     SEARCHING = {30, 1e-8, 0.3, INFINITY};
 
-/* A (n, n) with two right-hand sides beside it, which become the solutions; 0: A is singular. */
+/* Replaces the two right-hand sides in the last columns by the solutions; returns 0 if the matrix
+ * (n, n) is singular. */
 static int solved(int n, double A[MOST + 1][MOST + 3]) {
     for (int c = 0; c < n; c++) {
         int pivot = c;

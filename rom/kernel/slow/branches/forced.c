@@ -3,7 +3,7 @@
 #include "slow/branches/points.h"
 #include "slow/slow_flow.h"
 
-#define ALONG 0x1p-40 /* of the line: beside a fast change an amplitude would count as none */
+#define ALONG 0x1p-40 /* of the line: along the whole of it, a small amplitude would be taken as zero */
 
 /* How they change with p; what does not is 0. */
 static sm_inputs change_of(const sm_forced *forced) {

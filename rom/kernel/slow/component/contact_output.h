@@ -46,12 +46,12 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              double *memory);
 
 
-/* A step begins, */
+/* Begins a step, */
 void sm_contact_output_begin(sm_contact_output *out);
-/* moves on by a stretch that ends with inputs `end`, */
+/* adds a stretch that ends with inputs `end`, */
 sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow,
                                 const sm_stretch *stretch, const sm_inputs *end);
-/* and is done, or was in vain. */
+/* and keeps the step, or restores the queue as it was before. */
 void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow);
 void sm_contact_output_abandon(sm_contact_output *out);
 
@@ -63,11 +63,11 @@ void sm_contact_output_get_state(const sm_contact_output *out, double *values);
 sm_status sm_contact_output_check_state(const sm_contact_output *out, const double *values);
 void sm_contact_output_set_state(sm_contact_output *out, const double *values);
 
-/* x_c, v_c, f_c and elastic displacements: at the present, the last ones if asked for, */
+/* x_c, v_c, f_c and, if `elastic`, elastic displacements: at the present, */
 sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
                                  const sm_inputs *inputs, const double *y, int elastic,
                                  double *values);
-/* or marched to it from rest, the amplitudes moving at `rate`. */
+/* or after a march from rest with amplitudes that move at `rate`. */
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
                                    const sm_slow_point *at, const double *rate, sm_detail detail,
                                    double *values);

@@ -11,20 +11,20 @@
 #include "base/exact_sum.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
-/* Tolerances of v / alpha: S magnifies what it is off by where the force is read. */
+/* Tolerances of v / alpha; at the end S magnifies the error of v in the force that is read. */
 #define ON_THE_WAY 1e-5
 #define AT_THE_END 1e-10
-/* Halvings of a step. Elastic contacts have no inertia: what is between two steps does not matter
- * to what follows. */
+/* Halvings of a step. Elastic contacts have no inertia: later steps do not depend on the motion
+ * between two steps. */
 #define RIGID_HALVINGS (SM_RIGID_LEVELS - 1)
 #define ELASTIC_HALVINGS 6
-/* By how much a velocity may part from a straight line in a step, relative to that without
+/* Largest deviation of a velocity from a straight line in a step, relative to the velocity without
  * friction. */
 #define BEND 0.2
-#define STRAIGHT 0.2 /* part of that below which the next step is twice as long */
-#define AS_READ 0.3 /* part of that in the last step, where the velocity is to be read */
-/* Vibrations that have died away to exp(-5) where a march ends are not followed. */
-#define DEAD 5.0
+#define STRAIGHT 0.2 /* part of BEND below which the next step is twice as long */
+#define AS_READ 0.3 /* part of BEND allowed in the last step if the velocity is read */
+/* Vibrations that have decayed to exp(-5) at the end of a march are not resolved. */
+#define DECAYED 5.0
 #define KEPT 6 /* numbers of each contact that a step changes */
 
 static size_t remembered(const sm_contact *contact) {
@@ -174,7 +174,7 @@ static void put_back_rigid(const int n, sm_march *march) {
         warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
-/* By how much velocities v part from straight lines, h seconds after the step's start, at most. */
+/* Largest deviation of velocities v from straight lines, h seconds after the step's start. */
 SM_INLINE double bend(const int n, const sm_march *march, const double *v, double h) {
     const double *start = march->before + n, *acceleration = march->acceleration;
     double most = 0.0;
@@ -230,8 +230,7 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Seconds in which the slowest to die away of the rigid contacts' own vibrations has done so;
- * infinite: it does not. */
+/* Seconds in which the slowest vibration of the rigid contacts decays; infinite: it does not. */
 static double lasting(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
@@ -239,7 +238,7 @@ static double lasting(const sm_contact *contact) {
         const double mass = contact->mass ? contact->mass[k] : 0.0;
         longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
     }
-    return DEAD * longest;
+    return DECAYED * longest;
 }
 
 /* Steps of h 2^-level seconds; time is counted in the finest of them. */

@@ -1,7 +1,7 @@
 /* Contact motion at given times along a slow trajectory.
  *
  * Friction forgets its past within a few periods, so the march may start a few periods before
- * the first time asked for; there is no need to start at t = 0.
+ * the first sample; there is no need to start at t = 0.
  */
 #include <stdlib.h>
 

@@ -7,7 +7,6 @@
 #include "torus/group.h"
 #include "torus/fixed_point/search.h"
 
-#define MOST_AVERAGED 16
 #define SOFTEST 0.5 /* relaxation below which passes are slow */
 
 /* One point of the group. */
@@ -187,7 +186,7 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
     }
     if (status == SM_OK && any_far(&s) && !grid->contact->response->start)
         status = continue_from_rest(&s);
-    for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
+    for (int periods = 4; periods <= SM_MOST_AVERAGED && status == SM_OK; periods *= 4)
         status = iterate(&s, periods, 1.0);
     free(memory);
     free(s.point);

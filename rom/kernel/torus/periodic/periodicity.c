@@ -46,7 +46,7 @@ sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplit
     return scales;
 }
 
-/* A mode's own harmonics are measured by its own displacement, or they would be lost beside a
+/* A mode's own harmonics are measured by its own displacement, or they would be lost next to a
  * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
 static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
     const double own = m == 0 ? scales->of_mode[0] : n == 0 ? scales->of_mode[1] : 0.0;
