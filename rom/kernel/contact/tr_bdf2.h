@@ -11,7 +11,6 @@
 
 #include "contact/sdirk2.h"
 
-#define SM_STAGES 2
 #define SM_TR_END (2.0 * SM_GAMMA)        /* of the first stage, in steps */
 #define SM_TR_WEIGHT 0.35355339059327376  /* of the first two velocities in the second stage */
 

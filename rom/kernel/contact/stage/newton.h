@@ -1,7 +1,7 @@
 /* The stage problem S v + g(v) = r of any law, by semismooth Newton in y, see sdirk2.h.
  *
- * Should Newton not settle, what takes over goes down on the potential from anywhere, so that the
- * step cannot fail: active_set.h, or under tanh friction Gauss-Seidel sweeps.
+ * If Newton does not converge, a method that descends on the potential from anywhere takes over:
+ * active_set.h, or under tanh friction Gauss-Seidel sweeps. So the step cannot fail.
  */
 #ifndef SLIPMODE_NEWTON_H
 #define SLIPMODE_NEWTON_H

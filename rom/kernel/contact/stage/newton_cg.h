@@ -1,12 +1,11 @@
 /* The stage problem S v + g(v) = r of many tanh contacts: Newton's method, its steps by conjugate
  * gradients.
  *
- * J = S + diag g'(v) changes from stage to stage in its diagonal alone, yet a factor costs N_c^3.
- * A product with S costs N_c^2, and a few are enough, for the diagonal of J is a good
- * preconditioner: of contacts that stick it is nearly all there is, and those that slide have
- * springs of their own. Each step of Newton is solved no further than its own error will reach;
- * where it goes beyond the minimum of the potential along it, part of it is taken back. Contacts
- * joined so stiffly that conjugate gradients would take longer are left to factors.
+ * A factor of J = S + diag g'(v) costs N_c^3, a product with S N_c^2. A few products are enough, as
+ * the diagonal of J is a good preconditioner: it dominates where contacts stick, and sliding contacts
+ * have springs of their own. Each step of Newton is solved no further than its own error, and
+ * shortened if it passes the minimum of the potential along it. If stiff springs join the contacts
+ * and conjugate gradients would take long, factors are used.
  */
 #ifndef SLIPMODE_NEWTON_CG_H
 #define SLIPMODE_NEWTON_CG_H

@@ -5,11 +5,8 @@
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
-#define AMPLITUDES (2 * SM_MODES)
-
-/* Where in a step, of its length; no multiples of each other, which a beat could hide behind. */
-#define LOOKED_AT 2
-static const double INSIDE[LOOKED_AT] = {0.25, 0.6};
+/* Parts of a step at which the slopes are compared: not commensurate, so that no beat hides between. */
+static const double INSIDE[] = {0.25, 0.6};
 
 /* A step of the trajectory: its inputs move along straight lines. */
 typedef struct {
@@ -27,11 +24,11 @@ static sm_status rate_at(const step_flow *step, double elapsed, const double *y,
 static sm_status bend_of(const step_flow *step, double duration, const double *start,
                          const double *end, double *bend) {
     const int count = 2 * step->flow->table.modes;
-    double y[AMPLITUDES], leaving[AMPLITUDES], arriving[AMPLITUDES], rate[AMPLITUDES];
+    double y[2 * SM_MODES], leaving[2 * SM_MODES], arriving[2 * SM_MODES], rate[2 * SM_MODES];
     sm_status status = rate_at(step, 0.0, start, leaving);
     if (status == SM_OK) status = rate_at(step, duration, end, arriving);
     *bend = 0.0;
-    for (int k = 0; k < LOOKED_AT && status == SM_OK; k++) {
+    for (int k = 0; k < 2 && status == SM_OK; k++) {
         const double r = INSIDE[k], rest = 1.0 - r, moved = r * r * (3.0 - 2.0 * r);
         for (int u = 0; u < count; u++)
             y[u] = start[u] + moved * (end[u] - start[u])
@@ -75,7 +72,7 @@ sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps
 static sm_status runge_kutta(const step_flow *step, double elapsed, double h, double *y) {
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
     const int count = 2 * step->flow->table.modes;
-    double trial[AMPLITUDES], k[AMPLITUDES] = {0.0}, sum[AMPLITUDES] = {0.0};
+    double trial[2 * SM_MODES], k[2 * SM_MODES] = {0.0}, sum[2 * SM_MODES] = {0.0};
     for (int stage = 0; stage < 4; stage++) {
         for (int u = 0; u < count; u++) trial[u] = y[u] + node[stage] * h * k[u];
         const sm_status status = rate_at(step, elapsed + node[stage] * h, trial, k);
@@ -92,7 +89,7 @@ sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_ste
     if (status != SM_OK) return status;
     const size_t count = 2 * (size_t)flow->table.modes, inner = (size_t)parts - 1;
     for (size_t k = 0; k < steps->count && status == SM_OK; k++) {
-        double *own = between + k * inner * count, y[AMPLITUDES];
+        double *own = between + k * inner * count, y[2 * SM_MODES];
         const step_flow step = {flow, steps->inputs + k};
         const double h = steps->duration[k] / (double)parts, *end = steps->end + k * count;
         memcpy(y, steps->start + k * count, count * sizeof(double));

@@ -16,7 +16,6 @@
 #define AT_THE_END 1e-10
 /* Halvings of a step. Elastic contacts have no inertia: later steps do not depend on the motion
  * between two steps. */
-#define RIGID_HALVINGS (SM_RIGID_LEVELS - 1)
 #define ELASTIC_HALVINGS 6
 /* Largest deviation of a velocity from a straight line in a step, relative to the velocity without
  * friction. */
@@ -197,7 +196,7 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     sm_lanes *lane = &march->lane;
     march->warm.tolerance = tolerance;
     keep_rigid(n, march);
-    for (int stage = 0; stage < SM_STAGES; stage++) {
+    for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_TR_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
         const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->pull, stage);
@@ -264,7 +263,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
     const double count = ceil((to - from) / longest * (1.0 - 1e-9));
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
-    const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
+    const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
                         .to = to,

@@ -8,9 +8,8 @@
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
+#include "base/exact_sum.h"
 #include "slow/motion/reaction.h"
-
-#define SM_EXACT_STEPS 64 /* after which rounding is done away with */
 
 typedef struct {
     const sm_contact *contact;
