@@ -1,9 +1,8 @@
 #include "slow/component/contact_output.h"
 
-#include "slow/component/response_surface.h"
 #include "base/block.h"
 #include "base/check.h"
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "base/exact_sum.h"
 
 #define MOST_ELASTIC 1000000
