@@ -95,9 +95,7 @@ class AppliedForces:
         """
         if self.reduced.formulation == "paper":
             return np.zeros_like(self.on_modes, dtype=complex)
-        modes = np.arange(self.modal.size)
-        force = 0.5 * self.on_modes[..., np.newaxis]
-        return self.reduced.others_response(modes, self.reduced.carrier, force)[..., 0]
+        return self.reduced.others_response(0.5 * self.on_modes[..., np.newaxis])[..., 0]
 
     @cached_property
     def through_dampers(self) -> Complexes:

@@ -116,17 +116,11 @@ def reconstruct(
     problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
         steps_per_period = _STEPS if model.reduced.contacts is None else _ELASTIC_STEPS
+    samples = kernel.ContactSamples(
+        sample.size, *(array.ctypes.data for array in (sample, x, v, f))
+    )
     status = kernel.lib.sm_contact_motion(
-        ctypes.byref(problem),
-        len(effective),
-        effective.ctypes.data,
-        None,
-        steps_per_period,
-        sample.size,
-        sample.ctypes.data,
-        x.ctypes.data,
-        v.ctypes.data,
-        f.ctypes.data,
+        problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
     )
     kernel.check(status, "contact motion")
     scale = part.scale_at(sample)[:, np.newaxis]

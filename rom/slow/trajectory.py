@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
 
 import numpy as np
@@ -165,13 +164,9 @@ class SlowTrajectory:
 
     def _bend(self, flow: kernel.SlowFlow) -> Floats:
         """By how much each step's cubic leaves the slow flow, were it as far off all along."""
-        steps, bend = self._steps(), np.empty(self.time.size - 1)
-        status = kernel.lib.sm_trajectory_bend(
-            ctypes.byref(flow),
-            bend.size,
-            *(array.ctypes.data for array in steps),
-            bend.ctypes.data,
-        )
+        arrays, bend = self._steps(), np.empty(self.time.size - 1)
+        steps = kernel.TrajectorySteps(bend.size, *(array.ctypes.data for array in arrays))
+        status = kernel.lib.sm_trajectory_bend(flow, steps, bend.ctypes.data)
         kernel.check(status, "slow trajectory")
         return bend
 
@@ -188,13 +183,8 @@ class SlowTrajectory:
         modes = self.amplitude.shape[1]
         whole = [array[steps] for array in self._steps()]
         between = np.empty((steps.size, parts - 1, modes), dtype=complex)
-        status = kernel.lib.sm_trajectory_divide(
-            ctypes.byref(flow),
-            steps.size,
-            *(array.ctypes.data for array in whole),
-            parts,
-            between.ctypes.data,
-        )
+        given = kernel.TrajectorySteps(steps.size, *(array.ctypes.data for array in whole))
+        status = kernel.lib.sm_trajectory_divide(flow, given, parts, between.ctypes.data)
         kernel.check(status, "slow trajectory")
         counts = np.ones(self.time.size - 1, dtype=int)
         counts[steps] = parts
