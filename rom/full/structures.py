@@ -87,26 +87,29 @@ class ReducedStructure:
         M, K and C on the shapes (Phi, X) of x = Phi q + X y are in its coupling. With elastic
         contacts K is K_s, with their springs, and X its static response to forces on them.
         """
-        omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
+        omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
         inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
         spring = np.vstack((reduced.spring, reduced.nonresonant_spring))
         damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
-        own = np.diag(np.append(reduced.modal_damping, reduced.nonresonant_damping))
+        structural = reduced.modal_damping - reduced.aerodynamic_damping
+        own = np.diag(np.append(structural, reduced.nonresonant_damping))
         C = np.block([[own + reduced.damping_coupling, damper], [damper.T, reduced.damping]])
         shapes = np.hstack((reduced.all_shapes, reduced.contact_shapes))
         if reduced.contacts is None:  # y are the displacements of the contacts
             mass = reduced.mass + reduced.carried_mass
             M = np.block([[np.eye(omega.size), inertia], [inertia.T, mass]])
             K = np.block([[np.diag(omega**2), spring], [spring.T, reduced.stiffness]])
-            contact = list(range(omega.size, len(M)))
-            return cls(Structure(M, K, C, contact=contact), shapes)
+            structure = Structure(M, K, C, contact=list(range(omega.size, len(M))))
+            return cls(aeroelastic(structure, reduced, np.eye(len(M), len(reduced.modes))), shapes)
         springs = omega[:, np.newaxis] ** 2 * inertia
         K = np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]])
         basis = orthonormal(inertia, reduced.carried_mass)
         W = basis.T @ np.vstack((springs - spring, -reduced.stiffness))
         K, C = (basis.T @ matrix @ basis for matrix in (K, C))
         K -= (W * reduced.contacts.reference) @ W.T
-        structure = Structure(np.eye(len(W)), 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        unit = np.eye(len(W))
+        structure = Structure(unit, 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        structure = aeroelastic(structure, reduced, unit[:, : len(reduced.modes)])
         return cls(structure, shapes @ basis)
 
 

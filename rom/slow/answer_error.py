@@ -1,4 +1,4 @@
-"""Errors of steady answers, by linearisation from the stated error of the friction table.
+"""Errors of steady states, by linearisation from the stated error of the friction table.
 
 An error delta S_j of the friction terms changes the slow flow da/dt = G(a, p) by
 
@@ -34,27 +34,18 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
 
-_AT_CARRIER = 1e-9  # relative distance that is rounding
 # Distances from the carriers, relative to the largest, between which one point is measured.
 _LEVELS = (1.0, 0.6, 0.3, 0.1)
 
 
 @dataclass(frozen=True, eq=False)
 class TableError:
-    """The error of S_j along an answer.
+    """The error of S_j along an answer."""
 
-    Attributes
-    ----------
-    size : (points, modes) ndarray
-        |delta S_j| [N kg^-1/2].
-    measured : (some,) ndarray of int
-        Points at which the error of forcing off the carriers is measured.
-    off_carriers : (some, modes) complex ndarray
-        That error of S_j [N kg^-1/2]; NaN where the contact motion does not converge.
-    """
-
-    size: Floats
+    size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]
+    # (some,), points at which the error of forcing off the carriers is measured
     measured: NDArray[np.intp]
+    # (some, modes), that error of S_j [N kg^-1/2]; NaN where the contact motion does not converge
     off_carriers: Complexes
 
     __repr__ = short_repr
@@ -80,7 +71,7 @@ class TableError:
         limit_scale : (points,) ndarray
             Friction limits over those of the model.
         weight : (points,) ndarray or None
-            The larger, the more the answer depends on S_j: such points are measured. None: the
+            Sensitivity of the steady state to S_j: points of large weight are measured. None: the
             error of forcing off the carriers is left out.
         """
         r = np.minimum(effective, model.table.amplitude_range)
@@ -88,8 +79,7 @@ class TableError:
         apart = frequency / model.reduced.carrier - 1.0
         off = np.abs(apart).max(axis=1)
         measured = np.zeros(0, dtype=np.intp) if weight is None else _most_apart(apart, weight)
-        beyond = np.array([_off_carriers(model, r[k], apart[k]) for k in measured])
-        beyond = beyond.reshape(-1, model.modes).astype(complex)
+        beyond = _off_carriers(model, r[measured], apart[measured])
         share = np.zeros(r.shape)
         if measured.size:
             stated = model.accuracy
@@ -104,41 +94,42 @@ class TableError:
 
 
 def _most_apart(apart: Floats, weight: Floats) -> NDArray[np.intp]:
-    """Points on both sides of the carriers, at several distances, where the weight is largest."""
+    """Return points on both sides of the carriers, at several distances, of largest weight."""
     furthest = np.take_along_axis(apart, np.abs(apart).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
     largest = float(np.abs(furthest).max(initial=0.0))
     found: list[int] = []
-    if largest <= _AT_CARRIER:
-        return np.array(found, dtype=np.intp)
-    for sign in (1.0, -1.0):
-        part = sign * furthest / largest
-        for upper, lower in pairwise(_LEVELS):
-            (within,) = np.nonzero((part > lower) & (part <= upper))
-            if within.size:
-                found.append(int(within[weight[within].argmax()]))
+    rounding = 1e-9
+    if largest > rounding:
+        for part in (furthest / largest, -furthest / largest):
+            for upper, lower in pairwise(_LEVELS):
+                (within,) = np.nonzero((part > lower) & (part <= upper))
+                if within.size:
+                    found.append(int(within[weight[within].argmax()]))
     return np.array(found, dtype=np.intp)
 
 
 def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
-    """Return the error of S_j (modes,) at frequencies so far from the carriers (modes,).
+    """Return errors of S_j (points, modes) at frequencies off the carriers (points, modes).
 
-    NaN where the contact motion does not converge.
+    `apart` is the relative distance. NaN where the contact motion does not converge.
     """
-    reduced = model.reduced
-    if reduced.formulation == "paper":
-        return np.zeros(model.modes, dtype=complex)
+    found = np.zeros(apart.shape, dtype=complex)
+    if model.reduced.formulation == "paper" or not found.size:
+        return found
     torus = model.contact_problem(SMALLEST_SHARE * model.table.amplitude_range)
-    at = effective[np.newaxis]
-    try:
-        at_carriers = Detuned.of(torus, np.zeros(model.modes))
-        known = at_carriers.solve(at)
-        detuned = Detuned.of(torus, apart)
-        moved = detuned.friction(detuned.solve(at, known.P))
-    except SlipmodeError:
-        return np.full(model.modes, np.nan, dtype=complex)
-    has = np.clip(apart, -MOST_DETUNING, MOST_DETUNING) * reduced.carrier
-    slope = model.table.detuning_at(effective) @ has
-    return np.asarray((moved - at_carriers.friction(known))[0] - slope)
+    at_carriers = Detuned.of(torus, np.zeros(model.modes))
+    for k, (amplitude, off) in enumerate(zip(effective[:, np.newaxis], apart, strict=True)):
+        try:
+            known = at_carriers.solve(amplitude)
+            detuned = Detuned.of(torus, off)
+            moved = detuned.friction(detuned.solve(amplitude, known.P))
+        except SlipmodeError:
+            found[k] = np.nan
+            continue
+        distance = np.clip(off, -MOST_DETUNING, MOST_DETUNING) * model.reduced.carrier
+        tabulated = model.table.detuning_at(amplitude[0]) @ distance
+        found[k] = (moved - at_carriers.friction(known))[0] - tabulated
+    return found
 
 
 def off_carrier_findings(
@@ -225,11 +216,11 @@ def error_at_constant(
     at_end : (points, modes) ndarray
         The error where the branch ends nearby.
     """
-    aside, width = displacement
+    own, width = displacement
     along = change_along(parameter, values, branch, width)
-    error = np.where(np.isfinite(along), aside + along, at_end)
+    error = np.where(np.isfinite(along), own + along, at_end)
     known = np.isfinite(error).all(axis=1)
-    if known.any() and not known.all():  # beside the end of the table
+    if known.any() and not known.all():  # at the end of the table
         at = np.arange(error.shape[0])
         for column in error.T:
             column[:] = np.interp(at, at[known], column[known])

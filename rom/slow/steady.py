@@ -14,15 +14,14 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
-from slipmode.rom.slow.steady_problem import SteadyProblem
+from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
-    check_carriers,
     forcing_findings,
     friction_findings,
     warn,
@@ -31,7 +30,7 @@ from slipmode.rom.validity import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_CURVE_PASSES = 12
+_CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,12 +176,11 @@ def steady(
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     points = Omega.reshape(-1, model.modes)
-    check_carriers(model.reduced, points, excitation != 0.0)
     every = np.tile(excitation, (len(points), 1))
-    problem = SteadyProblem.of(model, applied.shift, points, every)
-    amplitude = problem.polish(problem.relax())
-    for point in np.flatnonzero(~problem.is_steady(amplitude)):
-        amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
+    found = steady_points(model, points, list(applied.force), every)
+    if found.refusals:
+        raise found.refusals[min(found.refusals)]
+    amplitude = found.amplitude
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
     check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
@@ -266,22 +264,18 @@ def resonance_curve(
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
     paper = model.reduced.formulation == "paper"
 
-    flow, still = shifted_flow(model, 0.0), np.zeros(points.shape, dtype=complex)
-
-    def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
-        """Q, and the square of the detuning that the force affords, at frequencies Omega."""
-        frequencies = np.tile(model.reduced.carrier, (r.size, 1))
-        lost = np.isnan(Omega)  # the table did not reach so far
-        frequencies[:, mode] = np.where(lost, omega, Omega)
-        friction = balance(flow, inputs_of(still, frequencies), points.astype(complex)).friction
-        Q = np.where(lost, np.nan, friction[:, mode] / r)
-        loss = Q.imag - gamma * (omega if paper else Omega)
-        return Q, half_force**2 - loss**2
+    frequency = np.tile(model.reduced.carrier, (r.size, 1))
+    flow = ForcedFlow.of(model, frequency)
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        for _ in range(_CURVE_PASSES):  # friction and damping move with Omega, weakly
-            Q, square = reach_at(Omega)
+        for _ in range(_CURVE_PASSES):  # friction and damping depend weakly on Omega
+            outside = np.isnan(Omega)  # of the friction table
+            frequency[:, mode] = np.where(outside, omega, Omega)
+            friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction
+            Q = np.where(outside, np.nan, friction[:, mode] / r)
+            loss = Q.imag - gamma * (omega if paper else Omega)
+            square = half_force**2 - loss**2  # of the detuning
             reach = sign * np.sqrt(np.maximum(square, 0.0))
             Omega = (
                 omega - (Q.real - reach) / (2 * omega)

@@ -32,31 +32,16 @@ _SMALLEST = 0.1  # of the table's range: as in a table, marches repeat relative 
 
 @dataclass(frozen=True, eq=False)
 class SteadyMotion:
-    """Steady states of a model, at points.
-
-    Attributes
-    ----------
-    model : Model
-    amplitude : (points, modes) complex ndarray
-        a_j [kg^1/2 m].
-    frequency : (points, modes) ndarray
-        Omega_j [rad/s].
-    force : (points, modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2]; 0 where the force is not known.
-    applied : AppliedForces or None
-        Where the forces act. None: there are no forces.
-    scale : (points,) ndarray
-        Friction limits and preloads over those of the model.
-    structure : Structure or None
-        What was reduced. None: the quasi-static response to the forces is left out.
-    """
+    """Steady states of a model, at points."""
 
     model: Model
-    amplitude: Complexes
-    frequency: Floats
+    amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]
+    frequency: Floats  # (points, modes), Omega_j [rad/s]
+    # (points, modes), F_j exp(i phase_j), modal [N kg^-1/2]; 0 where the force is not known
     force: Complexes
-    applied: AppliedForces | None
-    scale: Floats
+    applied: AppliedForces | None  # Where the forces act. None: there are no forces.
+    scale: Floats  # (points,), friction limits and preloads over those of the model
+    # What was reduced. None: the quasi-static response to the forces is left out.
     structure: Structure | None = None
 
     __repr__ = short_repr

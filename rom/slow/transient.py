@@ -43,28 +43,15 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class TransientError:
-    """Error of the amplitudes of a reduced model while they change.
+    """Error of the amplitudes of a reduced model while they change."""
 
-    Attributes
-    ----------
-    load : (modes, parts) ndarray
-        Peak force on each slider, or contact DOF, per amplitude while it sticks [N kg^-1/2 m^-1].
-    slip_load : (modes, parts) ndarray
-        The peak force that is compared with `onset`; under a varying normal load it includes the
-        loss of friction.
-    onset : (parts,) ndarray
-        Force at which slip begins [N].
-    largest : (parts,) ndarray
-        Bound of the mean force [N].
-    displacement : (modes, parts) ndarray
-        Amplitude error per mean force [kg^1/2 m/N].
-    """
-
-    load: Floats
+    load: Floats  # (modes, parts), peak force on stuck parts per amplitude [N kg^-1/2 m^-1]
+    # (modes, parts), peak force that is compared with `onset`: under a varying normal load it
+    # includes the loss of friction
     slip_load: Floats
-    onset: Floats
-    largest: Floats
-    displacement: Floats
+    onset: Floats  # (parts,), force at which slip begins [N]
+    largest: Floats  # (parts,), bound of the mean force [N]
+    displacement: Floats  # (modes, parts), amplitude error per mean force [kg^1/2 m/N]
 
     __repr__ = short_repr
 
@@ -113,23 +100,13 @@ class TransientError:
 
 @dataclass(frozen=True, eq=False)
 class _FrictionParts:
-    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each.
+    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each."""
 
-    Attributes
-    ----------
-    column : (parts,) ndarray of int
-        The contact DOF.
-    stiffness, onset, largest : (parts,) ndarray
-        [N/m], and as in `TransientError` [N].
-    slip_load : (N_c, parts) ndarray
-        Force that is compared with `onset`, per displacement of each contact DOF [N/m].
-    """
-
-    column: NDArray[np.int64]
-    stiffness: Floats
-    onset: Floats
-    largest: Floats
-    slip_load: Floats
+    column: NDArray[np.int64]  # contact DOF
+    stiffness: Floats  # [N/m]
+    onset: Floats  # force at which slip begins [N]
+    largest: Floats  # bound of the mean force [N]
+    slip_load: Floats  # (N_c, parts), force compared with `onset` per contact displacement [N/m]
 
     @classmethod
     def of(cls, contacts: Elements) -> Self:

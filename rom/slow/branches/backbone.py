@@ -1,8 +1,7 @@
 """Backbones: frequency and damping of a nonlinear mode against its amplitude.
 
-A mode that is kept at a constant amplitude by a negative damping which takes no part otherwise,
--2 zeta Omega x', moves as a damped nonlinear mode does (extended periodic motion concept, Krack
-2015). In the slow flow that is
+A negative damping -2 zeta Omega x' that holds a mode at a constant amplitude makes it move like a
+damped nonlinear mode (extended periodic motion concept, Krack 2015). In the slow flow that is
 
     omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 """
@@ -20,8 +19,9 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
-from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import warn
@@ -29,12 +29,10 @@ from slipmode.rom.validity import warn
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_POINTS = 200
-SMALLEST, LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
 BAND = 0.2  # opacity of the error in pictures
-_PASSES = 100
-_CONVERGED = 1e-13
-_UNCOUPLED = 1e-9  # damping between modes relative to that of a mode: rounding
+_POINTS = 200
+_PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +84,7 @@ class Backbone:
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
     ) -> Any:
-        """Frequency and damping ratio against the amplitude, of a DOF where one is given.
-
-        Bands show the errors.
-        """
+        """Draw frequency and damping ratio, with their errors, against the amplitude."""
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         amplitude = Shown(dof, units)
@@ -109,7 +104,7 @@ class Backbone:
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """By name, with the amplitude of a DOF where one is given."""
+        """Return columns by name, with the amplitude of a DOF if one is given."""
         found = {
             "amplitude": self.amplitude,
             units.named("frequency"): units.of_frequency(self.frequency),
@@ -124,7 +119,7 @@ class Backbone:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per amplitude; see `columns`."""
+        """Return a table with a row per amplitude; see `columns`."""
         return dataframe(self.columns(dof, units))
 
 
@@ -164,12 +159,13 @@ def backbone(
     a = np.full((r.size, model.modes), abs(other), dtype=complex)
     a[:, mode] = r
     model.table(np.abs(a))  # refuses what is outside
-    flow, still = shifted_flow(model, 0.0), np.zeros(a.shape, dtype=complex)
     frequency = np.tile(model.reduced.carrier, (r.size, 1))
+    flow = ForcedFlow.of(model, frequency)
     Omega = np.full(r.size, model.reduced.frequency[mode])
     for _ in range(_PASSES):
         frequency[:, mode] = Omega
-        now = balance(flow, inputs_of(still, frequency), a)
+        flow = flow.with_frequency(frequency)
+        now = flow.balance(a)
         off = now.stiffness[:, mode] - now.friction[:, mode] / r
         square = Omega**2 + off.real
         if np.isnan(square).any():
@@ -194,9 +190,9 @@ def backbone(
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
     warn(_off_carrier_findings(model, mode, table_error, off.imag * r, frequency))
-    decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
+    decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
-    motion = SteadyMotion(model, a, frequency, still, None, np.ones(r.size))
+    motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))
     return Backbone(
         r,
         float(other),
@@ -212,16 +208,14 @@ def backbone(
 
 
 def friction_takes_energy(model: Model, other: float) -> bool:
-    """Return whether Im S <= 0, so that what a table has above 0 is its error.
+    """Return whether Im S <= 0 is known, so that positive values in a table are errors.
 
-    So it is for elastic contacts, whose dampers are the structure's, if modes are not coupled
-    by damping and no energy comes from another mode.
+    It is for elastic contacts, if damping does not couple the modes and no energy comes from
+    another mode.
     """
     reduced = model.reduced
-    coupling = np.abs(reduced.damping_coupling).max(initial=0.0)
-    uncoupled = coupling <= _UNCOUPLED * np.abs(reduced.modal_damping).max()
     alone = other == 0.0 and not model.combinations
-    return reduced.contacts is not None and bool(uncoupled) and alone
+    return reduced.contacts is not None and alone and not reduced.damping_coupling.any()
 
 
 def _off_carrier_findings(

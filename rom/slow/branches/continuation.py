@@ -65,23 +65,12 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Solutions in the order in which the curve passes them.
-
-    Attributes
-    ----------
-    points : Points
-    special : list of (kind, z)
-        Folds and Hopf points, in the same order.
-    closed : bool
-        Whether the last point is followed by the first.
-    cut_off : list of (k + 1,) ndarray
-        Ends at which the curve goes on, but it has too many points.
-    """
+    """Solutions in the order in which the curve passes them."""
 
     points: Points
-    special: list[tuple[Kind, Floats]]
-    closed: bool
-    cut_off: list[Floats]
+    special: list[tuple[Kind, Floats]]  # Folds and Hopf points, in the same order
+    closed: bool  # Whether the last point is followed by the first
+    cut_off: list[Floats]  # Ends at which the curve goes on, but it has too many points
 
     __repr__ = short_repr
 

@@ -30,25 +30,13 @@ class ModalResponse:
     """Harmonics of the contacts, and what the modes make of them, along a slow trajectory.
 
     A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
-
-    Attributes
-    ----------
-    orders : tuple of (n, m)
-    frequency : (points, orders) ndarray
-        nu [rad/s]
-    contact : (points, orders, N_c) complex ndarray
-        Contact displacement [m].
-    modal : (points, orders, modes) complex ndarray
-        Modal displacement besides the carriers [kg^1/2 m].
-    reaction : (points, orders, N_c) complex ndarray
-        Force on the contacts that comes with it [N].
     """
 
     orders: tuple[Order, ...]
-    frequency: Floats
-    contact: Complexes
-    modal: Complexes
-    reaction: Complexes
+    frequency: Floats  # (points, orders), nu [rad/s]
+    contact: Complexes  # (points, orders, N_c), contact displacement [m]
+    modal: Complexes  # (points, orders, modes), modal displacement besides the carriers [kg^1/2 m]
+    reaction: Complexes  # (points, orders, N_c), force on the contacts that comes with it [N]
 
     __repr__ = short_repr
 
@@ -116,28 +104,14 @@ class _Others:
 
     Matrices are those of `distinct` frequencies: one for each harmonic where the forcing stands
     still, else one for each harmonic at each point.
-
-    Attributes
-    ----------
-    reduced : Reduced
-    numbers : (others,) ndarray of int
-        Of these modes.
-    steady : bool
-        Whether the frequencies of all points are the same.
-    distinct : (distinct, 1, 1) ndarray
-        nu [rad/s]
-    coupling : (distinct, others, N_c) complex ndarray
-        B
-    all_rows : (distinct, others, modes + nonresonant) complex ndarray
-        Their rows of D.
     """
 
     reduced: Reduced
-    numbers: NDArray[np.intp]
-    steady: bool
-    distinct: Floats
-    coupling: Complexes
-    all_rows: Complexes
+    numbers: NDArray[np.intp]  # (others,), of these modes
+    steady: bool  # Whether the frequencies of all points are the same
+    distinct: Floats  # (distinct, 1, 1), nu [rad/s]
+    coupling: Complexes  # (distinct, others, N_c), B
+    all_rows: Complexes  # (distinct, others, modes + nonresonant), their rows of D
 
     @classmethod
     def of(cls, reduced: Reduced, excluded: Sequence[int], nu: Floats) -> Self:

@@ -25,22 +25,15 @@ class ResponseSurface:
     """Harmonics (n, m) of the modal response over the amplitude plane, in a steady motion.
 
     A coefficient c_nm stands for Re(c_nm exp(i (n theta_A + m theta_B))).
-
-    Attributes
-    ----------
-    orders : (orders, 2) ndarray of int32
-        Without those that are negligible at every node.
-    reaction : (n_a, n_b, orders, N_c) complex ndarray
-        Force on the contacts [N].
-    elastic : (n_a, n_b, orders, DOFs) complex ndarray
-        Displacement of DOFs of the structure [m], besides the carriers and the contacts' part.
-    modes_out : (DOFs, modes) complex ndarray
-        Displacement per amplitude of the modes, with what dampers make the others do [kg^-1/2].
     """
 
-    orders: NDArray[np.int32]
-    reaction: Complexes
+    orders: NDArray[np.int32]  # (orders, 2), without those that are negligible at every node
+    reaction: Complexes  # (n_a, n_b, orders, N_c), force on the contacts [N]
+    # (n_a, n_b, orders, DOFs), displacement of DOFs of the structure [m], besides the carriers and
+    # the contacts' part
     elastic: Complexes
+    # (DOFs, modes), displacement per amplitude of the modes, with what dampers make the others do
+    # [kg^-1/2]
     modes_out: Complexes
 
     __repr__ = short_repr
