@@ -15,7 +15,7 @@ from slipmode.rom.reduction.combination import Order
 from slipmode.rom.short_repr import short_repr
 
 # Per period of the fastest carrier: not an integer, so that harmonics do not alias onto each
-# other.
+# other, and samples fall on all phases of the carrier within a window.
 SAMPLES_PER_PERIOD = 16.309
 _APART = 0.8  # turns between two lines in a window that distinguishes them
 
@@ -32,9 +32,7 @@ class HarmonicFit:
     frequency: Floats  # nu (lines,) [rad/s]
     length: float  # of the window [s]
     samples: int
-    tapered: bool = (
-        False  # samples at the ends weigh less, which reduces the effect of other lines
-    )
+    tapered: bool = False  # less weight at the ends reduces the effect of other lines
 
     __repr__ = short_repr
 

@@ -14,12 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import (
-    ForcePatterns,
-    cross_response,
-    off_resonance_shift,
-    phasor,
-)
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.table.model import Model
@@ -27,11 +22,10 @@ from slipmode.rom.table.model import Model
 
 def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.SlowFlow:
     """Return the slow flow as the core reads it, with shift and cross response of the forces."""
-    shift = off_resonance = None
-    if force_patterns is not None:
-        shift = off_resonance_shift(model.reduced, force_patterns)
-        off_resonance = cross_response(model.reduced, force_patterns)
-    return _slow_flow(model, shift, off_resonance)
+    if force_patterns is None:
+        return _slow_flow(model, np.zeros(model.modes, dtype=complex), None)
+    applied = AppliedForces.of(model.reduced, force_patterns)
+    return _slow_flow(model, applied.shift, applied.cross_response)
 
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
@@ -209,7 +203,7 @@ def _balance(
 
 
 def _slow_flow(
-    model: Model, shift: Complexes | None, off_resonance: Complexes | None
+    model: Model, shift: Complexes, cross_response: Complexes | None
 ) -> kernel.SlowFlow:
     table, reduced = model.table.kernel(), model.reduced
     flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
@@ -220,10 +214,9 @@ def _slow_flow(
         flow.damping[mode] = reduced.modal_damping[mode]
         for power, coefficient in enumerate(coupling_ratio[mode]):
             flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
-        if shift is not None:
-            flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
-        if off_resonance is not None:
-            for other, response in enumerate(off_resonance[mode]):
+        flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
+        if cross_response is not None:
+            for other, response in enumerate(cross_response[mode]):
                 flow.cross_response[mode][other][:] = (response.real, response.imag)
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)

@@ -126,7 +126,7 @@ class _Run:
         more = fit.with_lines(self.reduced.carrier, orders)
         if more.nonharmonic_share(moved) <= OFF_LATTICE:
             return
-        rest = nonharmonic_motion(self.integrator, self.state)[1]
+        rest = nonharmonic_motion(self.integrator, self.state)
         if rest.share > OFF_LATTICE:
             why = "is not periodic in the phases of the forces:"
             raise _refusal(why, "other frequencies", rest)
@@ -165,7 +165,7 @@ def integrated(
                 break
             before = found
             del refined[0]
-    rest = nonharmonic_motion(run.integrator, run.state)[1]
+    rest = nonharmonic_motion(run.integrator, run.state)
     where = "frequencies beside the harmonics of the forces"
     raise _refusal("does not become steady;", where, rest)
 
