@@ -16,15 +16,15 @@ from slipmode.rom.full.motion import State
 from slipmode.rom.full.window import Nonharmonic, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.structure import Structure
 
 OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
 _REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction that they must give
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyAmplitude:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyAmplitude(Record):
     """x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
 
     Attributes
@@ -40,8 +40,6 @@ class SteadyAmplitude:
     amplitude: Complexes
     error: Floats
     end: State
-
-    __repr__ = short_repr
 
 
 def steady_amplitude(

@@ -12,22 +12,20 @@ from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 _DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
 
 
-@dataclass(frozen=True, eq=False)
-class Projection:
+@dataclass(frozen=True, eq=False, repr=False)
+class Projection(Record):
     """A structure on the coordinates c of a basis, x = basis c."""
 
     structure: Structure  # M = I, K, C, W of the coordinates
     basis: Floats  # (n, coordinates), orthonormal in the mass of the structure [kg^-1/2]
     to_coordinates: Floats  # (coordinates, n), c = to_coordinates x [kg^1/2]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure, reduced: Reduced, patterns: Forces) -> Self:
@@ -71,14 +69,12 @@ class Projection:
         return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)
 
 
-@dataclass(frozen=True, eq=False)
-class ReducedStructure:
+@dataclass(frozen=True, eq=False, repr=False)
+class ReducedStructure(Record):
     """The structure of a reduced model, x = shapes c, with the modes first in c."""
 
     structure: Structure  # M, K, C, W of the coordinates, without springs of elastic contacts
     shapes: Floats  # (n, coordinates) [kg^-1/2]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced) -> Self:

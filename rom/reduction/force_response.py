@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import Reduced, force_vectors
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.structure import Structure
 
 # One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, the force per unit of
@@ -36,14 +36,12 @@ def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
     return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
-class AppliedForces:
+@dataclass(frozen=True, eq=False, repr=False)
+class AppliedForces(Record):
     """Forces on a reduced structure, one per mode, and their effects per unit of modal force."""
 
     reduced: Reduced
     force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, force: Forces) -> Self:
@@ -136,16 +134,14 @@ class AppliedForces:
         return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
 
-@dataclass(frozen=True, eq=False)
-class ForceResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class ForceResponse(Record):
     """Effects of forces besides the excitation of their own mode, per unit of modal force F_j."""
 
     applied: AppliedForces
     # (n, modes), displacement by the static flexibility besides modes and contact shapes
     # [kg^1/2 m/N]; 0 if the structure is not given
     static: Floats
-
-    __repr__ = short_repr
 
     @classmethod
     def of(

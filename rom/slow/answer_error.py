@@ -31,15 +31,15 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.table.model import Model
 
 # Distances from the carriers, relative to the largest, between which one point is measured.
 _LEVELS = (1.0, 0.6, 0.3, 0.1)
 
 
-@dataclass(frozen=True, eq=False)
-class TableError:
+@dataclass(frozen=True, eq=False, repr=False)
+class TableError(Record):
     """The error of S_j along an answer."""
 
     size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]
@@ -47,8 +47,6 @@ class TableError:
     measured: NDArray[np.intp]
     # (some, modes), that error of S_j [N kg^-1/2]; NaN where the contact motion does not converge
     off_carriers: Complexes
-
-    __repr__ = short_repr
 
     @classmethod
     def of(

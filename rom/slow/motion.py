@@ -24,7 +24,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.nonresonant.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
@@ -35,8 +35,8 @@ SPIN_UP_PERIODS = 10.0
 _STEPS = {"rigid": 128, "elastic": 64}
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Record):
     """Fast motion at given times.
 
     Attributes
@@ -61,8 +61,6 @@ class Motion:
     modal: Floats
     load: Floats
     static: Floats
-
-    __repr__ = short_repr
 
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
         """Return the displacement of DOFs of the structure, (n, dofs) [m]."""

@@ -16,7 +16,7 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.table.model import Model
 
 
@@ -88,8 +88,8 @@ def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes)
     return rate
 
 
-@dataclass(frozen=True, eq=False)
-class Balance:
+@dataclass(frozen=True, eq=False, repr=False)
+class Balance(Record):
     """The amplitude equations of steady motion, at points; NaN outside the friction table.
 
     Without a'', and without the combination resonances, whose mean over time is zero.
@@ -99,8 +99,6 @@ class Balance:
     stiffness: Complexes  # (points, modes), factor of a_j [rad^2/s^2]
     friction: Complexes  # (points, modes), Q_j a_j [N kg^-1/2], tending to 0 with a_j
     rate: Complexes  # (points, modes), da_j/dt [kg^1/2 m/s]
-
-    __repr__ = short_repr
 
 
 def balance(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Balance:
@@ -120,8 +118,8 @@ def rate_and_jacobian(
     return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
 
 
-@dataclass(frozen=True, eq=False)
-class ForcedFlow:
+@dataclass(frozen=True, eq=False, repr=False)
+class ForcedFlow(Record):
     """The slow flow at points with a frequency and a constant force each."""
 
     model: Model
@@ -129,8 +127,6 @@ class ForcedFlow:
     shift: Complexes
     flow: kernel.SlowFlow
     inputs: NDArray[np.void]  # (points,)
-
-    __repr__ = short_repr
 
     @classmethod
     def of(

@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 _CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
 
 
-@dataclass(frozen=True, eq=False)
-class ResonanceCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class ResonanceCurve(Record):
     """Forcing frequencies at which a mode vibrates with given amplitudes, Eq. (23) or (25).
 
     Attributes
@@ -51,11 +51,9 @@ class ResonanceCurve:
     below: Floats
     above: Floats
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
-class ResonanceSurface:
+@dataclass(frozen=True, eq=False, repr=False)
+class ResonanceSurface(Record):
     """Steady amplitudes over a grid of both forcing frequencies.
 
     Attributes
@@ -76,8 +74,6 @@ class ResonanceSurface:
     amplitude: Complexes
     mode_shapes: Floats
     motion: SteadyMotion
-
-    __repr__ = short_repr
 
     @property
     def euclidean(self) -> Floats:

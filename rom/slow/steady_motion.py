@@ -21,7 +21,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure
@@ -30,8 +30,8 @@ from slipmode.rom.table.model import Model
 _SMALLEST = 0.1  # of the table's range: as in a table, marches repeat relative to that at least
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyMotion(Record):
     """Steady states of a model, at points."""
 
     model: Model
@@ -43,8 +43,6 @@ class SteadyMotion:
     scale: Floats  # (points,), friction limits and preloads over those of the model
     # What was reduced. None: the quasi-static response to the forces is left out.
     structure: Structure | None = None
-
-    __repr__ = short_repr
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].

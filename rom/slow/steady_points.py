@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
@@ -28,14 +28,12 @@ _ROUNDING = 1e-11  # update of Newton's method, relative to the table's range
 _CONVERGED = 1e-10  # residual relative to the forces in the amplitude equations
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyPoints:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyPoints(Record):
     """Steady amplitudes of many loads, and refusals."""
 
     amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]; NaN where the load is refused
     refusals: dict[int, Exception] = field(default_factory=dict)  # By point
-
-    __repr__ = short_repr
 
     @property
     def reason(self) -> list[str]:

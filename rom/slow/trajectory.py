@@ -14,7 +14,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
@@ -25,8 +25,8 @@ _ORDER = 3  # least order at which the deviation falls with the number of parts
 _AT_POINTS = ("time", "amplitude", "angle")  # fields with one row more than there are steps
 
 
-@dataclass(frozen=True, eq=False)
-class SlowTrajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlowTrajectory(Record):
     """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
 
     Attributes
@@ -61,8 +61,6 @@ class SlowTrajectory:
     discontinuity: Complexes | None = None
     scale: Floats | None = None
     scale_rate: Floats | None = None
-
-    __repr__ = short_repr
 
     @property
     def amplitude_start(self) -> Complexes:

@@ -19,7 +19,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 # Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
 # that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
@@ -41,8 +41,8 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
     return np.asarray(threshold.min(axis=1))
 
 
-@dataclass(frozen=True, eq=False)
-class TransientError:
+@dataclass(frozen=True, eq=False, repr=False)
+class TransientError(Record):
     """Error of the amplitudes of a reduced model while they change."""
 
     load: Floats  # (modes, parts), peak force on stuck parts per amplitude [N kg^-1/2 m^-1]
@@ -52,8 +52,6 @@ class TransientError:
     onset: Floats  # (parts,), force at which slip begins [N]
     largest: Floats  # (parts,), bound of the mean force [N]
     displacement: Floats  # (modes, parts), amplitude error per mean force [kg^1/2 m/N]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, law: Friction) -> Self:

@@ -17,7 +17,7 @@ from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -35,8 +35,8 @@ _POINTS = 200
 _PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
-@dataclass(frozen=True, eq=False)
-class Backbone:
+@dataclass(frozen=True, eq=False, repr=False)
+class Backbone(Record):
     """A damped nonlinear mode.
 
     Attributes
@@ -74,8 +74,6 @@ class Backbone:
     mode_shape: Floats
     motion: SteadyMotion
     mode: int
-
-    __repr__ = short_repr
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at the carrier of the mode, (n,) [m]."""

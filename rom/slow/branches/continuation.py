@@ -16,21 +16,19 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 Kind = Literal["fold", "Hopf"]
 
 MOST_POINTS = 5000  # to each side of where a curve is found
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
+@dataclass(frozen=True, eq=False, repr=False)
+class Points(Record):
     """Neighbours along a curve F(y, p) = 0 of k unknowns y, in the core's rows."""
 
     rows: Floats
     unknowns: int
-
-    __repr__ = short_repr
 
     @property
     def z(self) -> Floats:
@@ -63,16 +61,14 @@ class Points:
         return passed
 
 
-@dataclass(frozen=True, eq=False)
-class Branch:
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(Record):
     """Solutions in the order in which the curve passes them."""
 
     points: Points
     special: list[tuple[Kind, Floats]]  # Folds and Hopf points, in the same order
     closed: bool  # Whether the last point is followed by the first
     cut_off: list[Floats]  # Ends at which the curve goes on, but it has too many points
-
-    __repr__ = short_repr
 
     @property
     def reversed(self) -> Branch:

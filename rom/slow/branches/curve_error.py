@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.answer_error import (
     TableError,
     change_along,
@@ -25,8 +25,8 @@ from slipmode.rom.slow.slow_flow import ForcedFlow
 _DIFFERENCE = 1e-6  # of the span, for derivatives: far above rounding
 
 
-@dataclass(frozen=True, eq=False)
-class CurveError:
+@dataclass(frozen=True, eq=False, repr=False)
+class CurveError(Record):
     """The error of a response curve at its points."""
 
     amplitude: Floats  # (points, modes), of a_j at constant parameter [kg^1/2 m]
@@ -35,8 +35,6 @@ class CurveError:
     # Largest error of a_j due to forcing off the table's carriers, relative to |a_j|, at the
     # points where it is measured; infinity where the contact motion does not converge
     off_carriers: float
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, problem: ForcedSlowFlow, z: Floats, branch: NDArray[np.intp]) -> CurveError:

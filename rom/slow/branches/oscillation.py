@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
@@ -22,15 +22,13 @@ _STRETCH, _MOST_STRETCHES = 400, 40  # steps, after which extremes are compared
 _SAME = 2e-3  # difference of equal extremes, relative to the table's range
 
 
-@dataclass(frozen=True, eq=False)
-class SlowCycles:
+@dataclass(frozen=True, eq=False, repr=False)
+class SlowCycles(Record):
     """Extremes of amplitudes that oscillate in slow time on closed orbits."""
 
     parameter: Floats  # (n,), as in ResponseCurve, ascending
     lowest: Floats  # (n, modes), of |a_j| [kg^1/2 m]
     highest: Floats  # (n, modes), of |a_j| [kg^1/2 m]
-
-    __repr__ = short_repr
 
 
 def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:

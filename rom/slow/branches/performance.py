@@ -21,7 +21,7 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.answer_error import error_at_constant
 from slipmode.rom.slow.branches.backbone import (
     BAND,
@@ -49,8 +49,8 @@ _PASSES, _CONVERGED = 100, 1e-12  # relative change of the frequencies of peaks
 _LITTLE = 0.01  # relative change of the damping by friction that has no best limit
 
 
-@dataclass(frozen=True, eq=False)
-class PerformanceCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class PerformanceCurve(Record):
     """Resonance peaks of a mode by a factor on all friction limits and preloads.
 
     Attributes
@@ -78,8 +78,6 @@ class PerformanceCurve:
     mode_shape: Floats
     motion: SteadyMotion
     mode: int
-
-    __repr__ = short_repr
 
     @property
     def optimum(self) -> tuple[float, float]:

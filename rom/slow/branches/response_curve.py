@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.answer_error import off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 _SECTIONS = 9  # values of the parameter at which steady states are searched
 
 
-@dataclass(frozen=True, eq=False)
-class SpecialPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class SpecialPoint(Record):
     """Where stability changes.
 
     Attributes
@@ -57,11 +57,9 @@ class SpecialPoint:
     parameter: float
     amplitude: Complexes
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
-class CurveSizes:
+@dataclass(frozen=True, eq=False, repr=False)
+class CurveSizes(Record):
     """Amplitudes along a curve, each (n, modes): its points, special points, ends of cycles."""
 
     points: Floats
@@ -69,11 +67,9 @@ class CurveSizes:
     lowest: Floats
     highest: Floats
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
-class ResponseCurve:
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseCurve(Record):
     """Steady states against a varied parameter, branch after branch.
 
     Attributes
@@ -115,8 +111,6 @@ class ResponseCurve:
     cycles: SlowCycles
     cut_off: Floats
     motion: SteadyMotion
-
-    __repr__ = short_repr
 
     @property
     def stable(self) -> Flags:

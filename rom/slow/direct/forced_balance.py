@@ -28,7 +28,7 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.direct.receptance import Receptance
 from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
 
@@ -48,7 +48,7 @@ LINES = (16, 32, 64, 128)
 CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Balanced(SteadyHarmonics):
     """Harmonics in balance."""
 
@@ -57,19 +57,15 @@ class Balanced(SteadyHarmonics):
     changes: Floats
     grid: Discretisation
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
-class ForcedBalance:
+@dataclass(frozen=True, eq=False, repr=False)
+class ForcedBalance(Record):
     """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
 
     reduced: Reduced
     law: Friction
     half: Floats
     tolerance: float
-
-    __repr__ = short_repr
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 
-@dataclass(frozen=True, eq=False)
-class Receptance:
+@dataclass(frozen=True, eq=False, repr=False)
+class Receptance(Record):
     """Matrices of all modes at the harmonics of forces and contacts."""
 
     orders: tuple[Order, ...]  # The carriers of the retained modes first
@@ -30,8 +30,6 @@ class Receptance:
     loads: Complexes  # (orders, modes + nonresonant), half of the modal forces [N kg^-1/2]
     # (modes,), numbers of the retained modes, and of their carriers among the harmonics
     own: NDArray[np.intp]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, orders: Sequence[Order], half: Floats) -> Self:

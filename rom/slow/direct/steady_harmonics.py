@@ -9,14 +9,14 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 # Contact motion relative to the strongest mode's; errors of weaker modes are relative to it.
 _WEAK = 0.1
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyHarmonics:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyHarmonics(Record):
     """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first."""
 
     amplitude: Complexes  # (modes,), a_j of the retained modes at their carriers [kg^1/2 m]
@@ -24,8 +24,6 @@ class SteadyHarmonics:
     frequency: Floats  # (orders,), n Omega_A + m Omega_B [rad/s]
     modal: Complexes  # (orders, modes + nonresonant), displacement of all modes [kg^1/2 m]
     P: Complexes  # (orders, N_c), of the contact displacement [m]
-
-    __repr__ = short_repr
 
 
 def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Complexes) -> float:

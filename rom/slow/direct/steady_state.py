@@ -16,7 +16,7 @@ from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.direct.forced_balance import (
     CLOSEST,
     LINES,
@@ -39,8 +39,8 @@ _BY_STEPS = {"rigid": 1 / 3, "elastic": 1.0}
 Method = Literal["balance", "integration"]
 
 
-@dataclass(frozen=True, eq=False)
-class SteadyState:
+@dataclass(frozen=True, eq=False, repr=False)
+class SteadyState(Record):
     """A steady state under constant forces F_j cos(Omega_j t).
 
     Attributes
@@ -61,8 +61,6 @@ class SteadyState:
     reduced: Reduced
     force: Floats
     method: Method
-
-    __repr__ = short_repr
 
     @property
     def amplitude(self) -> Complexes:

@@ -17,15 +17,15 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 _BLOCK = 8192  # harmonics at a time, to limit the memory
 
 
-@dataclass(frozen=True, eq=False)
-class ModalResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModalResponse(Record):
     """Harmonics of the contacts, and the response of the modes, along a slow trajectory.
 
     A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
@@ -36,8 +36,6 @@ class ModalResponse:
     contact: Complexes  # (points, orders, N_c), contact displacement [m]
     modal: Complexes  # (points, orders, modes), modal displacement besides the carriers [kg^1/2 m]
     reaction: Complexes  # (points, orders, N_c), force on the contacts that comes with it [N]
-
-    __repr__ = short_repr
 
 
 def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:

@@ -14,14 +14,14 @@ from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force or displacement of the modes
 
 
-@dataclass(frozen=True, eq=False)
-class ResponseSurface:
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseSurface(Record):
     """Harmonics (n, m) of the modal response over the amplitude plane, in a steady motion.
 
     A coefficient c_nm stands for Re(c_nm exp(i (n theta_A + m theta_B))).
@@ -33,8 +33,6 @@ class ResponseSurface:
         Complexes  # (n_a, n_b, orders, DOFs), displacement by the modes off their carriers [m]
     )
     modes_out: Complexes  # (DOFs, modes), displacement per amplitude [kg^-1/2]
-
-    __repr__ = short_repr
 
 
 def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
