@@ -84,9 +84,7 @@ class ReducedStructure(Record):
         contacts K is K_s, with their springs, and X its static response to forces on them.
         """
         omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
-        inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
-        spring = np.vstack((reduced.spring, reduced.nonresonant_spring))
-        damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
+        spring, inertia, damper = reduced.coupling_parts
         structural = reduced.modal_damping - reduced.aerodynamic_damping
         own = np.diag(np.append(structural, reduced.nonresonant_damping))
         C = np.block([[own + reduced.damping_coupling, damper], [damper.T, reduced.damping]])

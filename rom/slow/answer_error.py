@@ -14,8 +14,8 @@ curve while p changes by delta p. On a backbone
 
     delta Omega = |delta S| / (2 Omega |a|),    delta zeta = |delta S| / (2 Omega^2 |a|).
 
-Beside what the table states, delta S_j has the error of forcing off the table's carriers, which is
-measured: contact problems are solved at the forcing frequencies at a few points of the answer.
+In addition to the error that the table states, delta S_j has the error of forcing off the table's
+carriers. It is measured: contact problems are solved at the forcing frequencies at a few points.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import Record
 from slipmode.rom.table.model import Model
 
-# Distances from the carriers, relative to the largest, between which one point is measured.
+# Distances from the carriers, relative to the largest: one point is measured between two.
 _LEVELS = (1.0, 0.6, 0.3, 0.1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TableError(Record):
-    """The error of S_j along an answer."""
+    """The error of S_j at points of a curve."""
 
     size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]
     # (some,), points at which the error of forcing off the carriers is measured
@@ -67,7 +67,7 @@ class TableError(Record):
         frequency : (points, modes) ndarray
             Omega_j [rad/s].
         limit_scale : (points,) ndarray
-            Friction limits over those of the model.
+            Friction limits relative to the model's.
         weight : (points,) ndarray or None
             Sensitivity of the steady state to S_j: points of large weight are measured. None: the
             error of forcing off the carriers is left out.

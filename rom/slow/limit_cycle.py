@@ -77,10 +77,10 @@ def limit_cycles(
     Parameters
     ----------
     model : Model
-        Of which an unforced mode is self-excited: reduced with `aerodynamics`. The nearer its
-        carrier to the frequency of the limit cycle, the more exact: `rom.reduce(..., carrier=)`.
+        With an unforced self-excited mode: reduced with `aerodynamics`. Its carrier should be
+        near the frequency of the limit cycle: `rom.reduce(..., carrier=)`.
     frequency : sequence of float, optional
-        Forcing frequencies [rad/s], one per mode; those of unforced modes do not matter.
+        Forcing frequencies [rad/s], one per mode; ignored for unforced modes.
     force : one {DOF: amplitude} or (n,) array_like per mode, optional
         Force amplitudes [N] as in `steady`; {} of an unforced mode. Default: nothing is forced.
     phase : float or (modes,) array_like
@@ -89,20 +89,19 @@ def limit_cycles(
     Returns
     -------
     tuple of LimitCycle
-        Where two modes are self-excited also those in which one of them is at rest. Empty if none
-        is inside the table. Of a forced mode that has several steady states, with the one that is
-        reached from rest.
+        If two modes are self-excited, also limit cycles with one of them at rest. A forced mode
+        with several steady states has the one that is reached from rest. Empty if none is inside
+        the table.
 
     Raises
     ------
     SlipmodeError
-        If no unforced mode is self-excited, or the frequency of a forced one is none that its
-        slow flow can follow.
+        If no unforced mode is self-excited, or the slow flow cannot follow a forcing frequency.
 
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes.
+        Where friction or the force violates an assumption of the method.
     """
     force = [{}] * model.modes if force is None else force
     applied = AppliedForces.of(model.reduced, force)

@@ -46,7 +46,7 @@ class Motion(Record):
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
     modal : (n, modes + nonresonant) ndarray
-        Modal displacements q_j [kg^1/2 m], those of nonresonant modes last.
+        Modal displacements q_j [kg^1/2 m], nonresonant modes last.
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
@@ -212,8 +212,8 @@ def _summed(
     """Return signals at times: of the contacts, modal displacements, and loads; (times, ...) each.
 
     A signal is 2 Re(shape^T a exp(i theta) + sum_nm c_nm exp(i (n theta_A + m theta_B))) with
-    coefficients c (points, orders, ...), those of `contact` given. Only modal displacements have
-    carriers.
+    coefficients c (points, orders, ...), which `contact` are for the contacts. Only modal
+    displacements have carriers.
     """
     parts = [*contact, response.modal, _loads(response, part)]
     ends = np.cumsum([each.shape[2] for each in parts])

@@ -43,8 +43,8 @@ class ResonanceCurve(Record):
         |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
         Frequency on the branch below and above the peak [rad/s]; NaN where the force does not
-        reach the amplitude, or only at a frequency that a slow flow cannot follow, or where the
-        friction table ends before the amplitude.
+        reach the amplitude, the slow flow cannot follow the frequency, or the amplitude is
+        outside the friction table.
     """
 
     amplitude: Floats
@@ -90,7 +90,7 @@ class ResonanceSurface(Record):
         dof: int | None = None,
         units: Units = SI,
     ) -> Any:
-        """|a_A| and |a_B|, or what they move a DOF, as colours over both frequencies."""
+        """Draw |a_A| and |a_B|, or the amplitude of a DOF, as colours over both frequencies."""
         if axes is None:
             shared = {"sharex": True, "sharey": True, "layout": "constrained"}
             axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
@@ -105,7 +105,7 @@ class ResonanceSurface(Record):
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """By name, with the amplitude of a DOF in each mode where one is given."""
+        """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
         grid = np.meshgrid(
             units.of_frequency(self.frequency_A),
             units.of_frequency(self.frequency_B),
@@ -124,7 +124,7 @@ class ResonanceSurface(Record):
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per pair of frequencies; see `columns`."""
+        """Return a table with a row per pair of frequencies; see `columns`."""
         return dataframe(self.columns(dof, units))
 
 
@@ -134,7 +134,7 @@ def steady(
     force: Forces,
     phase: ArrayLike = 0.0,
 ) -> Complexes:
-    """Steady complex amplitudes under constant forcing, on the branch reached from rest.
+    """Return steady complex amplitudes under constant forcing, on the branch reached from rest.
 
     Parameters
     ----------
@@ -142,8 +142,7 @@ def steady(
     frequency : (..., modes) array_like
         Forcing frequencies [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N] on the DOFs: magnitude times pattern, which `fmu.Component` takes
-        apart (`force_patterns`, and the inputs force_A and force_B).
+        Force amplitudes [N] on the DOFs.
     phase : float or (modes,) array_like
         Phases of the forces [rad].
 
@@ -155,14 +154,13 @@ def steady(
     Raises
     ------
     SlipmodeError
-        If the frequency of a mode that is forced is none that its slow flow can follow, an
-        amplitude would leave the table, or the slow flow does not come to rest: a self-excited
-        mode only does where its force holds it.
+        If the slow flow cannot follow the frequency of a forced mode, an amplitude leaves the
+        table, or the slow flow does not come to rest: the force must hold a self-excited mode.
 
     Warns
     -----
     ValidityWarning
-        Where friction, the force or its frequency strain what the method assumes.
+        Where friction, the force or its frequency violates an assumption of the method.
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
@@ -187,7 +185,7 @@ def steady(
 def resonance(
     model: Model, force: Forces, frequency_A: ArrayLike, frequency_B: ArrayLike
 ) -> ResonanceSurface:
-    """Steady amplitudes over a grid of both forcing frequencies, each reached from rest.
+    """Return steady amplitudes over a grid of both forcing frequencies, reached from rest.
 
     Parameters
     ----------
@@ -231,7 +229,7 @@ def resonance_curve(
     mode : int
         0 for A, 1 for B.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N] on this mode; what they do to the contacts directly is left out.
+        Force amplitudes [N] on this mode; their direct effect on the contacts is neglected.
     amplitudes : (n, modes) array_like
         Amplitudes of all modes [kg^1/2 m]: > 0 of this mode, >= 0 of the other. With one mode
         (n,) is allowed too.

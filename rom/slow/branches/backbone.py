@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats
-from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
@@ -124,18 +123,18 @@ class Backbone(Record):
 def backbone(
     model: Model, mode: int = 0, other: float = 0.0, amplitude: Floats | None = None
 ) -> Backbone:
-    """Frequency and damping of a mode against its amplitude, from the friction table alone.
+    """Return frequency and damping of a mode against its amplitude, from the friction table.
 
     Parameters
     ----------
     model : Model
-        The nearer its carriers to the frequencies of the backbone, the more exact.
+        Its carriers should be near the frequencies of the backbone.
     mode : int
         0 for A, 1 for B.
     other : float
-        |a| of the other mode, in whose presence the mode moves [kg^1/2 m].
+        |a| of the other mode [kg^1/2 m].
     amplitude : (n,) array_like, optional
-        |a| > 0 [kg^1/2 m]. Default: from a thousandth of the table's range, in even ratios.
+        |a| > 0 [kg^1/2 m]. Default: 200 values in even ratios, from 1e-3 of the table's range on.
 
     Raises
     ------
@@ -168,8 +167,9 @@ def backbone(
         square = Omega**2 + off.real
         if np.isnan(square).any():
             raise SlipmodeError(
-                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m counts as more at the "
-                "frequency of the mode there, outside the friction table; tabulate further"
+                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m is a larger effective "
+                "amplitude at the frequency of the mode, outside the friction table; tabulate "
+                "further"
             )
         if not (square > 0.0).all():
             raise SlipmodeError(
@@ -180,14 +180,17 @@ def backbone(
         if change <= _CONVERGED:
             break
     zeta = off.imag / (2.0 * Omega**2)
-    factor = np.abs(coupling_factor(model.reduced, frequency))
-    weight = np.abs(now.friction[:, mode]) / (np.abs(off.imag) * r)
-    table_error = TableError.of(model, factor * np.abs(a), frequency, np.ones(r.size), weight)
-    share = factor[:, mode] * table_error.size[:, mode] / r
+    loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))
+    weight = np.abs(now.friction[:, mode]) / loss
+    table_error = TableError.of(model, effective, frequency, np.ones(r.size), weight)
+    share = effective[:, mode] / r * table_error.size[:, mode] / r
     frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
-    warn(_off_carrier_findings(model, mode, table_error, off.imag * r, frequency))
+    change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
+    worst = float((change / loss[table_error.measured]).max(initial=0.0))
+    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
+    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is"))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))
@@ -214,19 +217,3 @@ def friction_takes_energy(model: Model, other: float) -> bool:
     reduced = model.reduced
     alone = other == 0.0 and not model.combinations
     return reduced.contacts is not None and alone and not reduced.damping_coupling.any()
-
-
-def _off_carrier_findings(
-    model: Model, mode: int, error: TableError, loss: Floats, frequency: Floats
-) -> list[Finding]:
-    """Report damping that is wrong by the distance from the table's carriers.
-
-    `loss` (points,) is Im of the amplitude equation [N kg^-1/2].
-    """
-    at = error.measured
-    if not at.size:
-        return []
-    part = np.nan_to_num(np.abs(error.off_carriers[:, mode]), nan=np.inf) / np.abs(loss[at])
-    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
-    worst = float(part.max(initial=0.0))
-    return off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is")

@@ -20,12 +20,12 @@ from slipmode.rom.short_repr import Record
 
 Kind = Literal["fold", "Hopf"]
 
-MOST_POINTS = 5000  # to each side of where a curve is found
+MOST_POINTS = 5000  # to each side of the first solution of a curve
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Points(Record):
-    """Neighbours along a curve F(y, p) = 0 of k unknowns y, in the core's rows."""
+    """Points along a curve F(y, p) = 0 with k unknowns y, as rows of the core."""
 
     rows: Floats
     unknowns: int
@@ -42,11 +42,11 @@ class Points(Record):
 
     @property
     def unstable(self) -> NDArray[np.intp]:
-        """How many eigenvalues let deviations grow, (n,)."""
+        """Number of growing deviations, (n,)."""
         return np.asarray(np.count_nonzero(self.eigenvalues.real > 0.0, axis=1))
 
     def pass_by(self, z: Floats) -> Flags:
-        """Whether the curve goes through solutions z (solutions, k + 1), (solutions,)."""
+        """Return whether the curve passes through solutions z (solutions, k + 1), (solutions,)."""
         passed = np.empty(len(z), dtype=bool)
         at = np.ascontiguousarray(z)
         status = kernel.lib.sm_curve_passes(
@@ -63,22 +63,22 @@ class Points(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch(Record):
-    """Solutions in the order in which the curve passes them."""
+    """Solutions in their order along the curve."""
 
     points: Points
-    special: list[tuple[Kind, Floats]]  # Folds and Hopf points, in the same order
-    closed: bool  # Whether the last point is followed by the first
-    cut_off: list[Floats]  # Ends at which the curve goes on, but it has too many points
+    special: list[tuple[Kind, Floats]]  # folds and Hopf points, in the same order
+    closed: bool  # whether the first point follows the last one
+    cut_off: list[Floats]  # ends at which a curve with too many points continues
 
     @property
     def reversed(self) -> Branch:
-        """The same solutions in the opposite order."""
+        """The branch in the opposite order."""
         points = Points(self.points.rows[::-1].copy(), self.points.unknowns)
         return Branch(points, self.special[::-1], self.closed, self.cut_off[::-1])
 
 
 def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
-    """The curve through a solution, both ways to p = 0, p = 1 or where F ends.
+    """Return the curve through a solution, both ways to p = 0, p = 1 or the end of F.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
 
 
 def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
-    """What lies between neighbours."""
+    """Return folds and Hopf points between neighbours."""
     most, found = len(points.rows), ctypes.c_size_t()
     folds, z = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
     status = kernel.lib.sm_curve_specials(

@@ -151,22 +151,27 @@ def _off_carriers(points: _Solutions, branch: NDArray[np.intp], error: TableErro
 
 
 def significant_specials(
-    problem: ForcedSlowFlow, branch: Branch, friction: Floats, growth_error: Floats
+    problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     """Return folds and Hopf points that are larger than the error; points between the others.
 
     Two folds in sequence are left out if their distance in the parameter is below its error
     there, two Hopf points if the growth between them is.
-
-    Parameters
-    ----------
-    problem : ForcedSlowFlow
-    branch : Branch
-    friction : (points, modes) ndarray
-        Error of S_j [N kg^-1/2].
-    growth_error : (points,) ndarray
-        [1/s]
     """
+    ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
+    frictions, growths = np.split(error.friction, ends), np.split(error.growth, ends)
+    found: list[tuple[Kind, Floats]] = []
+    between = []
+    for branch, friction, growth in zip(branches, frictions, growths, strict=True):
+        kept, small = _significant(problem, branch, friction, growth)
+        found += kept
+        between.append(small)
+    return found, np.concatenate(between)
+
+
+def _significant(
+    problem: ForcedSlowFlow, branch: Branch, friction: Floats, growth_error: Floats
+) -> tuple[list[tuple[Kind, Floats]], Flags]:
     points, kept = branch.points, list(range(len(branch.special)))
     between = np.zeros(len(points.rows), dtype=bool)
     if not kept:

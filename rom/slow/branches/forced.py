@@ -147,8 +147,8 @@ class ForcedSlowFlow(Record):
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Return scaled rates (points, k) as a function of y (points, k), with a'' included.
 
-        NaN outside the friction table. Combination resonances turn meanwhile: with these the rates
-        are without a'', as those of steady states.
+        NaN outside the friction table. Combination resonances turn meanwhile: with these, rates do
+        not include a''.
         """
         flow, size = self.at(part), self.size(part)
 

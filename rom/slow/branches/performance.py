@@ -260,19 +260,19 @@ def _with_force_on_contacts(
 
 
 def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
-    """Return the error of peaks (n,) at constant limit; `share` is that of the force they need."""
+    """Return the error of peaks (n,) at constant limit; `share` is the error of their force."""
     slope = np.abs(np.gradient(np.log(peak)) / np.gradient(np.log(limit)))
     at_end = np.where(np.isfinite(slope), (1.0 + slope) * share * peak, peak)[:, np.newaxis]
-    aside = (share * peak)[:, np.newaxis], share * limit
+    displacement = (share * peak)[:, np.newaxis], share * limit
     one_branch = np.zeros(limit.size, dtype=np.intp)
-    return error_at_constant(limit, peak[:, np.newaxis], one_branch, aside, at_end)[:, 0]
+    return error_at_constant(limit, peak[:, np.newaxis], one_branch, displacement, at_end)[:, 0]
 
 
 def _significant(limit: Floats, error: Floats) -> Flags:
     """Return which points to keep, (n,), so that peaks fold over only by more than the error.
 
     Between two turning points of the limit, or one and an end, that are closer than the error of
-    the limit, the curve is left out, and so is what is beside it at the same limits.
+    the limit, the curve is left out, with its neighbours at the same limits.
     """
     kept = np.ones(limit.size, dtype=bool)
     while True:
@@ -288,14 +288,14 @@ def _significant(limit: Floats, error: Floats) -> Flags:
             return kept
         i, j = first[least], second[least]
         low, high = sorted((limit[i], limit[j]))
-        beside = np.flatnonzero(~kept | (limit < low) | (limit > high))
-        before = beside[beside < i].max(initial=-1)
-        after = beside[beside > j].min(initial=limit.size)
+        others = np.flatnonzero(~kept | (limit < low) | (limit > high))
+        before = others[others < i].max(initial=-1)
+        after = others[others > j].min(initial=limit.size)
         kept[before + 1 : after] = False
 
 
 def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding]:
-    """Report where a performance curve ends because nothing is known of its peaks beyond."""
+    """Report where a curve ends because the error of its peaks is as large as they are."""
     if known == curve.amplitude.size:
         return []
     natural = curve.motion.model.reduced.carrier[curve.mode]

@@ -60,7 +60,7 @@ class SpecialPoint(Record):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CurveSizes(Record):
-    """Amplitudes along a curve, each (n, modes): its points, special points, ends of cycles."""
+    """Amplitudes of points, special points and slow cycles of a curve, each (n, modes)."""
 
     points: Floats
     special: Floats
@@ -83,21 +83,20 @@ class ResponseCurve(Record):
         Of a_j at a constant parameter: |a_j - exact| by the errors of the friction table and of
         forcing off its carriers [kg^1/2 m].
     growth : (n,) ndarray
-        Of the small deviation that grows fastest, or decays slowest [1/s]. Interpolated between
-        folds and between Hopf points that are left out because they are closer than the error.
+        Largest growth rate of small deviations [1/s]. Interpolated between folds and between
+        Hopf points that are left out because they are closer than the error.
     branch : (n,) ndarray of int
         Neighbours of one branch follow one another along the curve.
     special : tuple of SpecialPoint
     mode_shapes : (n_dofs, modes) ndarray
         [kg^-1/2]
     cycles : SlowCycles
-        Beyond Hopf points: between what amplitudes oscillate in slow time.
+        Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter where a branch goes on, but was followed no farther: it has too
-        many points.
+        Values of the parameter at which a branch with too many points ends early.
     motion : SteadyMotion
-        At the points of the curve, then at `special`, then at the least and at the largest
-        amplitudes of `cycles`, which have no force: its phase is not known.
+        At the points of the curve, then at `special`, then at the least and the largest
+        amplitudes of `cycles`, without force because its phase is not known.
     """
 
     vary: str
@@ -213,16 +212,16 @@ def response_curve(
 ) -> ResponseCurve:
     """Follow every steady state within the friction table, through folds, with its stability.
 
-    Branches are searched from many amplitudes and phases at values all over the span, so also
-    those that no sweep reaches; one that is narrower than the searches may be missed.
+    Steady states are searched from many amplitudes and phases at several values of the span, which
+    also finds branches that no sweep reaches. A branch between two such values may not be found.
 
     Parameters
     ----------
     model : Model
-        The nearer its carriers to the forcing, the more exact: up to 7 % off where a strong
-        contact lifts off and the forcing is 3 % away.
+        Its carriers should be near the forcing: errors reach 7 % where a strong contact lifts
+        off and the forcing is 3 % away.
     frequency : (modes,) array_like
-        Forcing frequencies [rad/s]; what is varied is not looked at.
+        Forcing frequencies [rad/s]; a varied one is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
         Force amplitudes [N] as in `steady`.
     vary : str
@@ -240,17 +239,17 @@ def response_curve(
     Returns
     -------
     ResponseCurve
-        It ends where an amplitude leaves the table, or after 5000 points to a side: `cut_off`.
+        It ends where an amplitude leaves the table, or after 5000 points on a side: `cut_off`.
 
     Raises
     ------
     SlipmodeError
-        If no steady state is found at all, or a frequency is none that the slow flow can follow.
+        If no steady state is found, or the slow flow cannot follow a frequency.
 
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes, or a branch has too many
+        Where friction or the force violates an assumption of the method, or a branch has too many
         points.
     """
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
@@ -287,13 +286,18 @@ def response_curve(
         off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are")
     )
     cut_off = problem.parameter(np.array(_cut_off(branches)))
-    warn(_cut_off_findings(vary, cut_off))
-    kinds, at, smaller = _significant(problem, branches, error)
-    special = tuple(
-        SpecialPoint(kind, float(value), a)
-        for kind, value, a in zip(
-            kinds, problem.parameter(at[:, -1]), problem.amplitude(at), strict=True
+    if cut_off.size:
+        where = f"{vary} = {', '.join(f'{value:.6g}' for value in cut_off)}"
+        reason = (
+            f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
         )
+        warn([Finding("curve", f"not followed beyond {where}", reason, "warning")])
+    specials, smaller = significant_specials(problem, branches, error)
+    at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])
+    values, amplitudes = problem.parameter(at[:, -1]).tolist(), problem.amplitude(at)
+    special = tuple(
+        SpecialPoint(kind, value, a)
+        for (kind, _), value, a in zip(specials, values, amplitudes, strict=True)
     )
     cycles = slow_cycles(problem, Points(rows[~smaller], points.unknowns))
     growth = points.eigenvalues[:, 0].real
@@ -313,23 +317,6 @@ def response_curve(
         cut_off,
         _motion(problem, np.vstack((points.z, at)), cycles),
     )
-
-
-def _significant(
-    problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
-) -> tuple[list[Kind], Floats, Flags]:
-    """Return kinds and places z (n, k + 1) of special points that are larger than the error.
-
-    And which points (points,) lie between the others.
-    """
-    ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
-    parts = zip(
-        branches, np.split(error.friction, ends), np.split(error.growth, ends), strict=True
-    )
-    found = [significant_specials(problem, *part) for part in parts]
-    special = [one for kept, _ in found for one in kept]
-    at = np.array([z for _, z in special]).reshape(-1, problem.curve.unknowns + 1)
-    return [kind for kind, _ in special], at, np.concatenate([each for _, each in found])
 
 
 def _motion(problem: ForcedSlowFlow, z: Floats, cycles: SlowCycles) -> SteadyMotion:
@@ -358,11 +345,3 @@ def _cut_off(branches: list[Branch]) -> list[float]:
             other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
         )
     ]
-
-
-def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
-    if not cut_off.size:
-        return []
-    where = ", ".join(f"{value:.6g}" for value in cut_off)
-    reason = f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
-    return [Finding("curve", f"not followed beyond {vary} = {where}", reason, "warning")]

@@ -41,8 +41,6 @@ _NOT_PERIODIC = 1e-2  # distance from periodicity of the contacts at which a ste
 # before they reach their steady motion.
 _COARSE = {1: 1e-5, 2: 1e-3}
 _PRECISION = {1: 1e-3, 2: 0.03}
-_IDLE_STEPS = 3  # steps without progress at which a state within the tolerance is accepted
-_LONGEST_MOVE = 0.5  # of a step by secants, relative to the largest displacement
 _NEGLIGIBLE = 0.03  # response to a harmonic, relative to the tolerance
 LINES = (16, 32, 64, 128)
 CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
@@ -82,7 +80,7 @@ class ForcedBalance(Record):
             same = np.array_equal(start.frequency[:modes], receptance.frequency[:modes])
             if isinstance(start, Balanced) and same:
                 secants.take_on(start.changes)
-        far, least, idle = 1.0, np.inf, 0
+        far = 1.0
         for _ in range(_STEPS):
             precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
             forces = self._contact_forces(receptance, shift, target, P)
@@ -99,10 +97,7 @@ class ForcedBalance(Record):
                 far = relative_error(self.reduced, off, found)
                 largest = max((moves * np.abs(found)).max(), np.finfo(float).tiny)
                 far = max(far, float((moves * off).max() / largest))
-            idle = 0 if far < 0.5 * least or not secants.own_suffice else idle + 1
-            least = min(far, least)
-            converged = far <= CLOSEST * self.tolerance
-            if converged or (far <= self.tolerance and idle >= _IDLE_STEPS):
+            if far <= CLOSEST * self.tolerance:
                 return Balanced(
                     amplitude=found,
                     off=off,
@@ -257,9 +252,7 @@ class _Secants:
         if self._enough > 1:
             self.unresolved = softest * np.abs(rest) / self._moves
         move = (changes[:size] @ theta).view(complex)
-        most = _LONGEST_MOVE * np.abs(moved[0]).max()
-        part = min(1.0, most / max(np.abs(move).max(), 1e-300))
-        return np.asarray(found - part * move / self._moves)
+        return np.asarray(found - move / self._moves)
 
 
 def _extended(known: Complexes, orders: Sequence[Order], wanted: Sequence[Order]) -> Complexes:

@@ -29,9 +29,8 @@ from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_
 # Windows to try: their length relative to the shortest, and their greatest number. Contacts cause
 # lines of high order near the carriers, which short windows do not distinguish from these.
 _WINDOWS = ((1.0, 30), (8.0, 12), (40.0, 8))
-_SHORTEST, _LONGEST = 20.0, 200.0  # of the shortest window, in periods of the slowest carrier
-_SEPARATED = 5  # |n| + |m| of lines that the shortest window separates from the carriers
-_TURNS = 1.2  # by which such lines drift apart in it
+_SHORTEST = 20.0  # of the shortest window, in periods of the slowest carrier
+_TURNS = 1.2  # by which two carriers drift apart in it
 # |n| + |m| of the harmonics, by modes, in the shortest window and in longer ones.
 _HIGHEST, _HIGHEST_LONG = {1: 31, 2: 9}, {1: 31, 2: 13}
 # Time steps per sample to try; of fourth order for rigid contacts, of second order for elastic.
@@ -142,7 +141,9 @@ def integrated(
     SlipmodeError
         If the motion is not periodic in the phases of the carriers, or does not become steady.
     """
-    run, modes, shortest = _Run(reduced, law, force), len(reduced.modes), _shortest(reduced)
+    run, modes, shortest = _Run(reduced, law, force), len(reduced.modes), _SHORTEST
+    if modes == 2:
+        shortest = max(shortest, float(_TURNS * reduced.carrier.min() / np.ptp(reduced.carrier)))
     contacts = "rigid" if reduced.contacts is None else "elastic"
     refined = list(_REFINED[contacts])
     for times, most in _WINDOWS:
@@ -176,14 +177,3 @@ def _refusal(why: str, where: str, rest: Nonharmonic) -> SlipmodeError:
         f"most at {rest.frequency:.4g} rad/s; move the forcing, give damping to the modes near "
         "by, or integrate in time (rom.full)"
     )
-
-
-def _shortest(reduced: Reduced) -> float:
-    """Return the periods of the slowest carrier in which lines drift apart from the carriers."""
-    carrier, modes = reduced.carrier, len(reduced.modes)
-    orders = np.array(harmonic_orders(_SEPARATED, modes, reduced.even), dtype=float)[:, :modes]
-    apart = np.abs(np.abs(orders @ carrier)[:, np.newaxis] - carrier) / carrier.min()
-    rounding = 1e-9
-    needed = _TURNS / float(apart[apart > rounding].min(initial=1.0))
-    carriers = _TURNS / float(np.ptp(carrier) / carrier.min()) if modes == 2 else 0.0
-    return max(_SHORTEST, min(needed, _LONGEST), carriers)
