@@ -188,23 +188,19 @@ class _Cycling:
         """
         model, (force,) = self.flow.model, self.flow.force
         omega, forced = model.reduced.frequency[self.moving], force != 0.0
-        shifted = self.flow.shift * force
-        room = np.maximum(self._range - np.abs(shifted), 0.0)
+        room = np.maximum(self._range - np.abs(self.flow.shift * force), 0.0)
         a = np.zeros((len(moduli), model.modes), dtype=complex)
         a[:, forced] = 1e-6 * self._range[forced]
         a[:, self.moving] = moduli
         Omega = np.tile(self.flow.frequency[0], (len(moduli), 1))
         low, high = np.array([carrier_range(float(each)) for each in omega]).T
         for _ in range(_PASSES):
-            now = self._at(Omega).balance(a)
+            flow = self._at(Omega)
+            now = flow.balance(a)
             Q = now.friction[:, self.moving] / moduli
             square = np.nan_to_num(omega**2 - Q.real)
             Omega[:, self.moving] = np.clip(np.sqrt(np.maximum(square, 0.0)), low, high)
-            effective = a + shifted
-            secant = np.divide(
-                now.friction, effective, out=np.zeros_like(a), where=effective != 0.0
-            )
-            balanced = (0.5 * force + secant * shifted) / (now.stiffness - secant)
+            balanced = flow.secant_response(now, a)
             modulus = 0.5 * (np.abs(a) + np.minimum(np.abs(balanced), self._range))
             relaxed = phasor(np.minimum(modulus, room), np.angle(balanced))
             a[:, forced] = relaxed[:, forced]

@@ -126,10 +126,8 @@ class _SteadyFlow(ForcedFlow):
         amplitude = self._inside(start.astype(complex))
         for _ in range(_RELAXATION_PASSES):
             part = self.with_inputs(self.inputs[moving])
-            before, shifted = amplitude[moving], self.shift * force[moving]
-            now = part.balance(before)
-            Q = now.friction / (before + shifted)
-            balanced = (0.5 * force[moving] + Q * shifted) / (now.stiffness - Q)
+            before = amplitude[moving]
+            balanced = part.secant_response(part.balance(before), before)
             step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
             modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
             amplitude[moving] = part._inside(phasor(modulus, np.angle(balanced)))

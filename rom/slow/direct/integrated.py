@@ -23,8 +23,11 @@ from slipmode.rom.full.window import Nonharmonic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.slow.direct.receptance import Receptance
-from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
+from slipmode.rom.slow.direct.steady_harmonics import (
+    Receptance,
+    SteadyHarmonics,
+    relative_error,
+)
 
 # Windows to try: their length relative to the shortest, and their greatest number. Contacts cause
 # lines of high order near the carriers, which short windows do not distinguish from these.

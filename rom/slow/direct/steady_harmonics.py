@@ -1,10 +1,13 @@
-"""Harmonics of a steady state, and relative errors of its amplitudes."""
+"""Harmonics of a steady state, and the response of all modes: D(nu) q = f / 2 - B(nu) P."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
@@ -32,3 +35,54 @@ def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Compl
     motion = moves * np.abs(amplitude)
     scale = np.maximum(motion, _WEAK * motion.max())
     return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Receptance(Record):
+    """Matrices of all modes at the harmonics of forces and contacts."""
+
+    orders: tuple[Order, ...]  # The carriers of the retained modes first
+    frequency: Floats  # (orders,), nu = n Omega_A + m Omega_B [rad/s]
+    # (orders, modes + nonresonant, modes + nonresonant), dynamic stiffness of the modes
+    # [rad^2/s^2]
+    D: Complexes
+    B: Complexes  # (orders, modes + nonresonant, N_c), coupling to the contacts
+    # (orders, N_c, N_c), force on the contacts due to the inertia that follows them
+    follows: Complexes
+    loads: Complexes  # (orders, modes + nonresonant), half of the modal forces [N kg^-1/2]
+    # (modes,), numbers of the retained modes, and of their carriers among the harmonics
+    own: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, reduced: Reduced, orders: Sequence[Order], half: Floats) -> Self:
+        """Return the matrices under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
+        own = np.arange(len(half))
+        nu = np.array(orders, dtype=float)[:, : own.size] @ reduced.carrier
+        B = reduced.modal_coupling(nu)
+        loads = np.zeros(B.shape[:2], dtype=complex)
+        loads[own] = half @ reduced.all_shapes
+        return cls(
+            tuple(orders), nu, reduced.modal_stiffness(nu), B, reduced.following(nu), loads, own
+        )
+
+    def modal(
+        self, P: Complexes, shift: Floats | float = 0.0, target: Complexes | float = 0.0
+    ) -> Complexes:
+        """Return the displacement of all modes due to the forces and contact harmonics P.
+
+        With a `shift` kappa (modes,) [rad^2/s^2], the retained modes have the dynamic stiffness
+        D + i kappa at their carriers, and are pulled to displacements `target` (modes,).
+        """
+        loads = self.loads - np.einsum("qkc,qc->qk", self.B, P)
+        loads[self.own, self.own] += 1j * shift * target
+        return np.asarray(np.linalg.solve(self._shifted(shift), loads[..., np.newaxis])[..., 0])
+
+    def reaction(self, shift: Floats) -> Complexes:
+        """Return the force on the contacts per contact harmonic, (orders, N_c, N_c)."""
+        response = np.linalg.solve(self._shifted(shift), self.B)
+        return np.asarray(np.swapaxes(self.B, 1, 2) @ response + self.follows)
+
+    def _shifted(self, shift: Floats | float) -> Complexes:
+        D = self.D.copy()
+        D[self.own, self.own, self.own] += 1j * shift
+        return D

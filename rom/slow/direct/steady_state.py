@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -98,9 +99,9 @@ def steady_state(
 
     Two modes are integrated in time from rest, in finer and finer steps until the amplitudes
     change by less than the tolerance. One mode, or two whose structural damping takes more than
-    1000 periods to end a transient, are brought into balance with the contacts at harmonics. If
-    one method finds no steady state, the other one is used. Self-excited modes are integrated.
-    With a `start` the method is the balance.
+    1000 periods to end a transient, are brought into balance with the contacts at harmonics, and
+    integrated if no balance is found. Self-excited modes are integrated. With a `start` the
+    method is the balance.
     Integration that ends above the tolerance states its error. For thousands of forcings, use
     `tabulate` and `steady`.
 
@@ -174,18 +175,10 @@ def _solve(
                 "which its force holds it; rom.limit_cycles finds the limit cycles of a tabulated "
                 "model"
             ) from None
-    if len(reduced.modes) == 2 and ends_soon(reduced):
-        try:
-            return *integrated(reduced, law, f, tolerance), "integration"
-        except SlipmodeError as refusal:
-            try:
-                return *_balanced(balance, None), "balance"
-            except SlipmodeError:
-                raise refusal from None
-    try:
-        return *_balanced(balance, None), "balance"
-    except SlipmodeError:
-        return *integrated(reduced, law, f, tolerance), "integration"
+    if len(reduced.modes) == 1 or not ends_soon(reduced):
+        with suppress(SlipmodeError):
+            return *_balanced(balance, None), "balance"
+    return *integrated(reduced, law, f, tolerance), "integration"
 
 
 def _balanced(

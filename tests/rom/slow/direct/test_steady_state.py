@@ -175,6 +175,18 @@ def test_where_no_balance_is_found_rigid_contacts_of_one_mode_are_integrated(mon
     assert np.all(off <= balanced.error + integrated.error)
 
 
+@pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Jenkins(2.0, 50.0)])
+def test_the_branch_of_two_modes_is_followed_from_a_steady_state(law):
+    elastic = law if isinstance(law, rom.Jenkins) else None
+    reduced, force = rom.reduce(rom.two_mass(beta=0.01), law=elastic), ({0: 0.15}, {1: 0.25})
+    start = rom.steady_state(reduced, law, (0.98, 1.65), force)
+    followed = rom.steady_state(reduced, law, (0.981, 1.651), force, start=start)
+    from_rest = rom.steady_state(reduced, law, (0.981, 1.651), force)
+    assert (followed.method, from_rest.method) == ("balance", "integration")
+    off = np.abs(followed.amplitude - from_rest.amplitude)
+    assert np.all(off <= followed.error + from_rest.error)
+
+
 def nlvib_rms(frequencies, alpha=6e-7):
     """Beam with friction at a soft DOF, RMS tip displacement."""
     beam = scipy.io.loadmat(PUBLISHED / "nlvib08_beam.mat")
