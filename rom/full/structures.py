@@ -124,7 +124,7 @@ def orthonormal(inertia: Floats, mass: Floats) -> Floats:
 def aeroelastic(
     structure: Structure, reduced: Reduced, mode_shapes: Floats | None = None
 ) -> Structure:
-    """Return the structure with the aerodynamics of its reduced model.
+    """Return the structure with the aerodynamics of its reduced model; it may be self-excited.
 
     Each mode adds M phi Re(c) phi^T M to the stiffness and M phi Im(c) / omega phi^T M to the
     damping; omega is the natural frequency of the structure alone.
@@ -135,13 +135,7 @@ def aeroelastic(
     reduced : Reduced
         Of this structure. Without `aerodynamics` the structure is returned unchanged.
     mode_shapes : (n, modes) ndarray, optional
-        The retained modes in the coordinates of `structure`, if these differ from the DOFs that
-        were reduced.
-
-    Returns
-    -------
-    Structure
-        With dense matrices; it may be self-excited.
+        The retained modes in the coordinates of `structure`. Default: its DOFs were reduced.
     """
     c = reduced.aerodynamics
     if c is None:

@@ -59,18 +59,10 @@ class TableError(Record):
     ) -> Self:
         """Return the error of S_j at points.
 
-        Parameters
-        ----------
-        model : Model
-        effective : (points, modes) ndarray
-            Amplitudes at which the table is looked up, over `limit_scale` [kg^1/2 m].
-        frequency : (points, modes) ndarray
-            Omega_j [rad/s].
-        limit_scale : (points,) ndarray
-            Friction limits relative to the model's.
-        weight : (points,) ndarray or None
-            Sensitivity of the steady state to S_j: points of large weight are measured. None: the
-            error of forcing off the carriers is left out.
+        The table is looked up at amplitudes `effective` (points, modes), relative to `limit_scale`
+        (points,), with forcing `frequency` (points, modes). Points whose steady state is sensitive
+        to S_j have a large `weight` (points,) and are measured. With None the error of forcing off
+        the carriers is left out.
         """
         r = np.minimum(effective, model.table.amplitude_range)
         scale = model.error_scale(r)
@@ -148,12 +140,8 @@ def off_carrier_findings(
 def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:
     """Return the distance of the true curve, in a_j (points, modes) and in p (points,).
 
-    Parameters
-    ----------
-    linear : (points, 2 modes, 2 modes + 1) ndarray
-        dG/da, dG/dp. Without the last column: at constant p.
-    change : (points, modes) ndarray
-        |delta G_j|, of any phase.
+    `linear` (points, 2 modes, 2 modes + 1) is dG/da, dG/dp; without the last column the distance
+    is at constant p. `change` (points, modes) is |delta G_j|, of any phase.
     """
     points, unknowns, _ = linear.shape
     known = np.isfinite(linear).all(axis=(1, 2))
@@ -205,14 +193,10 @@ def error_at_constant(
     displacement: tuple[Floats, Floats],
     at_end: Floats,
 ) -> Floats:
-    """Return the error of values (points, modes) at constant parameter, see above.
+    """Return the error of values (points, modes) at constant parameter.
 
-    Parameters
-    ----------
-    displacement : ((points, modes), (points,)) ndarray
-        Of the true curve, in the values and in the parameter.
-    at_end : (points, modes) ndarray
-        The error where the branch ends nearby.
+    `displacement` is the distance of the true curve in the values (points, modes) and in the
+    parameter (points,); `at_end` (points, modes) is the error where the branch ends nearby.
     """
     own, width = displacement
     along = change_along(parameter, values, branch, width)

@@ -50,8 +50,7 @@ class Motion(Record):
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
-        Displacement of the structure per unit of load besides modes and contacts, see
-        `ForceResponse`.
+        Displacement of the structure per unit of load besides modes and contacts.
     """
 
     time: Floats

@@ -42,14 +42,8 @@ def inputs_of(
 ) -> NDArray[np.void]:
     """Return the inputs of the core, one for each row of arrays (points, modes).
 
-    Parameters
-    ----------
-    force, force_rate : complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2], and its rate.
-    frequency, frequency_rate : ndarray
-        Omega_j [rad/s], [rad/s^2].
-    angle : ndarray
-        theta_j of the carriers [rad]; combination resonances depend on it.
+    `force` is F_j exp(i phase_j), modal [N kg^-1/2], with its rate; `frequency` Omega_j [rad/s],
+    with its rate; `angle` theta_j [rad] of the carriers, on which combination resonances depend.
     """
     modes = force.shape[1]
     inputs = kernel.inputs(len(force))

@@ -52,15 +52,9 @@ def steady_points(
 ) -> SteadyPoints:
     """Return the steady states of many loads, reached from rest.
 
-    Parameters
-    ----------
-    model : Model
-    frequency : (points, modes) ndarray
-        [rad/s]
-    patterns : one {DOF: amplitude} or (n,) array_like per mode
-        Where the forces act; their scale does not matter.
-    excitation : (points, modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2].
+    A load is a `frequency` (modes,) [rad/s] and an `excitation` F_j exp(i phase_j) (modes,), modal
+    [N kg^-1/2]. All forces have the same `patterns`, one {DOF: amplitude} or (n,) array per mode in
+    any scale.
     """
     found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
     for k in range(len(frequency)):

@@ -79,16 +79,9 @@ class TransientError(Record):
     ) -> Floats:
         """Return the estimated error of the amplitudes, (points, modes) [kg^1/2 m].
 
-        All arguments are divided by the scale of the friction limits where these are scripted.
-
-        Parameters
-        ----------
-        rate : (points, modes) ndarray
-            da/dt [kg^1/2 m/s].
-        frequency : (points, modes) or (modes,) ndarray
-            Of the carriers [rad/s]; not divided.
-        amplitude : (points, modes) ndarray
-            Effective amplitudes at the contacts [kg^1/2 m].
+        `rate` is da/dt [kg^1/2 m/s] and `amplitude` the effective amplitude at the contacts, both
+        (points, modes) and divided by the scale of the friction limits; `frequency`
+        (points, modes) or (modes,) are the carriers [rad/s].
         """
         growth = 2.0 * np.pi * np.abs(rate) / np.min(frequency, axis=-1, keepdims=True)
         slips = (np.abs(amplitude) + growth) @ self.slip_load >= self.onset

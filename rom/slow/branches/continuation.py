@@ -80,16 +80,7 @@ class Branch(Record):
 def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     """Return the curve through a solution, both ways to p = 0, p = 1 or the end of F.
 
-    Parameters
-    ----------
-    curve : kernel.Curve
-    z : (k + 1,) ndarray
-        A solution, or near one at the same p.
-
-    Returns
-    -------
-    Branch or None
-        None if there is no solution near z.
+    `z` (k + 1,) is a solution, or near one at the same p; None if there is none.
     """
     start, found = np.ascontiguousarray(z), kernel.Branch()
     rows = np.empty((2 * MOST_POINTS - 1, 4 * curve.unknowns + 2))

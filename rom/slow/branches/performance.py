@@ -329,19 +329,10 @@ def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
-    """Return the highest resonance peak of a mode under modal forces |F_j| (n,).
+    """Return the highest resonance peaks of a mode under modal forces |F_j| (n,), and frequencies.
 
-    Returns
-    -------
-    peak : (n,) ndarray
-        |a| with the other mode at rest [kg^1/2 m]; NaN outside the friction table.
-    frequency : (n,) ndarray
-        Of the peak [rad/s].
-
-    Raises
-    ------
-    SlipmodeError
-        If the mode is self-excited or undamped.
+    The other mode is at rest. Peaks |a| (n,) [kg^1/2 m] and their frequencies [rad/s] are NaN
+    outside the friction table. A mode that is self-excited or undamped is refused.
     """
     curve, held = _phase_resonances(model, mode)
     r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)

@@ -191,20 +191,15 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 
 
 class _Secants:
-    """The displacement at which the residual would be 0, by its last changes (Anderson 1965).
-
-    Attributes
-    ----------
-    unresolved : (modes,) ndarray
-        Displacement by the part of the residual that no change has touched, if the structure
-        were as soft to it as to the change to which it was softest.
-    """
+    """The displacement at which the residual would be 0, by its last changes (Anderson 1965)."""
 
     def __init__(self, moves: Floats) -> None:
         """Displacements are weighted by the contact forces `moves` (modes,) that they cause."""
         self._moves = np.maximum(moves, 1e-300)
         # The first change of one mode determines its plane: later residuals are noise of friction.
         self._enough = {1: 1, 2: 4}[moves.size]
+        # Displacement (modes,) by the part of the residual that no change has touched, if the
+        # structure were as soft to it as to the change to which it was softest.
         self.unresolved = np.zeros(moves.size)
         self._points: list[Floats] = []
 

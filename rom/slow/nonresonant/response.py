@@ -55,16 +55,10 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
 def response_to(
     model: Model, trajectory: SlowTrajectory, orders: tuple[Order, ...], P: Complexes
 ) -> ModalResponse:
-    """Return the response of the modes to harmonics of the contacts along a trajectory.
+    """Return the response of the modes to harmonics P (points, orders, N_c) of the contacts.
 
-    Parameters
-    ----------
-    model : Model
-    trajectory : SlowTrajectory
-    orders : tuple of (n, m)
-        The carriers among them.
-    P : (points, orders, N_c) complex ndarray
-        Harmonics of the contact problem of the table. Carriers change by other effects of forces.
+    The carriers are among the orders. P are the harmonics of the contact problem of the table; the
+    other effects of the forces change the carriers.
     """
     points, reduced = trajectory.time.size, model.reduced
     all_modes, effective = reduced.all_shapes.shape[1], trajectory.effective(model)

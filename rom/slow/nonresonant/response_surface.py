@@ -38,15 +38,7 @@ class ResponseSurface(Record):
 def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     """Return the response for contact motion and displacements of DOFs, at the model's carriers.
 
-    Parameters
-    ----------
-    model : Model
-    dofs : sequence of int
-
-    Raises
-    ------
-    SlipmodeError
-        If modes respond, but the model has no harmonics.
+    A model without harmonics is refused if modes respond to them.
     """
     reduced, rows = model.reduced, list(dofs)
     nodes = model.table.node_a.size, model.table.node_b.size
@@ -89,13 +81,10 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
 def forces_out(
     model: Model, force_patterns: ForcePatterns | None, dofs: Sequence[int]
 ) -> Complexes:
-    """Return the displacement of DOFs by all modes but the own one of each force, off resonance.
+    """Return h (DOFs, modes) of x = 2 Re(h F_j exp(i (theta_j + phase_j))) [m kg^1/2/N].
 
-    Returns
-    -------
-    (DOFs, modes) complex ndarray
-        h of x = 2 Re(h F_j exp(i (theta_j + phase_j))), F_j modal [m kg^1/2/N]; 0 where the inputs
-        are modal forces, and in the paper's formulation. At the model's carriers.
+    It is the displacement of DOFs by all modes but the own one of each modal force F_j, off
+    resonance, at the model's carriers; 0 without patterns, and in the paper's formulation.
     """
     reduced = model.reduced
     if force_patterns is None or reduced.formulation == "paper":
