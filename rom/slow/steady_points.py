@@ -53,8 +53,8 @@ def steady_points(
     """Return the steady states of many loads, reached from rest.
 
     A load is a `frequency` (modes,) [rad/s] and an `excitation` F_j exp(i phase_j) (modes,), modal
-    [N kg^-1/2]. All forces have the same `patterns`, one {DOF: amplitude} or (n,) array per mode in
-    any scale.
+    [N kg^-1/2]. All loads have the force `patterns`, one {DOF: amplitude} or (n,) array per mode
+    in any scale.
     """
     found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
     for k in range(len(frequency)):

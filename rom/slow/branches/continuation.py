@@ -94,16 +94,12 @@ def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     points, closed = Points(rows[first : last + 1].copy(), curve.unknowns), bool(found.closed)
     ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
     cut_off = [] if closed else [points.z[end] for end in ends]
-    return Branch(points, _specials(curve, points), closed, cut_off)
-
-
-def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
-    """Return folds and Hopf points between neighbours."""
-    most, found = len(points.rows), ctypes.c_size_t()
-    folds, z = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
+    most, count = len(points.rows), ctypes.c_size_t()
+    folds, special = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
     status = kernel.lib.sm_curve_specials(
-        curve, most, points.rows.ctypes.data, folds.ctypes.data, z.ctypes.data, found
+        curve, most, points.rows.ctypes.data, folds.ctypes.data, special.ctypes.data, count
     )
     kernel.check(status, "curve")
-    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: found.value]]
-    return list(zip(kinds, z[: found.value], strict=True))
+    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: count.value]]
+    at = list(special[: count.value])
+    return Branch(points, list(zip(kinds, at, strict=True)), closed, cut_off)
