@@ -57,6 +57,8 @@ class Balanced(SteadyHarmonics):
     """Harmonics in balance."""
 
     off: Floats  # (modes,), change of the amplitudes by the next step [kg^1/2 m]
+    # (4 modes, n), changes of displacements and residuals in the last steps, see `_Secants`
+    changes: Floats
     grid: Discretisation
 
 
@@ -81,6 +83,9 @@ class ForcedBalance(Record):
         target, P, secants = np.zeros(modes, dtype=complex), None, _Secants(moves)
         if start is not None:
             target, P = start.amplitude, _extended(start.P, start.orders, orders)
+            same = np.array_equal(start.frequency[:modes], receptance.frequency[:modes])
+            if isinstance(start, Balanced) and same:
+                secants.take_on(start.changes)
         far, least, stalled = 1.0, np.inf, 0
         for _ in range(_STEPS):
             precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
@@ -98,13 +103,14 @@ class ForcedBalance(Record):
                 far = relative_error(self.reduced, off, found)
                 largest = max((moves * np.abs(found)).max(), np.finfo(float).tiny)
                 far = max(far, float((moves * off).max() / largest))
-            stalled = 0 if far < 0.5 * least or not secants.spanning else stalled + 1
+            stalled = 0 if far < 0.5 * least or not secants.own_suffice else stalled + 1
             least = min(far, least)
             converged = far <= CLOSEST * self.tolerance
             if converged or (far <= self.tolerance and stalled >= _STALLED):
                 return Balanced(
                     amplitude=found,
                     off=off,
+                    changes=secants.changes,
                     orders=list(orders),
                     frequency=receptance.frequency,
                     modal=modal,
@@ -191,31 +197,63 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 
 
 class _Secants:
-    """The displacement at which the residual would be 0, by its last changes (Anderson 1965)."""
+    """The displacement at which the residual would be 0, by its last changes (Anderson 1965).
+
+    Attributes
+    ----------
+    unresolved : (modes,) ndarray
+        Displacement by the part of the residual that no change has touched, if the structure
+        were as soft to it as to the change to which it was softest.
+    """
 
     def __init__(self, moves: Floats) -> None:
         """Displacements are weighted by the contact forces `moves` (modes,) that they cause."""
         self._moves = np.maximum(moves, 1e-300)
-        # The first change of one mode determines its plane: later residuals are noise of friction.
+        # The changes of one mode span its plane at once: a later residual is noise of friction.
         self._enough = {1: 1, 2: 4}[moves.size]
-        # Displacement (modes,) by the part of the residual that no change has touched, if the
-        # structure were as soft to it as to the change to which it was softest.
         self.unresolved = np.zeros(moves.size)
         self._points: list[Floats] = []
+        self._before = np.zeros((4 * moves.size, 0))
+
+    def take_on(self, changes: Floats) -> None:
+        """Use the changes of another balance of the same two modes at the same frequencies.
+
+        A balance of one mode finds its own in two steps.
+        """
+        if self._enough > 1:
+            self._before = changes
+
+    @property
+    def changes(self) -> Floats:
+        """Weighted changes of displacements, and below of the residual, (4 modes, n).
+
+        The last are first. Changes of another balance are used until there are enough own ones,
+        because they differ by the error of its grid.
+        """
+        last, *before = reversed(self._points)
+        own = np.array([last - point for point in before]).reshape(-1, last.size).T
+        if self.own_suffice:
+            return own
+        return np.hstack((own, self._before))[:, : 2 * self._moves.size]
+
+    @property
+    def own_suffice(self) -> bool:
+        """Whether there are enough changes without those of another balance."""
+        return len(self._points) > self._enough
 
     @property
     def spanning(self) -> bool:
         """Whether there are enough changes for all motions of the retained modes."""
-        return len(self._points) > self._enough
+        return bool(self.changes.shape[1] >= self._enough)
 
     def next(self, found: Complexes, residual: Complexes) -> Complexes:
         """Return the next displacement (modes,)."""
         moved = self._moves * np.array((found, residual))
         self._points = [*self._points[-2 * found.size :], moved.ravel().view(float)]
-        last, *before = reversed(self._points)
-        if not before:
+        changes = self.changes
+        if not changes.size:
             return found
-        changes, size = np.array([last - point for point in before]).T, 2 * found.size
+        last, size = self._points[-1], 2 * found.size
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
         displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
         softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
