@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
@@ -23,8 +23,8 @@ _SEPARATION = 0.05  # least relative distance of a mode in a pair from its neigh
 _AT_STAKE = 1e-3  # least share of stiffness due to contacts of a mode in a pair
 
 
-@dataclass(frozen=True, eq=False)
-class ModeSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeSet(Record):
     """Lowest modes of the structure with its contacts in one state.
 
     Attributes
@@ -47,16 +47,14 @@ class ModeSet:
     contact: Floats
     effective_mass: Floats | None
 
-    __repr__ = short_repr
-
     @property
     def hertz(self) -> Floats:
         """Frequencies (count,) [Hz]."""
         return np.asarray(self.frequency / (2.0 * np.pi))
 
 
-@dataclass(frozen=True, eq=False)
-class ModeTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModeTable(Record):
     """Modes for each state of the contacts; `print` shows a table.
 
     Attributes
@@ -83,8 +81,6 @@ class ModeTable:
     at_stake: Floats
     contact: Floats
     pairs: tuple[tuple[int, int], ...]
-
-    __repr__ = short_repr
 
     def __str__(self) -> str:
         chosen = self.states[self.reference]

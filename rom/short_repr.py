@@ -15,10 +15,16 @@ _MOST_WORDS = 8
 def short_repr(self: object) -> str:
     """Return the fields of a dataclass or named tuple: small values in full, large ones by size.
 
-    For the body of a dataclass: ``__repr__ = short_repr``.
+    For the body of a dataclass: ``__repr__ = short_repr``, or see `Record`.
     """
     fields = ", ".join(f"{name}={_short(getattr(self, name))}" for name in _names(self))
     return f"{type(self).__name__}({fields})"
+
+
+class Record:
+    """Base of dataclasses that are shown by `short_repr`; declare them with repr=False."""
+
+    __repr__ = short_repr
 
 
 def short_list(words: Iterable[str]) -> str:

@@ -14,12 +14,12 @@ from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False)
-class Converged:
+@dataclass(frozen=True, eq=False, repr=False)
+class Converged(Record):
     """The motion at half the step, and its difference from the motion at the step.
 
     Attributes
@@ -38,8 +38,6 @@ class Converged:
     velocity_error: Floats
     contact_displacement_error: Floats
     contact_velocity_error: Floats
-
-    __repr__ = short_repr
 
 
 def converged(

@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import address
 from slipmode.rom.laws.friction import Friction, limits
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
@@ -23,8 +23,8 @@ _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the
 _UNCOUPLED = 1e-9  # damping between two modes that is rounding, relative to their own
 
 
-@dataclass(frozen=True, eq=False)
-class ModalCoordinates:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModalCoordinates(Record):
     """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
 
     shapes: Floats  # (n, n), mass-normalised modes with free contacts in columns [kg^-1/2]
@@ -32,8 +32,6 @@ class ModalCoordinates:
     damping: Floats  # (n,) if the modes diagonalise it, else (n, n) [1/s]
     directions: Floats  # (N_c, n), contact displacement per modal displacement, W^T shapes
     to_modal: Floats  # (n, n), q = to_modal x
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure) -> Self:

@@ -13,12 +13,12 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False)
-class Excitation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Excitation(Record):
     """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
     theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency
@@ -45,8 +45,6 @@ class Excitation:
     frequency_rate: Floats
     phase: Floats
     phase_rate: Floats
-
-    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Record):
     """The state in which a motion starts or ends.
 
     Attributes
@@ -32,11 +32,9 @@ class State:
     contact_force: Floats | None = None
     contact_memory: Floats | None = None
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
-class FullMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class FullMotion(Record):
     """A motion at the sample times.
 
     Attributes
@@ -65,5 +63,3 @@ class FullMotion:
     dissipated: Floats
     end: State
     steps: int
-
-    __repr__ = short_repr

@@ -14,20 +14,18 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 SLIDERS, FRICTIONAL = 0, 1  # sm_element_law
 
 
-@dataclass(frozen=True, eq=False)
-class Elements:
+@dataclass(frozen=True, eq=False, repr=False)
+class Elements(Record):
     """Elements of the elastic contacts of one structure."""
 
     element: NDArray[np.void]  # (elements,), as `sm_element`: the law and DOFs of each contact
     slider: Floats  # (sliders, 2), limit [N] and stiffness [N/m] of each slider
     reference: Floats  # (N_c,), stiffness in stick [N/m]; 0 if the contact is open at rest
-
-    __repr__ = short_repr
 
     @property
     def homogeneous(self) -> bool:

@@ -13,11 +13,11 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import checked, per_contact
 from slipmode.rom.representable import LARGEST, SMALLEST
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 
-@dataclass(frozen=True)
-class Tanh:
+@dataclass(frozen=True, repr=False)
+class Tanh(Record):
     """Regularised Coulomb friction g = mu N tanh(v / alpha), Eq. (28).
 
     Parameters
@@ -33,8 +33,6 @@ class Tanh:
     alpha: float
     code: ClassVar[int] = 0
 
-    __repr__ = short_repr
-
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
         if not SMALLEST <= as_floats("alpha", self.alpha) <= LARGEST:
@@ -44,8 +42,8 @@ class Tanh:
         object.__setattr__(self, "alpha", float(self.alpha))
 
 
-@dataclass(frozen=True)
-class Coulomb:
+@dataclass(frozen=True, repr=False)
+class Coulomb(Record):
     """Exact Coulomb friction, set-valued at v = 0: |g| <= mu N, g = mu N sign(v) in slip.
 
     Parameters
@@ -57,8 +55,6 @@ class Coulomb:
     limit: float | Sequence[float]
     code: ClassVar[int] = 1
     alpha: ClassVar[float] = 0.0
-
-    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))

@@ -15,7 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
@@ -31,16 +31,14 @@ _DRIFT = 0.1  # distance of the forcing from the carriers, relative to them
 _ROUNDING = 1e-9  # matrix entry that is rounding, relative to the diagonal
 
 
-@dataclass(frozen=True, eq=False)
-class StuckModes:
+@dataclass(frozen=True, eq=False, repr=False)
+class StuckModes(Record):
     """Modes of a structure with stuck contacts, from which those of a reduced model are chosen."""
 
     structure: Structure
     frequency: Floats  # (k,) [rad/s]
     shapes: Floats  # (n, k), mass-normalised [kg^-1/2]
     retained: tuple[int, ...]  # modes with a slow flow
-
-    __repr__ = short_repr
 
     def responses(self, X: Floats, stiffness: Floats) -> Floats:
         """Return the `response` (k,) of each mode to contacts with shapes X (n, N_c)."""

@@ -185,12 +185,12 @@ class Reduced:
         The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        springs, inertia, dampers = self._coupling_parts
+        springs, inertia, dampers = self.coupling_parts
         return np.asarray(springs - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
 
     @cached_property
-    def _coupling_parts(self) -> tuple[Floats, Floats, Floats]:
-        """Coupling of every mode to the contacts by springs, by inertia, by dampers."""
+    def coupling_parts(self) -> tuple[Floats, Floats, Floats]:
+        """Coupling of every mode to the contacts by springs, inertia and dampers, (..., N_c)."""
         return (
             np.vstack((self.spring, self.nonresonant_spring)),
             np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia)),

@@ -12,13 +12,13 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-@dataclass(frozen=True, eq=False)
-class Labels:
+@dataclass(frozen=True, eq=False, repr=False)
+class Labels(Record):
     """Nodes and directions of the DOFs.
 
     Parameters
@@ -36,8 +36,6 @@ class Labels:
 
     node: NDArray[np.int64]
     direction: NDArray[np.int64]
-
-    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if len(self._index) < self.node.size:

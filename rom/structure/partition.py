@@ -12,7 +12,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.matrices import (
     TOLERANCE,
     Matrix,
@@ -26,8 +26,8 @@ from slipmode.rom.structure.matrices import (
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True, eq=False)
-class Partition:
+@dataclass(frozen=True, eq=False, repr=False)
+class Partition(Record):
     """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
 
     x = E x_e + R x_c with W^T E = 0 and W^T R = I, so x_c = 0 is the bonded structure. With
@@ -42,8 +42,6 @@ class Partition:
     mass: Matrix  # (n, n), and so are damping and stiffness
     damping: Matrix
     stiffness: Matrix
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:

@@ -17,39 +17,25 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 _BLOCK = 8192  # harmonics at a time, to limit the memory
 
 
-@dataclass(frozen=True, eq=False)
-class ModalResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModalResponse(Record):
     """Harmonics of the contacts, and the response of the modes, along a slow trajectory.
 
     A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).
-
-    Attributes
-    ----------
-    orders : tuple of (n, m)
-    frequency : (points, orders) ndarray
-        nu [rad/s]
-    contact : (points, orders, N_c) complex ndarray
-        Contact displacement [m].
-    modal : (points, orders, modes) complex ndarray
-        Modal displacement besides the carriers [kg^1/2 m].
-    reaction : (points, orders, N_c) complex ndarray
-        Force on the contacts that comes with it [N].
     """
 
     orders: tuple[Order, ...]
-    frequency: Floats
-    contact: Complexes
-    modal: Complexes
-    reaction: Complexes
-
-    __repr__ = short_repr
+    frequency: Floats  # (points, orders), nu [rad/s]
+    contact: Complexes  # (points, orders, N_c), contact displacement [m]
+    modal: Complexes  # (points, orders, modes), modal displacement besides the carriers [kg^1/2 m]
+    reaction: Complexes  # (points, orders, N_c), force on the contacts that comes with it [N]
 
 
 def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
@@ -69,16 +55,10 @@ def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
 def response_to(
     model: Model, trajectory: SlowTrajectory, orders: tuple[Order, ...], P: Complexes
 ) -> ModalResponse:
-    """Return the response of the modes to harmonics of the contacts along a trajectory.
+    """Return the response of the modes to harmonics P (points, orders, N_c) of the contacts.
 
-    Parameters
-    ----------
-    model : Model
-    trajectory : SlowTrajectory
-    orders : tuple of (n, m)
-        The carriers among them.
-    P : (points, orders, N_c) complex ndarray
-        Harmonics of the contact problem of the table. Carriers change by other effects of forces.
+    The carriers are among the orders. P are the harmonics of the contact problem of the table; the
+    other effects of the forces change the carriers.
     """
     points, reduced = trajectory.time.size, model.reduced
     all_modes, effective = reduced.all_shapes.shape[1], trajectory.effective(model)
@@ -97,7 +77,7 @@ def response_to(
             others = _Others.of(reduced, held, nu[here])
             modal[here], reaction[here] = others.response(P[here])
         for mode, order in enumerate(CARRIERS[: model.modes]):
-            here = np.ix_(rows, [orders.index(order)])
+            here = np.ix_(rows, np.array([orders.index(order)]))
             held = resonant_modes(model.modes, order, model.combinations)
             others = _Others.of(reduced, held, nu[here])
             carried = _at_carrier(trajectory, others, mode, rows, effective[rows, mode], P[here])
@@ -181,13 +161,16 @@ def _at_carrier(
     if response is not None:
         half = 0.5 * trajectory.point_force[points, mode, np.newaxis, np.newaxis]
         force = half * response.modal[mode]
-        on_contacts = half * response.residual_force(reduced)[mode]
+        on_contacts = half * response.applied.residual(response.applied.contact)[mode]
         added = on_contacts + others.response(np.zeros_like(P), force)[1]
         at_mode = effective[:, np.newaxis]
         tabulated = _tabulated_force(reduced, mode, at_mode, P[:, 0])
         moving = tabulated - at_mode * reduced.coupling[mode]
         stiffness = others.contact_stiffness()
-        P = P + _displacement_by(added[:, 0] - tabulated, stiffness, P[:, 0], moving)[:, np.newaxis]
+        P = (
+            P
+            + _displacement_by(added[:, 0] - tabulated, stiffness, P[:, 0], moving)[:, np.newaxis]
+        )
     q, reaction = others.response(P, force)
     coupled = reduced.modal_stiffness(others.frequency)[..., [mode]]
     by_dampers = others.displacement(coupled)[..., 0]  # (frequencies, all modes) per amplitude

@@ -14,50 +14,31 @@ from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force or displacement of the modes
 
 
-@dataclass(frozen=True, eq=False)
-class ResponseSurface:
+@dataclass(frozen=True, eq=False, repr=False)
+class ResponseSurface(Record):
     """Harmonics (n, m) of the modal response over the amplitude plane, in a steady motion.
 
     A coefficient c_nm stands for Re(c_nm exp(i (n theta_A + m theta_B))).
-
-    Attributes
-    ----------
-    orders : (orders, 2) ndarray of int32
-        Without those that are negligible at every node.
-    reaction : (n_a, n_b, orders, N_c) complex ndarray
-        Force on the contacts [N].
-    elastic : (n_a, n_b, orders, DOFs) complex ndarray
-        Displacement of DOFs of the structure [m], besides the carriers and the contacts' part.
-    modes_out : (DOFs, modes) complex ndarray
-        Displacement per amplitude of the modes, with what dampers make the others do [kg^-1/2].
     """
 
-    orders: NDArray[np.int32]
-    reaction: Complexes
-    elastic: Complexes
-    modes_out: Complexes
-
-    __repr__ = short_repr
+    orders: NDArray[np.int32]  # (orders, 2), without those that are negligible at every node
+    reaction: Complexes  # (n_a, n_b, orders, N_c), force on the contacts [N]
+    elastic: (
+        Complexes  # (n_a, n_b, orders, DOFs), displacement by the modes off their carriers [m]
+    )
+    modes_out: Complexes  # (DOFs, modes), displacement per amplitude [kg^-1/2]
 
 
 def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     """Return the response for contact motion and displacements of DOFs, at the model's carriers.
 
-    Parameters
-    ----------
-    model : Model
-    dofs : sequence of int
-
-    Raises
-    ------
-    SlipmodeError
-        If modes respond, but the model has no harmonics.
+    A model without harmonics is refused if modes respond to them.
     """
     reduced, rows = model.reduced, list(dofs)
     nodes = model.table.node_a.size, model.table.node_b.size
@@ -100,13 +81,10 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
 def forces_out(
     model: Model, force_patterns: ForcePatterns | None, dofs: Sequence[int]
 ) -> Complexes:
-    """Return the displacement of DOFs by all modes but the own one of each force, off resonance.
+    """Return h (DOFs, modes) of x = 2 Re(h F_j exp(i (theta_j + phase_j))) [m kg^1/2/N].
 
-    Returns
-    -------
-    (DOFs, modes) complex ndarray
-        h of x = 2 Re(h F_j exp(i (theta_j + phase_j))), F_j modal [m kg^1/2/N]; 0 where the inputs
-        are modal forces, and in the paper's formulation. At the model's carriers.
+    It is the displacement of DOFs by all modes but the own one of each modal force F_j, off
+    resonance, at the model's carriers; 0 without patterns, and in the paper's formulation.
     """
     reduced = model.reduced
     if force_patterns is None or reduced.formulation == "paper":

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import Record
 from slipmode.rom.structure.matrices import Sparse, as_csc
 from slipmode.rom.structure.pairing.surfaces import Indices
 
@@ -20,8 +20,8 @@ _BENT = 0.5  # mean of the unit normals of a patch that bends by 60 degrees to e
 _ALONG = 0.1  # part of a direction across a normal, below which it gives no tangent
 
 
-@dataclass(frozen=True, eq=False)
-class ContactPairs:
+@dataclass(frozen=True, eq=False, repr=False)
+class ContactPairs(Record):
     """Contacts between a surface and its target, ready for Structure and FrictionalContact.
 
     Attributes
@@ -52,8 +52,6 @@ class ContactPairs:
     nodes: tuple[Indices, ...]
     unpaired: Indices
     tangents: int
-
-    __repr__ = short_repr
 
     @property
     def W(self) -> Sparse:  # noqa: N802
