@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.states import STATES, ContactStates, contact_states
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
-from slipmode.runner.transients.full_order import FastMotion
 
-SAMPLES_PER_BATCH = 16384
+
+@dataclass(frozen=True, eq=False)
+class FastMotion:
+    """Motion at given times, in slow time or at full order."""
+
+    time: Floats  # (n,) [s]
+    # displacement, velocity, force: (n, N_c): Motion of the contacts [m], [m/s], and force on them
+    # [N]
+    displacement: Floats
+    velocity: Floats
+    force: Floats
+    modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
+    elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
+
+    __repr__ = short_repr
 
 
 def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
@@ -31,12 +46,8 @@ def record_points(
 ) -> None:
     """Record the slow channels of communication points from number `first` on.
 
-    Parameters
-    ----------
-    amplitude : (points, 2 modes) ndarray
-        Real and imaginary part of each a_j.
-    energy : (points, 3) ndarray
-        Input power, dissipated power, dissipated energy.
+    `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` (points, 3)
+    input power, dissipated power and dissipated energy.
     """
     schedule, points = plan.schedule, slice(first, first + len(amplitude))
     time = schedule.time(points)
@@ -48,15 +59,7 @@ def record_points(
 
 
 class WindowRecord:
-    """Records the fast motion of a window and the states of the contacts in it.
-
-    Attributes
-    ----------
-    of_contacts : bool
-        Whether it is a [[contact]] window.
-    samples : int
-        Samples recorded so far.
-    """
+    """Records the fast motion of a window and the states of the contacts in it."""
 
     def __init__(self, plan: Plan, recorder: Recorder, window: Window) -> None:
         reduced = plan.excited.reduced
@@ -65,12 +68,12 @@ class WindowRecord:
         self._window = window
         self._elastic = bool(plan.scene.output.elastic)
         self._shares: list[Floats] = []  # of the states, times the samples of a batch
-        self.of_contacts = window in plan.scene.contact
-        self.samples = 0
+        self._of_contacts = window in plan.scene.contact
+        self._samples = 0
 
     def add(self, motion: FastMotion, scale: Floats | float = 1.0) -> None:
         """Record the next samples; limits and preloads are multiplied by `scale`."""
-        if self.of_contacts:
+        if self._of_contacts:
             moved = motion.displacement, motion.velocity, motion.force
             rows = self._contacts.rows(*moved, scale)
             for channel, values in zip(self._contacts.channels, rows, strict=True):
@@ -80,14 +83,14 @@ class WindowRecord:
                 self._shares.append(motion.time.size * states.shares())
         if self._elastic:
             self._recorder.write("/elastic", motion.time, motion.elastic)
-        self.samples += motion.time.size
+        self._samples += motion.time.size
 
     def finish(self) -> None:
         """Record the share of the window that contacts spent in each state."""
         if not self._shares:
             return
         start, end = self._window.start, self._window.end
-        shares = np.sum(self._shares, axis=0) / self.samples
+        shares = np.sum(self._shares, axis=0) / self._samples
         self._recorder.write(channels.SHARE, np.array([end]), shares.reshape(1, -1))
         self._recorder.event(end, "info", f"{start:g} to {end:g} s: {_in_words(shares)}")
 
@@ -95,16 +98,8 @@ class WindowRecord:
 class ContactRecord:
     """Channels of the contacts of a structure, and rows for them.
 
-    A contact is a contact DOF with rigid friction, an element of the law with elastic friction.
-
-    Parameters
-    ----------
-    elements : Elements or None
-        None: rigid contacts.
-    contacts : int
-        Number of contact DOFs.
-    prefix : str
-        In front of the topics.
+    A contact is one of the contact DOFs with rigid friction (`elements` is None), or an element of
+    the law with elastic friction. Topics begin with `prefix`.
     """
 
     def __init__(self, elements: Elements | None, contacts: int, prefix: str = "") -> None:
@@ -118,11 +113,7 @@ class ContactRecord:
         ]
 
     def rows(
-        self,
-        displacement: Floats,
-        velocity: Floats,
-        force: Floats,
-        scale: Floats | float = 1.0,
+        self, displacement: Floats, velocity: Floats, force: Floats, scale: Floats | float = 1.0
     ) -> list[Floats]:
         """Return the samples of each channel from motion (n, N_c); see `WindowRecord.add`."""
         if self._elements is None:

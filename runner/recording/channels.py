@@ -34,11 +34,10 @@ FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
 OTHER = "/other"  # prefix of what other programs recorded, whose topics may equal ours
-EVENT_MESSAGE_TYPE = "foxglove.Log"
 
 NANOSECONDS = 1_000_000_000  # in a second
-_LEVELS: tuple[Level, ...] = ("info", "warning", "error")
-_FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
+# By their numbers in foxglove.Log.Level
+_LEVELS: dict[int, Level] = {2: "info", 3: "warning", 4: "error"}
 
 
 @dataclass(frozen=True)
@@ -51,48 +50,32 @@ class Field:
 
 @dataclass(frozen=True)
 class Event:
-    """Words about what happened at a simulation time.
+    """What happened at a simulation time, in one line for the reader."""
 
-    Parameters
-    ----------
-    time : float
-        Simulation time [s].
-    level : {"info", "warning", "error"}
-        Importance.
-    message : str
-        One line for the reader.
-    """
-
-    time: float
+    time: float  # [s]
     level: Level
     message: str
 
 
 @dataclass(frozen=True)
 class Channel:
-    """Fields that are sampled together.
+    """Fields that are sampled together."""
 
-    Parameters
-    ----------
-    topic : str
-        Name of the channel, ``/modes`` or ``/contact/0``.
-    fields : tuple of Field
-        Columns of every batch of this channel, in order.
-    description : str
-        Contents, for a reader of the file.
-    kind : str
-        Name of the messages, if the fields do not follow from the topic.
-    """
-
-    topic: str
-    fields: tuple[Field, ...]
-    description: str
+    topic: str  # Name of the channel, "/modes" or "/contact/0"
+    fields: tuple[Field, ...]  # Columns of every batch of this channel
+    description: str  # Contents, for a reader of the file
+    # Name of the messages, if the fields do not follow from the topic
     kind: str = field(default="", compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fields, in column order."""
         return tuple(field.name for field in self.fields)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each field, by its name."""
+        return {field.name: field.unit for field in self.fields}
 
     @property
     def message_type(self) -> str:
@@ -183,12 +166,8 @@ def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
     """Return the channel of the motion, forces and state of elastic contact number `index`.
 
     x, v, f along its tangent; y, v_y, f_y along a second tangent; x_n, v_n along its normal,
-    positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open.
-
-    Parameters
-    ----------
-    tangents : int
-        Tangential directions of a frictional contact; 0 for a law without a normal.
+    positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open. A
+    law without a normal has 0 `tangents`.
     """
     named = list(contact(index).fields)
     kind = "ElasticContact"
@@ -253,9 +232,8 @@ def event_descriptor() -> FileDescriptorSet:
 
 def encode_event(event: Event, time_ns: int) -> bytes:
     """Return the protobuf message of an event; `time_ns` is its time in nanoseconds."""
-    message = _log_message()(
-        level=_FIRST_LEVEL + _LEVELS.index(event.level), message=event.message, name="slipmode"
-    )
+    (level,) = (number for number, name in _LEVELS.items() if name == event.level)
+    message = _log_message()(level=level, message=event.message, name="slipmode")
     message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
     return bytes(message.SerializeToString())
 
@@ -263,7 +241,7 @@ def encode_event(event: Event, time_ns: int) -> bytes:
 def decode_event(data: bytes, time_ns: int) -> Event:
     """Return the event of a protobuf message logged at `time_ns`; see `encode_event`."""
     message = _log_message().FromString(data)
-    return Event(time_ns / NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
+    return Event(time_ns / NANOSECONDS, _LEVELS[message.level], message.message)
 
 
 _LOG_PROTO = """
@@ -298,7 +276,7 @@ def _log_message() -> type[Any]:
     pool = descriptor_pool.DescriptorPool()
     for file in event_descriptor().file:
         pool.Add(file)
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName(EVENT_MESSAGE_TYPE))
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName("foxglove.Log"))
 
 
 def _tag(number: int) -> bytes:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.recording.channels import NANOSECONDS, Field
+from slipmode.runner.recording.channels import NANOSECONDS
 from slipmode.runner.recording.load import sample_channel
 from slipmode.runner.recording.mcap_reader import (
     DamagedError,
@@ -31,50 +32,26 @@ from slipmode.runner.recording.mcap_reader import (
 
 @dataclass(frozen=True)
 class ChannelInfo:
-    """One channel of a recording.
-
-    Attributes
-    ----------
-    topic, message_type : str
-    units : dict of str to str
-        Unit of each field; empty for a channel without samples of slipmode.
-    count : int
-        Messages.
-    """
+    """One channel of a recording."""
 
     topic: str
     message_type: str
-    units: dict[str, str]
-    count: int
+    units: dict[str, str]  # Of each field; empty for a channel without samples of slipmode
+    count: int  # Messages
 
 
 @dataclass(frozen=True)
 class Info:
-    """Contents of a recording.
+    """Contents of a recording."""
 
-    Attributes
-    ----------
-    title, scene_name : str
-        Empty for a file of another program.
-    run : mapping of str to str
-        Hashes, versions and wall clock of the run.
-    channels : list of ChannelInfo
-    span : tuple of float
-        First and last simulation time [s]; 0 without messages.
-    chunks, size : int
-        Chunks, and bytes of the file.
-    damage : str
-        Why the file cannot be read to its end; empty if it can.
-    """
-
-    title: str
+    title: str  # Title and scene_name are empty for a file of another program
     scene_name: str
-    run: Mapping[str, str]
+    run: Mapping[str, str]  # Hashes, versions and wall clock of the run
     channels: list[ChannelInfo]
-    span: tuple[float, float]
+    span: tuple[float, float]  # First and last simulation time [s]; 0 without messages
     chunks: int
-    size: int
-    damage: str
+    size: int  # Bytes of the file
+    damage: str  # Why the file cannot be read to its end
 
     __repr__ = short_repr
 
@@ -100,17 +77,9 @@ class Info:
 
 
 def info(path: str | PathLike[str]) -> Info:
-    """Return the contents of a recording; of a damaged one, up to the damage.
+    """Return the contents of an MCAP file; of a damaged one, up to the damage.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not MCAP.
+    Raises SlipmodeError if there is no such file, or it is not MCAP.
     """
     inventory = Inventory()
     with opened(path) as file:
@@ -132,37 +101,23 @@ def info(path: str | PathLike[str]) -> Info:
 def _describe(inventory: Inventory, number: int) -> ChannelInfo:
     record = inventory.channels[number]
     schema = inventory.schemas.get(record.schema_id)
-    fields: tuple[Field, ...] = ()
-    try:
+    units = {}
+    with suppress(SlipmodeError):  # another program's channel has no fields of samples
         if channel := sample_channel(inventory, number):
-            fields = channel.fields
-    except SlipmodeError:
-        pass  # another program's channel has no fields of samples
+            units = channel.units
     return ChannelInfo(
         topic=record.topic,
         message_type="" if schema is None else schema.name,
-        units={field.name: field.unit for field in fields},
+        units=units,
         count=inventory.counts[number],
     )
 
 
 def doctor(path: str | PathLike[str]) -> list[str]:
-    """Check the structure of a recording, its check sums, its index and its times.
+    """Check the structure of an MCAP file, its check sums, its index and its times.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file.
-
-    Returns
-    -------
-    list of str
-        One line for each fault; empty for a sound file.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not MCAP.
+    Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
+    MCAP.
     """
     with opened(path) as file:
         examination = _Examination(file)

@@ -22,24 +22,12 @@ def export(
 ) -> list[Path]:
     """Write the samples of a recording as .npz, .csv or .parquet; return the files.
 
-    Parameters
-    ----------
-    path : path
-        A recording.
-    output : path
-        Its ending chooses the format. ``.npz``: arrays ``/modes.time`` and ``/modes.A_abs``, and
-        ``units``, a mapping in JSON. ``.csv`` and ``.parquet``: a table of each channel, with the
-        units in the header or in the fields' metadata; several channels go to files of their own,
-        ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``.
-    topics : sequence of str
-        Channels to write; all of them if empty.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such recording, channel or format.
-    OSError
-        If a file cannot be written.
+    The ending of `output` chooses the format. ``.npz``: arrays ``/modes.time`` and
+    ``/modes.A_abs``, and ``units``, a mapping in JSON. ``.csv`` and ``.parquet``: a table of each
+    channel, with the units in the header or in the fields' metadata; several channels go to files
+    of their own, ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``. Without `topics` all
+    channels are written. Raises SlipmodeError if there is no such recording, channel or format,
+    OSError if a file cannot be written.
     """
     target = Path(output)
     if target.suffix not in (".npz", *_TABLES):

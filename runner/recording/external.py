@@ -62,12 +62,8 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
 
     Members of messages are called ``pose.x``, items of short lists ``gains[0]``; a number that a
     message does not have is NaN. Times count from the first message if the file has wall times,
-    else they are its log times.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, it is not MCAP, its clocks are mixed, or it has no numbers.
+    else they are its log times. Raises SlipmodeError if there is no such file, it is not MCAP, its
+    clocks are mixed, or it has no numbers.
     """
     inventory = Inventory()
     tables: dict[int, _Table] = {}

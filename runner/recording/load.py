@@ -52,7 +52,7 @@ class Signals(NamedTuple):
     @property
     def units(self) -> dict[str, str]:
         """Unit of each field, by its name."""
-        return {field.name: field.unit for field in self.channel.fields}
+        return self.channel.units
 
     def column(self, name: str) -> Floats:
         """Return the values of a field, shape (n,)."""
@@ -73,30 +73,14 @@ class Channels(dict[str, Signals]):
 
 @dataclass(frozen=True)
 class RecordingData:
-    """A recording in memory.
-
-    Parameters
-    ----------
-    header : Header
-        Title, scene and metadata of the run.
-    channels : dict of str to Signals
-        By topic.
-    events : list of Event
-        In order of writing.
-    damage : str
-        Why the file was not read to its end; "" for a sound file.
-    left_out : tuple of str
-        Channels that cannot be read: topic, encoding and schema.
-    external : bool
-        Whether another program wrote it.
-    """
+    """A recording in memory."""
 
     header: Header
-    channels: dict[str, Signals]
-    events: list[Event]
-    damage: str = ""
-    left_out: tuple[str, ...] = ()
-    external: bool = False
+    channels: dict[str, Signals]  # By topic
+    events: list[Event]  # In order of writing
+    damage: str = ""  # Why the file was not read to its end
+    left_out: tuple[str, ...] = ()  # Channels that cannot be read: topic, encoding and schema
+    external: bool = False  # Whether another program wrote it
 
     def __repr__(self) -> str:
         whole = "complete" if self.complete else "incomplete"
@@ -124,23 +108,10 @@ class RecordingData:
 
 @dataclass(frozen=True)
 class Selection:
-    """A part of a recording.
+    """A part of a recording; SlipmodeError if the times are not in order."""
 
-    Parameters
-    ----------
-    topics : sequence of str
-        Channels; all of them if empty.
-    start, end : float
-        First and last simulation time [s].
-
-    Raises
-    ------
-    SlipmodeError
-        If the times are not in order.
-    """
-
-    topics: Sequence[str] = ()
-    start: float = -math.inf
+    topics: Sequence[str] = ()  # Channels; all of them if empty
+    start: float = -math.inf  # First and last simulation time [s]
     end: float = math.inf
 
     def __post_init__(self) -> None:
@@ -223,8 +194,7 @@ class _Gathered:
 
     inventory: Inventory = field(default_factory=Inventory)
     layouts: dict[int, Channel | None] = field(default_factory=dict)
-    times: dict[int, list[NDArray[np.uint64]]] = field(default_factory=dict)
-    values: dict[int, list[Floats]] = field(default_factory=dict)
+    samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = field(default_factory=dict)
     events: list[Event] = field(default_factory=list)
 
     def take(self, number: int, messages: Messages) -> None:
@@ -236,8 +206,8 @@ class _Gathered:
                 except (DecodeError, IndexError) as error:
                     raise SlipmodeError(f"{EVENTS} holds something else than events") from error
         elif (channel := self._layout(number)) is not None:
-            self.times.setdefault(number, []).append(messages.prefix["log_time"])
-            self.values.setdefault(number, []).append(channel.decode(messages.data()))
+            samples = messages.prefix["log_time"], channel.decode(messages.data())
+            self.samples.setdefault(number, []).append(samples)
 
     def _layout(self, number: int) -> Channel | None:
         if number not in self.layouts:
@@ -259,9 +229,9 @@ class _Gathered:
             if channel is None:
                 left_out.append(kind_of(inventory, number))
                 continue
-            none = np.empty((0, len(channel.fields)))
-            time = np.concatenate([none[:, 0], *self.times.get(number, [])])
-            values = np.concatenate([none, *self.values.get(number, [])])
+            none = np.empty(0), np.empty((0, len(channel.fields)))
+            batches = zip(none, *self.samples.get(number, []), strict=True)
+            time, values = (np.concatenate(parts) for parts in batches)
             channels[record.topic] = Signals(channel, time / NANOSECONDS, values)
         scene = inventory.metadata.get("scene", {})
         header = Header(

@@ -36,10 +36,7 @@ _DENSE_ROWS = 4096  # all of which are kept; later one in 2, 4, 8... as the run 
 class Overview:
     """Encodes the moduli of the modes as joint positions, thinned as the run gets longer.
 
-    Parameters
-    ----------
-    modes : Channel
-        ``/modes``, as `slipmode.runner.recording.channels.modes` makes it.
+    `modes` is the channel ``/modes``.
     """
 
     def __init__(self, modes: Channel) -> None:

@@ -34,28 +34,14 @@ _CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, si
 
 @dataclass(frozen=True)
 class Recovery:
-    """Messages that `recover` kept and lost.
-
-    Attributes
-    ----------
-    kept, lost : int
-        Messages.
-    exact : bool
-        Whether `lost` was counted; otherwise it is estimated from the size of the lost chunks.
-    end : float
-        Simulation time of the last message that was kept [s].
-    lost_seconds : float
-        Simulation time that the lost chunks covered [s].
-    duration : float or None
-        Duration of the scene [s], if the recording has its scene.
-    """
+    """Messages that `recover` kept and lost."""
 
     kept: int
     lost: int
-    exact: bool
-    end: float
-    lost_seconds: float
-    duration: float | None
+    exact: bool  # Whether `lost` was counted; else it is estimated from the size of lost chunks
+    end: float  # Simulation time of the last message that was kept [s]
+    lost_seconds: float  # Simulation time that the lost chunks covered [s]
+    duration: float | None  # Duration of the scene [s], if the recording has its scene
 
     def text(self) -> str:
         """Return lines for a reader."""
@@ -75,23 +61,11 @@ class Recovery:
 
 
 def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
-    """Write the whole chunks of a recording as a sound recording.
+    """Write the whole chunks of an MCAP file as a sound recording.
 
-    Chunks whose check sum is right are copied; an event says what was lost.
-
-    Parameters
-    ----------
-    path : path
-        An MCAP file, which is only read.
-    output : path
-        File to write.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` is no such file, or holds nothing that could be kept, or is `output`.
-    OSError
-        If `output` cannot be written.
+    Chunks whose check sum is right are copied; an event says what was lost. Raises SlipmodeError
+    if `path` is no such file, or holds nothing that could be kept, or is `output`; OSError if
+    `output` cannot be written.
     """
     source, target = Path(path), Path(output)
     if target.is_dir():

@@ -220,9 +220,7 @@ def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[
 
 def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
     table.exactly_one(
-        ("dof", "node", "vector"),
-        "dof",
-        "give exactly one of dof and vector (or node, direction)",
+        ("dof", "node", "vector"), "dof", "give exactly one of dof and vector (or node, direction)"
     )
     if "direction" in table and "node" not in table:
         raise table.error("direction", "is of node, which is missing")

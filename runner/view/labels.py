@@ -12,15 +12,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import (
-    FULL,
-    OTHER,
-    PHASES,
-    SHARE,
-    TORUS,
-    Channel,
-    Field,
-)
+from slipmode.runner.recording.channels import FULL, OTHER, PHASES, SHARE, TORUS, Channel, Field
 
 Color = tuple[int, int, int]
 BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)

@@ -241,10 +241,7 @@ def _draw_axes(
 
 
 def _draw_path(
-    stream: rr.RecordingStream,
-    portrait: Portrait,
-    time_ns: NDArray[np.int64],
-    points: Floats,
+    stream: rr.RecordingStream, portrait: Portrait, time_ns: NDArray[np.int64], points: Floats
 ) -> None:
     """Draw the whole path thinly, its recent part brightly, and a moving point at its end."""
     color = ORANGE if portrait.entity.endswith(("B", "1")) else BLUE

@@ -18,14 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import EVENTS, Channel, Level
-from slipmode.runner.recording.record import (
-    Header,
-    Sink,
-    checked_batch,
-    create_file,
-    find_channel,
-    nanoseconds,
-)
+from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import factors, in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
@@ -82,8 +75,7 @@ class RerunSink(Sink):
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
-        channel = find_channel(self._channels, topic)
-        time_ns, rows = checked_batch(channel, time, values)
+        channel, time_ns, rows = checked_batch(self._channels, topic, time, values)
         rows = rows * self._factors[topic]
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)

@@ -140,9 +140,7 @@ def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: floa
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))
     frame = rr.LineStrips3D(
-        [floor, np.array([(0, 0, low), (0, 0, -low)])],
-        colors=DARK,
-        radii=rr.Radius.ui_points(0.8),
+        [floor, np.array([(0, 0, low), (0, 0, -low)])], colors=DARK, radii=rr.Radius.ui_points(0.8)
     )
     stream.log(f"{TORUS}/frame", frame, static=True)
     labels = {

@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import (
-    EVENTS,
-    FULL,
-    OTHER,
-    Channel,
-    Level,
-)
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Level
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.labels import (
     BLUE,
@@ -91,10 +85,7 @@ def _entity(channel: Channel, plot: Series) -> str:
 
 
 def send_series(
-    stream: rr.RecordingStream,
-    channel: Channel,
-    time_ns: NDArray[np.int64],
-    values: Floats,
+    stream: rr.RecordingStream, channel: Channel, time_ns: NDArray[np.int64], values: Floats
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]

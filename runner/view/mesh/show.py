@@ -28,9 +28,7 @@ _BODY, _CONTACTS, _INTERFACE = "/mesh/body", "/mesh/contacts", "/interface"
 
 
 def show_mesh(
-    motion: MeshMotion,
-    save: str | Path | None = None,
-    screenshot: str | Path | None = None,
+    motion: MeshMotion, save: str | Path | None = None, screenshot: str | Path | None = None
 ) -> None:
     """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
 
