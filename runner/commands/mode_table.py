@@ -23,18 +23,10 @@ def mode_table(
     stiffness: float | None = None,
     number: int = 10,
 ) -> rom.ModeTable:
-    """Return the modes of a scene, or of a structure with some contacts.
+    """Return the modes of a scene (file or shipped name), or of matrices with some contacts.
 
-    Parameters
-    ----------
-    file : str
-        A scene file, the name of a shipped scene, or matrices.
-    contact : sequence of str, optional
-        DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION.
-    stiffness : float, optional
-        Stiffness of elastic contacts [N/m]; without it they are rigid.
-    number : int
-        Number of modes.
+    Contacts are DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION; without a stiffness [N/m]
+    they are rigid.
     """
     if file in shipped_scenes() or Path(file).suffix == ".toml":
         if mass or contact or stiffness:

@@ -27,20 +27,11 @@ def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
 def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Floats:
     """Return the motion of contact 0 over the phases of both carriers at constant amplitudes.
 
-    The ratio of the frequencies is rounded to an odd multiple of 1 / LINES, so that the march
-    closes after as many periods of A and covers the phases of B evenly; the
-    frequencies act on the contacts through rates only.
-
-    Parameters
-    ----------
-    time : float
-        The amplitudes, frequencies and forces at the next point of the trajectory are used [s].
-
-    Returns
-    -------
-    ndarray, shape (LINES * SAMPLES, 5)
-        Phase of A and of B [rad], displacement [m], velocity [m/s] and friction force [N], in
-        the order of the march.
+    Amplitudes, frequencies and forces are of the next point of the trajectory at a time [s]. The
+    ratio of the frequencies is rounded to an odd multiple of 1 / LINES, so that the march closes
+    after as many periods of A and covers the phases of B evenly; the frequencies act on the
+    contacts through rates only. Rows (LINES * SAMPLES, 5) have the phases of A and B [rad],
+    displacement [m], velocity [m/s] and friction force [N], in the order of the march.
     """
     k = min(int(np.searchsorted(trajectory.time, time)), trajectory.time.size - 1)
     of_a, of_b = trajectory.point_frequency[k]

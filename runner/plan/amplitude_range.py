@@ -61,13 +61,8 @@ def dry_run(
     """Run a schedule on a coarse table, whose range is doubled until the run stays inside.
 
     If contacts do not settle at amplitudes of the first guess, which the run need not reach, the
-    range is halved instead.
-
-    Raises
-    ------
-    SlipmodeError
-        If the amplitudes grow without bound, a step cannot be taken on any table, or contacts do
-        not settle at amplitudes that the run reaches.
+    range is halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step
+    cannot be taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(0.5 * tried / _FIRST_GUESS, np.abs(excited.amplitude))
@@ -139,14 +134,8 @@ def _path(
 ) -> tuple[Floats, tuple[Floats, Floats], bool]:
     """Follow a schedule on a coarse table.
 
-    Returns
-    -------
-    reached : (modes,) ndarray
-        The largest effective amplitudes, relative to the limits at their time.
-    transient : tuple of ndarray
-        `time` and `transient_error` of `DryRun`.
-    complete : bool
-        Whether the run stayed inside the table.
+    Returns the largest effective amplitudes (modes,), relative to the limits at their time;
+    `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
     """
     component = excited.component(model, _PATH_TOLERANCE)
     names = component.input_names

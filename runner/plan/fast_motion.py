@@ -79,10 +79,7 @@ def plan_fast_motion(
 ) -> tuple[int | None, list[Finding]]:
     """Return the order of the harmonics summed in elastic windows, if any, and the decisions.
 
-    Parameters
-    ----------
-    truncation : Truncation or None
-        None if no window needs it: there is none, or all of the scene is integrated.
+    `truncation` is None if no window needs it: there is none, or all of the scene is integrated.
     """
     if not scene.windows:
         return None, [Finding("fast motion", "none", "no [[contact]] or [[elastic]] window")]

@@ -32,21 +32,9 @@ def shortened(
 ) -> tuple[Floats, Floats]:
     """Return the stretches of a schedule, none longer than its motion changes.
 
-    A ramp that is shortened goes as far as before, but faster.
-
-    Parameters
-    ----------
-    modes : sequence of str
-        The modes of the model.
-    names : sequence of str
-        Inputs of its component.
-
-    Returns
-    -------
-    durations : (stretches,) ndarray
-        [s]
-    inputs : (stretches, len(names)) ndarray
-        At their starts.
+    A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
+    model's component. Returns the durations (stretches,) [s], and the inputs at their starts,
+    (stretches, names).
     """
     straight = schedule.stretches()
     lengths, inputs = straight.durations(), straight.inputs(names)

@@ -26,14 +26,8 @@ def plan_transients(
 ) -> tuple[Intervals, Finding]:
     """Return start and end of the stretches at full order [s], and the decision.
 
-    Parameters
-    ----------
-    seen : DryRun or None
-        None if the amplitude range is given, so that there is no dry run.
-    amplitude : (modes,) ndarray
-        Amplitude range of the friction table [kg^1/2 m].
-    carrier : (modes,) ndarray
-        [rad/s]
+    `seen` is None if the amplitude range is given, so that there is no dry run. `amplitude`
+    (modes,) is the range of the friction table [kg^1/2 m], `carrier` (modes,) is in rad/s.
     """
     allowed = scene.model.transient_error
     limit = f"{100 * allowed:g} %"

@@ -100,9 +100,9 @@ class Sink(ABC):
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append samples to a channel that the sink was opened with.
 
-        Simulation times (n,) [s], from 0; values (n, n_fields), in the units of the channel. Raises
-        SlipmodeError if a value is not finite, a time is negative, or the shape is wrong; OSError,
-        which names the file, if it cannot be written. The part that was written stays readable.
+        Simulation times (n,) [s], from 0; values (n, n_fields), in the units of the channel.
+        Raises SlipmodeError if a value is not finite, a time is negative, or the shape is wrong;
+        OSError, which names the file, if it cannot be written. What was written stays readable.
         """
 
     @abstractmethod

@@ -111,10 +111,7 @@ def read_preload(table: Table, groups: tuple[ContactGroup, ...], folder: Path) -
 def law_of(scene: Scene, contacts: int) -> Friction:
     """Return the law of a scene at so many contact DOFs.
 
-    Raises
-    ------
-    SlipmodeError
-        If numbers of parameters or of contact DOFs do not fit, naming the key.
+    Raises SlipmodeError, naming the key, if numbers of parameters or of contact DOFs do not fit.
     """
     if scene.friction is not None:
         return _rigid(scene.friction, contacts)
@@ -147,10 +144,7 @@ def _rigid(friction: RigidFriction, contacts: int) -> Friction:
 def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
     """Return the state under the static force of a scene, or None without one.
 
-    Raises
-    ------
-    SlipmodeError
-        If the force does not fit, or the contacts do not hold the structure under it.
+    Raises SlipmodeError if the force does not fit, or the contacts do not hold the structure.
     """
     if scene.preload is None:
         return None

@@ -29,10 +29,7 @@ def as_markdown() -> str:
 def as_text(table: str) -> str:
     """Return the keys of a table, "run" or "forcing.A" for instance, for a terminal.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the tables that there are.
+    Raises SlipmodeError with the names of the tables if there is no such table.
     """
     sections = {header.strip("[]"): section for header, section in scene_reference().items()}
     if table not in sections:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,6 +17,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path
 from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.structure import two_mass
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
@@ -26,7 +28,7 @@ from slipmode.runner.scene.contacts import (
     read_friction,
     read_preload,
 )
-from slipmode.runner.scene.keys import MATRIX_KEYS, SCENE, TWO_MASS_KEYS
+from slipmode.runner.scene.keys import SCENE
 from slipmode.runner.scene.sections import (
     Forcing,
     Log,
@@ -46,6 +48,7 @@ __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shippe
 
 # Steps are numbered in 64-bit integers and kept one by one in recordings: some GB at this count.
 _LARGEST_STEP_COUNT = 1e7
+_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -84,13 +87,7 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file.
-
-    Raises
-    ------
-    SlipmodeError
-        If it cannot be read or is not UTF-8.
-    """
+    """Return the text of a file; SlipmodeError if it cannot be read or is not UTF-8."""
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
@@ -102,10 +99,7 @@ def read_text(path: Path) -> str:
 def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     """Read a scene from TOML text; file names in it are relative to `folder`.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the key that is refused and what is allowed.
+    Raises SlipmodeError, naming the key that is refused and what is allowed.
     """
     return read_scene(parse_toml(text), folder, text)
 
@@ -173,13 +167,15 @@ def _structure(table: Table, folder: Path) -> TwoMass | MatrixFile:
     table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
     damping = table["damping"]
     if table["model"] is not None:
-        for key in MATRIX_KEYS:
-            if key in table:
+        parameters = {} if damping is None else {"beta": damping}
+        for key in table:
+            if key in ("mass", "contacts", "rayleigh"):
                 raise table.error(key, 'is for matrices, not for model = "two-mass"')
-        parameters = {key: table[key] for key in TWO_MASS_KEYS if key in table}
-        return TwoMass(parameters if damping is None else {"beta": damping, **parameters})
-    for key in TWO_MASS_KEYS:
-        if key in table:
+            if key in _TWO_MASS_KEYS:
+                parameters[key] = table[key]
+        return TwoMass(parameters)
+    for key in table:
+        if key in _TWO_MASS_KEYS:
             raise table.error(key, 'is a parameter of model = "two-mass", not of matrices')
     matrices, mass = existing(table, "matrices", folder), None
     if "rayleigh" in table:

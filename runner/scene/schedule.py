@@ -48,6 +48,7 @@ class Schedule:
     # the step that coincide with none of these [s]
     duration: float
     step: float
+    points: tuple[float, ...] = ()  # More communication points [s]
 
     __repr__ = short_repr
 
@@ -143,7 +144,7 @@ class Schedule:
 
     @cached_property
     def _stretches(self) -> _Stretches:
-        breaks = {b for script in self.scripts.values() for b in script.breaks}
+        breaks = {b for script in self.scripts.values() for b in script.breaks} | {*self.points}
         inner = {b for b in breaks if 0 < b < self.duration}
         start = np.array(sorted({0.0, self.duration, *inner}))
         first = self._next_multiple(start[:-1], after=True)

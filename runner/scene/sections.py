@@ -90,10 +90,7 @@ class StaticForce:
     def vector(self, n_dofs: int) -> Floats:
         """Return the force as an (n,) vector.
 
-        Raises
-        ------
-        SlipmodeError
-            If the structure has another number of DOFs, or the file holds no such force.
+        Raises SlipmodeError if the number of DOFs is another one, or the file has no such force.
         """
         if isinstance(self.force, Mapping):
             if max(self.force) >= n_dofs:
@@ -145,10 +142,7 @@ class Forcing:
     def vector(self, n_dofs: int) -> Floats:
         """Return the pattern as an (n,) vector: a unit vector if it was given as a DOF.
 
-        Raises
-        ------
-        SlipmodeError
-            If the structure has no such DOF, or another number of them.
+        Raises SlipmodeError if the structure has no such DOF, or another number of them.
         """
         if isinstance(self.pattern, tuple):
             if len(self.pattern) != n_dofs:

@@ -69,19 +69,11 @@ class Section:
 
 
 class Table:
-    """A TOML table; a table that is absent reads as an empty one.
+    """A TOML table at a path such as "forcing.A"; a table that is absent reads as an empty one.
 
     `table[name]` is the checked value of a key or its default; for a section it is the `Table`, or
-    the list of tables of an array. Every refusal is a SlipmodeError `full.key: what is allowed`.
-
-    Parameters
-    ----------
-    content : Mapping
-        The table as tomllib returns it.
-    section : Section
-        Its declaration; any other key is refused at once.
-    path : str
-        The table's place in the file, "forcing.A"; empty for the file itself.
+    the list of tables of an array. Every refusal is a SlipmodeError `full.key: what is allowed`;
+    keys that the section does not declare are refused at once.
     """
 
     def __init__(self, content: Mapping[str, Any], section: Section, path: str = "") -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -13,8 +13,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
-
-_LARGEST_INTEGER = 2**63 - 1  # TOML 1.0 guarantees 64 bits
 
 
 @dataclass(frozen=True)
@@ -46,10 +44,6 @@ class Kind:
     # full name of the key.
     read: Callable[[str, Any], Any] = field(repr=False)
 
-    def named(self, words: str) -> Kind:
-        """Return this kind with other words in the documentation."""
-        return replace(self, words=words)
-
 
 def choice(*allowed: str) -> Kind:
     """Return the kind of a string out of a few."""
@@ -63,6 +57,33 @@ def choice(*allowed: str) -> Kind:
     return Kind("string", listed, read)
 
 
+def anything() -> Kind:
+    """Return the kind of a value that its reader checks."""
+    return Kind("any value", "", lambda name, value: value)
+
+
+def text() -> Kind:
+    """Return the kind of a line of text."""
+
+    def read(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise SlipmodeError(f"{name}: must be a string, got {shown(value)}")
+        return checked_line(name, value)
+
+    return Kind("string", "", read)
+
+
+def boolean() -> Kind:
+    """Return the kind of true or false."""
+
+    def read(name: str, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise SlipmodeError(f"{name}: must be true or false, got {shown(value)}")
+        return value
+
+    return Kind("boolean", "", read)
+
+
 def number(rule: Rule = FINITE) -> Kind:
     """Return the kind of a finite number."""
     return Kind("number", rule.text, partial(_number, rule))
@@ -73,6 +94,16 @@ def integer(rule: Rule = NON_NEGATIVE) -> Kind:
     return Kind("integer", rule.text, partial(_integer, rule))
 
 
+def integers() -> Kind:
+    """Return the kind of a list of whole numbers from 0."""
+
+    def read(name: str, value: Any) -> tuple[int, ...]:
+        found = enumerate(_list(name, value, "a list of integers"))
+        return tuple(_integer(NON_NEGATIVE, f"{name}[{i}]", each) for i, each in found)
+
+    return Kind("list of integers", NON_NEGATIVE.text, read)
+
+
 def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:
     """Return the kind of a list of numbers: `length` of them, or at least one."""
     words = "list of numbers" if length is None else f"list of {length} numbers"
@@ -81,14 +112,14 @@ def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:
 
 def one_or_each(rule: Rule, of: str = "contact") -> Kind:
     """Return the kind of a number, or a list of one number per contact."""
-    return _either(number(rule), numbers(rule), f"number, or list of one per {of}")
+    return either(number(rule), numbers(rule), f"number, or list of one per {of}")
 
 
 def script(rule: Rule = FINITE) -> Kind:
     """Return the kind of a number, or breakpoints [[t, value], ...], read as a `Script`."""
     constant = Kind("", rule.text, lambda name, value: Script.constant(_number(rule, name, value)))
     breakpoints = Kind("", rule.text, partial(_breakpoints, rule))
-    return _either(constant, breakpoints, "number, or breakpoints [[t, value], ...]")
+    return either(constant, breakpoints, "number, or breakpoints [[t, value], ...]")
 
 
 def node_dofs(forms: str, lengths: Collection[int]) -> Kind:
@@ -105,25 +136,13 @@ def node_dofs(forms: str, lengths: Collection[int]) -> Kind:
     return Kind(f"list of {forms}", "", read)
 
 
-def _either(single: Kind, several: Kind, words: str) -> Kind:
+def either(single: Kind, several: Kind, words: str) -> Kind:
     """Return the kind that reads a list as `several` and anything else as `single`."""
 
     def read(name: str, value: Any) -> Any:
         return (several if isinstance(value, list) else single).read(name, value)
 
     return Kind(words, single.allowed, read)
-
-
-def _text(name: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise SlipmodeError(f"{name}: must be a string, got {shown(value)}")
-    return checked_line(name, value)
-
-
-def _boolean(name: str, value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise SlipmodeError(f"{name}: must be true or false, got {shown(value)}")
-    return value
 
 
 def _number(rule: Rule, name: str, value: Any) -> float:
@@ -145,14 +164,10 @@ def _is_integer(value: Any) -> bool:
 
 
 def _integer(rule: Rule, name: str, value: Any) -> int:
-    if not (_is_integer(value) and abs(value) <= _LARGEST_INTEGER and rule.holds(value)):
+    fits = _is_integer(value) and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
+    if not (fits and rule.holds(value)):
         raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {shown(value)}")
     return int(value)
-
-
-def _integers(name: str, value: Any) -> tuple[int, ...]:
-    found = enumerate(_list(name, value, "a list of integers"))
-    return tuple(_integer(NON_NEGATIVE, f"{name}[{i}]", each) for i, each in found)
 
 
 def _numbers(rule: Rule, length: int | None, name: str, value: Any) -> tuple[float, ...]:
@@ -186,11 +201,3 @@ def shown(value: Any) -> str:
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = "a huge number"
     return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-ANY = Kind("any value", "", lambda name, value: value)
-TEXT = Kind("string", "", _text)
-BOOLEAN = Kind("boolean", "", _boolean)
-INTEGERS = Kind("list of integers", NON_NEGATIVE.text, _integers)
-INTEGER_OR_INTEGERS = _either(integer(), INTEGERS, "integer, or list of integers")
-TEXT_OR_NUMBERS = _either(TEXT, numbers(), "list of numbers, or string")

@@ -52,10 +52,7 @@ def prepare_workers() -> None:
 def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     """Yield a client of processes that work on tasks.
 
-    Raises
-    ------
-    SlipmodeError
-        If a scheduler does not answer, or has no workers.
+    Raises SlipmodeError if a scheduler does not answer, or has no workers.
     """
     distributed, config = extra("distributed", "study"), extra("dask.config", "study")
     settings = dict(SETTINGS)

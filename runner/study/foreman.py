@@ -13,7 +13,8 @@ from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.outputs.batch import Batch, compute
+from slipmode.runner.study.outputs.batch import compute
+from slipmode.runner.study.outputs.outputs import Batch
 from slipmode.runner.study.scene_model import LAST_STEP, Samples, SceneModel, one_line
 from slipmode.runner.study.tasks import Task
 
@@ -31,14 +32,7 @@ class _Work:
 
 
 class Foreman:
-    """Hands out tasks, repeats samples on larger friction tables, and passes on what is finished.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    samples : Samples
-    design : Design
-    """
+    """Hands out tasks, repeats samples on larger friction tables, and passes on what is done."""
 
     def __init__(self, client: Any, samples: Samples, design: Design) -> None:
         self._client = client
@@ -49,18 +43,16 @@ class Foreman:
         self._at_work: dict[str, _Work] = {}
 
     def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
-        """Compute all tasks, and call `finished` for each of them.
+        """Compute all tasks with a `distributed.Client`, and call `finished` for each of them.
 
-        Raises
-        ------
-        SlipmodeError
-            If the connection to the scheduler is lost; and all that `finished` raises.
+        Raises SlipmodeError if the connection to the scheduler is lost.
         """
         completed = extra("distributed", "study").as_completed(loop=self._client.loop)
-        most = most_at_once(self._client)
+        most = _PER_WORKER * max(2, len(self._client.nthreads()))
         for task in tasks:
-            batch = Batch.empty(self._samples, task.stop - task.start)
-            completed.add(self._submit(_Work(task, batch, range(task.stop - task.start))))
+            count = task.stop - task.start
+            batch = Batch.empty(self._samples.outputs, self._samples.modes, count)
+            completed.add(self._submit(_Work(task, batch, range(count))))
             groups = {work.task.group for work in self._at_work.values()}
             self._shared = {group: self._shared[group] for group in groups}
             while len(self._at_work) >= most:
@@ -95,8 +87,10 @@ class Foreman:
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
             if not may_grow or work.step >= LAST_STEP:
+                why = "the amplitudes grow without bound; give structure.damping a value > 0"
                 for place in outside:
-                    work.batch.reason[place] = _outside(may_grow, work.batch.reason[place])
+                    own = f"{work.batch.reason[place]}; leave out model.amplitude, and it is found"
+                    work.batch.reason[place] = f"forcing: {why}" if may_grow else own
                 outside = []
         elif future.status == "error":
             for place in work.places:
@@ -110,18 +104,6 @@ class Foreman:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
             finished(work.task, work.batch)
-
-
-def most_at_once(client: Any) -> int:
-    """Return how many tasks wait or run at a time."""
-    return _PER_WORKER * max(2, len(client.nthreads()))
-
-
-def _outside(may_grow: bool, reason: str) -> str:
-    """Return why a sample has no result that is outside the largest table."""
-    if not may_grow:
-        return f"{reason}; leave out model.amplitude, and it is found"
-    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
 
 
 def _model(shared: SceneModel, step: int) -> Model:

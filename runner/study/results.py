@@ -18,7 +18,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import PART
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.outputs.outputs import Batch
 from slipmode.runner.study.scene_keys import declared
 from slipmode.runner.study.study_file import Study
 from slipmode.runner.study.tasks import AT_ONCE, Task
@@ -33,17 +33,8 @@ _CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20
 class Results:
     """The results of a study on disk; results that were written stay, whatever happens.
 
-    Parameters
-    ----------
-    path : Path
-        The Zarr group. It is made if missing, and continued if it is of the same study.
-    study : Study
-    design : Design
-
-    Raises
-    ------
-    SlipmodeError
-        If it holds something else, or cannot be written.
+    The Zarr group at `path` is made if missing, and continued if it is of the same study. Raises
+    SlipmodeError if it holds something else, or cannot be written.
     """
 
     def __init__(self, path: Path, study: Study, design: Design) -> None:

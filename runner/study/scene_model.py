@@ -96,12 +96,7 @@ class SceneModel:
         """Return the model of samples that differ in loads and in a factor on limits.
 
         The plan is made for loads in the middle of their ranges, or, if this is refused, for the
-        study's own loads.
-
-        Raises
-        ------
-        SlipmodeError
-            If neither scene has a plan.
+        study's own loads. Raises SlipmodeError if neither scene has a plan.
         """
         contents, frequencies = _representatives(samples, design)
         plan = _first_plan(samples, contents)
@@ -125,10 +120,7 @@ class SceneModel:
     def model(self, step: int) -> Model:
         """Return the model with the table of a step, numbered from 0.
 
-        Raises
-        ------
-        SlipmodeError
-            If the contact problem has no solution at such amplitudes.
+        Raises SlipmodeError if the contact problem has no solution at such amplitudes.
         """
         model, _ = cached_model(
             self.excited.reduced,

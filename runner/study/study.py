@@ -14,7 +14,7 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.foreman import Foreman
-from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.outputs.outputs import Batch
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study

@@ -49,25 +49,12 @@ def window_length(frequency: Floats) -> float:
 def slow_parts(
     time: Floats, signals: Complexes, angle: Floats, at: Floats, length: float
 ) -> tuple[Complexes, Complexes, Complexes]:
-    """Return values, rates and second derivatives of the slow part of signals (n, k).
+    """Return values, rates and second derivatives (points, k) of the slow part of signals (n, k).
 
-    Around each instant a parabola and harmonics of the carriers are fitted, weighted by a smooth
-    window. Near the ends of the signal the window is shifted.
-
-    Parameters
-    ----------
-    time : (n,) ndarray
-        Evenly spaced, at least `length` long [s].
-    angle : (n, modes) ndarray
-        Angles of the carriers [rad].
-    at : (points,) ndarray
-        Instants in it [s].
-    length : float
-        Window [s].
-
-    Returns
-    -------
-    three (points, k) complex ndarrays
+    Around each instant of `at` (points,) a parabola and harmonics of the carriers are fitted,
+    weighted by a smooth window of some `length` [s]. Near the ends of the signal the window is
+    shifted. Times (n,) are evenly spaced, over at least `length`; `angle` (n, modes) has the
+    angles of the carriers [rad].
     """
     turned, phasors = np.unwrap(angle, axis=0), np.exp(1j * angle)
     real = np.ascontiguousarray(signals).view(float)

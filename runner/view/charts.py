@@ -18,6 +18,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.drawing import draw_labels, draw_lines
 from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
 from slipmode.runner.view.viewer import FLUSH_SECONDS
 
@@ -27,26 +28,14 @@ _TICKS = 4  # about so many on an axis
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """Points of a chart, or curves through them.
-
-    Attributes
-    ----------
-    x, y : (n,) ndarray
-        NaN in y breaks a curve.
-    color : tuple of int
-    name : str
-        In the key; none if empty.
-    curve : bool
-    width : float
-        Of the curve or the points, in points of the screen.
-    """
+    """Points (n,) of a chart, or curves through them."""
 
     x: Floats
-    y: Floats
+    y: Floats  # NaN breaks a curve
     color: Color = BLUE
-    name: str = ""
+    name: str = ""  # In the key
     curve: bool = True
-    width: float = 1.5
+    width: float = 1.5  # Of the curve or the points, in points of the screen
 
     __repr__ = short_repr
 
@@ -62,25 +51,14 @@ class Axis:
 
 @dataclass(frozen=True)
 class Chart:
-    """Layers over the same two scales.
+    """Layers over the same two scales."""
 
-    Attributes
-    ----------
-    entity : str
-        Its path in Rerun, "/steady/A".
-    title : str
-    x, y : Axis
-    layers : sequence of Layer
-    from_zero : bool
-        Whether y begins at 0.
-    """
-
-    entity: str
+    entity: str  # Its path in Rerun, "/steady/A"
     title: str
     x: Axis
     y: Axis
     layers: Sequence[Layer]
-    from_zero: bool = True
+    from_zero: bool = True  # Whether y begins at 0
 
     def view(self) -> rrb.View:
         """Return the view of the chart: its box and its labels."""
@@ -108,30 +86,23 @@ class Chart:
         self, stream: rr.RecordingStream, xs: tuple[float, float], ys: tuple[float, float]
     ) -> None:
         lines = [[(_ASPECT, 0.0), (0.0, 0.0), (0.0, -1.0)]]
-        labels: list[tuple[float, float, str, Color]] = []
+        labels: dict[tuple[float, ...], str] = {}
         for value, text in _ticks(self.x, xs):
             at = _ASPECT * float(_part(np.array(value), xs, self.x.log))
             lines.append([(at, 0.0), (at, 0.02)])
-            labels.append((at, 0.08, text, GREY))
+            labels[at, 0.08] = text
         for value, text in _ticks(self.y, ys):
             at = -float(_part(np.array(value), ys, self.y.log))
             lines.append([(-0.015, at), (0.0, at)])
-            labels.append((-0.13, at, text, GREY))
-        labels.append((0.5 * _ASPECT, 0.19, self.x.label, GREY))
-        labels.append((0.3, -1.08, self.y.label, GREY))
-        named = [layer for layer in self.layers if layer.name]
-        for k, layer in enumerate(named):
-            labels.append((_ASPECT - 0.25, -1.0 + k * 0.09, layer.name, layer.color))
-        axes = rr.LineStrips2D(lines, colors=DARK, radii=rr.Radius.ui_points(0.5))
-        stream.log(f"{self.entity}/box", axes, static=True)
-        texts = rr.Points2D(
-            [(x, y) for x, y, *_ in labels],
-            labels=[text for *_, text, _ in labels],
-            colors=[color for *_, color in labels],
-            show_labels=True,
-            radii=rr.Radius.ui_points(0.5),
-        )
-        stream.log(f"{self.entity}/labels", texts, static=True)
+            labels[-0.13, at] = text
+        labels[0.5 * _ASPECT, 0.19] = self.x.label
+        labels[0.3, -1.08] = self.y.label
+        colors = [GREY] * len(labels)
+        for k, layer in enumerate(layer for layer in self.layers if layer.name):
+            labels[_ASPECT - 0.25, -1.0 + k * 0.09] = layer.name
+            colors.append(layer.color)
+        draw_lines(stream, f"{self.entity}/box", lines, DARK, 0.5)
+        draw_labels(stream, self.entity, labels, colors)
 
 
 def write_charts(
@@ -139,10 +110,7 @@ def write_charts(
 ) -> None:
     """Write an .rrd file: rows of charts, and beneath them tabs of texts (Markdown) by name.
 
-    Raises
-    ------
-    SlipmodeError
-        If the file cannot be written.
+    Raises SlipmodeError if the file cannot be written.
     """
     try:
         create_file(path).close()  # Rerun reports no errno of its own

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -40,14 +40,16 @@ def draw_moving_point(
     count = len(path.points)
     shown = np.linspace(0, count - 1, min(count, 1000)).astype(np.int64)
     index = [time_column(path.time_ns[shown])]
-    above = [{"draw_order": order} if flat else {} for order in (2.0, 3.0)]
     if path.tail:
-        style = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **above[0])
-        stream.log(f"{entity}/tail", style, static=True)
-        tails_ = tails(path.points, path.starts, shown, path.tail)
-        stream.send_columns(f"{entity}/tail", index, strips.columns(strips=tails_))
-    style = points.from_fields(colors=mark, radii=rr.Radius.ui_points(5.5), **above[1])
-    stream.log(f"{entity}/now", style, static=True)
+        style: dict[str, Any] = (
+            {"draw_order": 21.0} if flat else {}
+        )  # above other lines, which have 20
+        line = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **style)
+        stream.log(f"{entity}/tail", line, static=True)
+        ends = strips.columns(strips=tails(path.points, path.starts, shown, path.tail))
+        stream.send_columns(f"{entity}/tail", index, ends)
+    dot = points.from_fields(colors=mark, radii=rr.Radius.ui_points(5.0))
+    stream.log(f"{entity}/now", dot, static=True)
     stream.send_columns(f"{entity}/now", index, points.columns(positions=path.points[shown]))
 
 
@@ -73,14 +75,15 @@ def tails(
 def draw_labels(
     stream: rr.RecordingStream,
     entity: str,
-    labels: Mapping[tuple[float, ...], str],
+    labels: Mapping[Any, str],
     colors: Color | list[Color] = GREY,
     radius: float = 0.5,
 ) -> None:
     """Write texts at places (2 or 3 coordinates), each beside a dot."""
-    archetype = rr.Points2D if len(next(iter(labels))) == 2 else rr.Points3D
-    points = archetype(
-        list(labels),
+    kind: Any = rr.Points2D if len(next(iter(labels))) == 2 else rr.Points3D
+    places: Any = list(labels)
+    points = kind(
+        places,
         labels=list(labels.values()),
         show_labels=True,
         colors=colors,
@@ -90,9 +93,8 @@ def draw_labels(
 
 
 def draw_lines(
-    stream: rr.RecordingStream, entity: str, lines: list[Floats], color: Color, width: float
+    stream: rr.RecordingStream, entity: str, lines: Any, color: Color, radius: float
 ) -> None:
-    """Draw lines (points, 2 or 3) that do not change."""
-    archetype = rr.LineStrips2D if len(lines[0][0]) == 2 else rr.LineStrips3D
-    strips = archetype(lines, colors=color, radii=rr.Radius.ui_points(width))
-    stream.log(entity, strips, static=True)
+    """Draw lines, each of points (n, 2 or 3), that do not change."""
+    kind: Any = rr.LineStrips2D if len(lines[0][0]) == 2 else rr.LineStrips3D
+    stream.log(entity, kind(lines, colors=color, radii=rr.Radius.ui_points(radius)), static=True)

@@ -27,12 +27,7 @@ def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> 
     """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``; return its path.
 
     Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
-    layouts, Import from file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
+    layouts, Import from file. Raises OSError if it cannot be written.
     """
     path = mcap.with_suffix(".foxglove.json")
     with replacing(path) as file:

@@ -37,15 +37,6 @@ class RerunSink(Sink):
 
     Views are in the [units] of the scene. Of a series longer than `DENSE_SAMPLES` the later part
     is shown by its extremes, so that views stay fluent.
-
-    Parameters
-    ----------
-    target : path or Viewer
-        File to write, or where to show it.
-    header, channels
-        As for `McapSink`.
-    playing : Playing, optional
-        How it is played once opened.
     """
 
     def __init__(
@@ -154,15 +145,7 @@ class RerunSink(Sink):
 
 
 class LiveSink(Sink):
-    """Sends a recording to a viewer; the run goes on if the viewer goes away.
-
-    Parameters
-    ----------
-    viewer : Viewer
-        Where to show it.
-    header, channels
-        As for `McapSink`.
-    """
+    """Sends a recording to a viewer; the run goes on if the viewer goes away."""
 
     def __init__(self, viewer: Viewer, header: Header, channels: Sequence[Channel]) -> None:
         self._sink: RerunSink | None = None

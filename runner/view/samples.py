@@ -22,15 +22,10 @@ _KEPT_SAMPLES = 8192  # of a channel: longer paths are slow without a GPU
 class Envelope:
     """Thins a series as it grows: n samples leave some `dense` log2(n / dense) / 2 rows.
 
-    The first `dense` samples pass. From then on two rows, the least and the greatest values,
-    stand for each 4 samples; for each 8 once the series is twice as long; and so on. Rerun thins
-    what it draws by the same extremes, but stores and loads every sample. The rows do not depend
-    on how the samples are divided into batches.
-
-    Parameters
-    ----------
-    dense : int
-        Samples that pass; a multiple of 4.
+    The first `dense` samples, a multiple of 4, pass. From then on two rows, the least and the
+    greatest values, stand for each 4 samples; for each 8 once the series is twice as long; and so
+    on. Rerun thins what it draws by the same extremes, but stores and loads every sample. The rows
+    do not depend on how the samples are divided into batches.
     """
 
     def __init__(self, dense: int = DENSE_SAMPLES) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.view.phase_portraits import TIMELINE
+from slipmode.runner.view.drawing import TIMELINE
 from slipmode.runner.view.viewer import windowless_viewer
 
 if TYPE_CHECKING:
@@ -49,10 +49,7 @@ def write_picture(path: str | Path, write_rrd: Callable[[Path], None], time: flo
 def photograph(rrd: Path, time: float) -> bytes:
     """Return a PNG of all views of an .rrd file at simulation time `time` [s].
 
-    Raises
-    ------
-    SlipmodeError
-        If no viewer can be started, or its views do not stand still.
+    Raises SlipmodeError if no viewer can be started, or its views do not stand still.
     """
     reason = ""
     for _ in range(_ATTEMPTS):

@@ -44,15 +44,8 @@ class Viewer:
 def find_viewer(url: str | None = None) -> Viewer:
     """Return a viewer to send recordings to; start one if there is none yet.
 
-    Parameters
-    ----------
-    url : str, optional
-        Of a viewer that someone has started, like rerun+http://127.0.0.1:9876/proxy.
-
-    Raises
-    ------
-    SlipmodeError
-        If none answers there, or none can be started.
+    `url` is of a viewer that is running, like rerun+http://127.0.0.1:9876/proxy. Raises
+    SlipmodeError if none answers there, or none can be started.
     """
     if url is not None:
         if not _answers(url):

@@ -16,6 +16,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Level
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
     BLUE,
     GREEN,
@@ -36,12 +37,10 @@ from slipmode.runner.view.phase_portraits import (
     ORBIT,
     PHASE_PORTRAIT,
     RESPONSE,
-    TIMELINE,
     TRAJECTORY,
     FinalViews,
     Portrait,
     portraits,
-    time_column,
 )
 from slipmode.runner.view.samples import Window
 
@@ -60,18 +59,10 @@ _MOST_ROWS = 4  # of drawings, of which each is to be large enough
 
 @dataclass(frozen=True)
 class Playing:
-    """How a viewer plays a recording once it has opened it.
+    """How a viewer plays a recording once it has opened it."""
 
-    Parameters
-    ----------
-    speed : float
-        Simulated seconds per second.
-    loop : bool
-        Whether it begins again at the end.
-    """
-
-    speed: float = 1.0
-    loop: bool = False
+    speed: float = 1.0  # Simulated seconds per second
+    loop: bool = False  # Whether it begins again at the end
 
     def __post_init__(self) -> None:
         if not 0.0 < self.speed < math.inf:
@@ -158,16 +149,10 @@ def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
 def blueprint(
     channels: Sequence[Channel], final: FinalViews | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
-    """Return the layout of the views of the channels.
+    """Return the layout of the views of the channels that are recorded.
 
-    Parameters
-    ----------
-    channels : sequence of Channel
-        What is recorded.
-    final : FinalViews, optional
-        What `Paths.draw` returns; before, all portraits but responses, and all fast motion.
-    playing : Playing, optional
-        By default a viewer does not play it by itself.
+    `final` is what `Paths.draw` returns; without it, all portraits but responses and all fast
+    motion are shown. Without `playing` a viewer does not play it by itself.
     """
     drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, final)}
 

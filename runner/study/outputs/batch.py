@@ -3,64 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from slipmode.rom import Model
-from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.short_repr import short_repr
 from slipmode.runner.scene.sections import Scene
+from slipmode.runner.study.outputs.outputs import Batch
 from slipmode.runner.study.outputs.runs import record, run_through
 from slipmode.runner.study.outputs.steady import Loads, curves, peaks, steady_states
-from slipmode.runner.study.scene_model import Samples, SceneModel
-
-
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """Results of some samples."""
-
-    values: dict[str, Floats]  # By the names of `Outputs.results`; NaN without a result
-    reason: list[str]  # Why a sample has no results; empty if it has
-    outside: Flags  # (samples,): Whether a larger friction table is needed
-
-    __repr__ = short_repr
-
-    @classmethod
-    def empty(cls, samples: Samples, count: int) -> Batch:
-        """Return a batch without results."""
-        values = {
-            result.name: np.full((count, *result.shape), np.nan)
-            for result in samples.outputs.results(samples.modes)
-        }
-        return cls(values, [""] * count, np.zeros(count, dtype=bool))
-
-    def put(self, places: Sequence[int], found: Batch) -> None:
-        """Store the results of some of the samples."""
-        for name, values in found.values.items():
-            self.values[name][places] = values
-        self.outside[places] = found.outside
-        for place, why in zip(places, found.reason, strict=True):
-            self.reason[place] = why
+from slipmode.runner.study.scene_model import SceneModel
 
 
 def compute(
     shared: SceneModel, model: Model, scenes: Sequence[Scene | str], numbers: Sequence[int]
 ) -> Batch:
-    """Return the results of samples; one that is refused does not affect the others.
+    """Return the results of samples on a model; one that is refused does not affect the others.
 
-    Parameters
-    ----------
-    shared : SceneModel
-    model : Model
-        A model of `shared`.
-    scenes : sequence of Scene or str
-        The scene of each sample, or why it is refused.
-    numbers : sequence of int
-        The numbers of the samples in the study; recordings have them in their names.
+    `scenes` has the scene of each sample, or why it is refused. `numbers` are the numbers of the
+    samples in the study; recordings have them in their names.
     """
     outputs, modes = shared.samples.outputs, shared.samples.modes
-    batch = Batch.empty(shared.samples, len(scenes))
+    batch = Batch.empty(outputs, modes, len(scenes))
     batch.reason[:] = [each if isinstance(each, str) else "" for each in scenes]
     read = {k: each for k, each in enumerate(scenes) if not isinstance(each, str)}
     places = list(read)
@@ -68,26 +31,11 @@ def compute(
     if read and (outputs.steady or outputs.resonance or outputs.curve):
         loads = Loads.of(list(read.values()), shared.excited)
         for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
-            if not getattr(outputs, kind):
-                continue
-            found = solve(outputs, model, loads)
-            for name, values in found.values.items():
-                # a mode without a motion is not in the model
-                at_rest = np.nan if name.endswith(("_phase", "_frequency")) else 0.0
-                batch.values[name][places] = at_rest
-                batch.values[name][np.ix_(places, columns)] = values
-            for k, why, out in zip(places, found.reason, found.outside, strict=True):
-                batch.reason[k] = batch.reason[k] or why
-                batch.outside[k] |= out
+            if getattr(outputs, kind):
+                batch.add(places, columns, solve(outputs, model, loads))
     for k, scene in read.items():
-        if not outputs.runs or batch.reason[k]:
-            continue
-        run = run_through(scene, shared.excited, model, outputs.times)
-        batch.reason[k], batch.outside[k] = run.reason, run.outside
-        for name, values in (("peak", run.peak), ("at", run.at)):
-            if name in batch.values:
-                batch.values[name][k] = 0.0
-                batch.values[name][k, columns] = values
+        if outputs.runs and not batch.reason[k]:
+            batch.add([k], columns, run_through(scene, shared.excited, model, outputs.times))
     if outputs.dofs:
         _add_displacements(batch, shared)
     if shared.samples.recordings is not None:

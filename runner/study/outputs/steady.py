@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from slipmode.rom import Model
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import short_repr
@@ -17,7 +17,7 @@ from slipmode.rom.slow.branches.performance import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.sections import Scene
-from slipmode.runner.study.outputs.outputs import Outputs
+from slipmode.runner.study.outputs.outputs import Batch, Outputs
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,27 +52,16 @@ class Loads:
         return cls(excited, frequency, excitation, scale)
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """Results (samples, modes of the model, ...) by name; `reason` and `outside` as in `Batch`."""
-
-    values: dict[str, Floats]
-    reason: list[str]
-    outside: Flags
-
-    __repr__ = short_repr
-
-
-def steady_states(outputs: Outputs, model: Model, loads: Loads) -> Found:
+def steady_states(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     """Return |a| and its phase."""
     patterns = loads.excited.force_patterns
     found = steady_points(model, loads.frequency, patterns, loads.excitation)
     a = loads.scale * found.amplitude
     values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
-    return Found(values, found.reason, found.outside)
+    return Batch(values, found.reason, found.outside)
 
 
-def curves(outputs: Outputs, model: Model, loads: Loads) -> Found:
+def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     """Return |a| over the frequency of a mode, (samples, modes, points).
 
     A sample with a refused point is refused.
@@ -81,7 +70,7 @@ def curves(outputs: Outputs, model: Model, loads: Loads) -> Found:
     axis, n, modes = outputs.curve.frequency, len(loads.scale), loads.excited.modes
     if outputs.curve.mode not in modes:
         reason = f"outputs.curve.mode: nothing moves mode {outputs.curve.mode}"
-        return _refused("curve", (n, len(modes), axis.size), reason)
+        return Batch.refused("curve", (n, len(modes), axis.size), reason)
     frequency = np.repeat(loads.frequency, axis.size, axis=0)
     frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
     excitation = np.repeat(loads.excitation, axis.size, axis=0)
@@ -92,29 +81,26 @@ def curves(outputs: Outputs, model: Model, loads: Loads) -> Found:
         for k in range(0, len(frequency), axis.size)
     )
     outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
-    return Found({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
+    return Batch({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
 
 
-def peaks(outputs: Outputs, model: Model, loads: Loads) -> Found:
+def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     """Return the highest resonance peak of modes, and its frequency."""
     shape, modes = loads.excitation.shape, loads.excited.modes
     peak, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
     reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
     for mode in outputs.resonance:
         if mode not in modes:
-            return _refused("resonance", shape, f"outputs.resonance: nothing moves mode {mode}")
+            return Batch.refused(
+                "resonance", shape, f"outputs.resonance: nothing moves mode {mode}"
+            )
         j = modes.index(mode)
         try:
             relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
         except SlipmodeError as refusal:
-            return _refused("resonance", shape, str(refusal))
+            return Batch.refused("resonance", shape, str(refusal))
         peak[:, j] = loads.scale[:, 0] * relative
         outside |= np.isnan(relative)
     for k in np.flatnonzero(outside):
         reason[k] = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
-    return Found({"resonance": peak, "resonance_frequency": frequency}, reason, outside)
-
-
-def _refused(name: str, shape: tuple[int, ...], reason: str) -> Found:
-    empty = np.full(shape, np.nan)
-    return Found({name: empty}, [reason] * shape[0], np.zeros(shape[0], dtype=bool))
+    return Batch({"resonance": peak, "resonance_frequency": frequency}, reason, outside)

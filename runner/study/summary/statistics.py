@@ -45,10 +45,7 @@ class Choice:
 def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
     """Return the quantile of an output (samples,) for each value of a key (samples,).
 
-    Raises
-    ------
-    SlipmodeError
-        If every value has a failed sample.
+    Raises SlipmodeError if every value has a failed sample.
     """
     values, group = np.unique(column, return_inverse=True)
     quantile, failed = np.full(values.size, np.nan), np.zeros(values.size, dtype=int)
@@ -94,10 +91,7 @@ class Sensitivity:
 def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
     """Return the indices of samples that were drawn by the method "saltelli".
 
-    Raises
-    ------
-    SlipmodeError
-        If a sample failed: the method needs all of them.
+    Raises SlipmodeError if a sample failed: the method needs all of them.
     """
     failed = int(np.count_nonzero(np.isnan(values)))
     if failed:

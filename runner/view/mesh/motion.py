@@ -199,17 +199,10 @@ def _numbers(name: str, given: ArrayLike, nodes: int) -> NDArray[np.intp]:
 
 
 def skin(cells: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the facets that belong to one cell alone: what is seen of a mesh from outside.
+    """Return the facets (facets, 3 or 4) that belong to one cell alone: the surface of a mesh.
 
-    Parameters
-    ----------
-    cells : (cells, 4 or 8) ndarray of int
-        Tetrahedra; hexahedra, the lower four corners first, as Abaqus and VTK order them.
-
-    Returns
-    -------
-    (facets, 3 or 4) ndarray of int
-        Counter-clockwise as seen from outside.
+    Cells (cells, 4 or 8) are tetrahedra or hexahedra, the lower four corners first, as Abaqus and
+    VTK order them. Facets are counter-clockwise as seen from outside.
     """
     cells = np.asarray(cells)
     faces = cells[:, _FACES[cells.shape[1]]]

@@ -119,7 +119,7 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
 
 
 def _times(motion: MeshMotion) -> rr.TimeColumn:
-    from slipmode.runner.view.phase_portraits import time_column
+    from slipmode.runner.view.drawing import time_column
 
     return time_column(np.round(motion.time * 1e9).astype(np.int64))
 
