@@ -16,15 +16,15 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.table import disk_cache
 from slipmode.runner.commands import OUTPUT, SCENE, Argument, argument
 from slipmode.runner.commands.command_words import command_words
+from slipmode.runner.commands.curves import add_curve_commands
 from slipmode.runner.commands.mode_table import mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
-from slipmode.runner.curves.commands import add_curve_commands
+from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.run import run
 from slipmode.runner.scene.reference import as_text
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
-from slipmode.runner.study.command import add_study_command
 from slipmode.runner.transients.passes import integration_cost
 from slipmode.runner.view.viewer import find_viewer
 

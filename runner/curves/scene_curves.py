@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
@@ -14,7 +14,7 @@ from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
@@ -35,7 +35,7 @@ _DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SceneForcing:
     """The forces at the end of a scene."""
 
@@ -43,8 +43,6 @@ class SceneForcing:
     frequency: Floats  # (modes,) [rad/s]
     force: list[Floats]  # [N]
     phase: Floats  # (modes,) [rad]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:

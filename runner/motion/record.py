@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.states import STATES, ContactStates, contact_states
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -18,7 +17,7 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class FastMotion:
     """Motion at given times, in slow time or at full order."""
 
@@ -30,8 +29,6 @@ class FastMotion:
     force: Floats
     modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
     elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
-
-    __repr__ = short_repr
 
 
 def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:

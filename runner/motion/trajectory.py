@@ -11,7 +11,7 @@ from slipmode.fmu import Steppable
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import ForceResponse, phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
@@ -82,7 +82,7 @@ def slow_trajectory(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Script:
     """Forcing at the start of each step, (steps, modes); see `SlowTrajectory`."""
 
@@ -90,8 +90,6 @@ class Script:
     force_rate: Complexes
     frequency: Floats
     frequency_rate: Floats
-
-    __repr__ = short_repr
 
 
 def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -> Script:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
 from slipmode.rom.representable import round_up
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited
@@ -31,7 +30,7 @@ _PATH_TOLERANCE = 5e-10
 _LARGEST_GROWTH, _LARGEST_FLUTTER = 2.0**40, 2.0**8
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class DryRun:
     """Results of a run on a coarse table."""
 
@@ -47,8 +46,6 @@ class DryRun:
     # (points - 1, modes): `TransientError` between the points, relative to the scale like
     # `reached` [kg^1/2 m]
     transient_error: Floats
-
-    __repr__ = short_repr
 
 
 def dry_run(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.sections import Scene, Window
@@ -23,7 +22,7 @@ _GRID = Discretisation(128, 16)  # coarse: the error needs one digit
 _PARTS = (1.0, 0.5)  # of the largest amplitudes
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Truncation:
     """Errors of sums of harmonics at the amplitudes of a scene."""
 
@@ -33,8 +32,6 @@ class Truncation:
     # (orders,): The relative RMS of the neglected part of the displacement of output DOFs; 0
     # without any
     elastic: Floats
-
-    __repr__ = short_repr
 
     def order_within(self, tolerance: float) -> int | None:
         """Return the lowest order with an elastic error of at most `tolerance`, or None."""

@@ -9,14 +9,13 @@ move faster: the amplitudes are steady all along.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule, is_rate, rate_of
 
@@ -44,7 +43,7 @@ def shortened(
     return shorter, inputs
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Stretches:
     """Shortened stretches that follow one another from t = 0."""
 
@@ -52,8 +51,6 @@ class Stretches:
     inputs: Floats  # (stretches, names): Inputs of the component at their starts
     scene: Floats  # (stretches,): Their durations in the scene [s]
     names: Sequence[str]  # Names of the inputs
-
-    __repr__ = short_repr
 
     def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the numbers of the stretches just before and just after times (n,)."""

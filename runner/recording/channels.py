@@ -6,7 +6,7 @@ in every message, so a numpy structured array has the bytes of a whole batch.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, Literal
@@ -138,28 +138,33 @@ class Channel:
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 
 
+_CONTACT = {"x": "m", "v": "m/s", "f": "N"}
+_PHASES = {"A_phase": "rad", "B_phase": "rad"}
+
+
+def _fields(units: Mapping[str, str]) -> tuple[Field, ...]:
+    return tuple(Field(name, unit) for name, unit in units.items())
+
+
 def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
     """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
-    parts = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
-    moduli = [f"{mode}_abs" for mode in present]
-    fields = tuple(Field(name, "kg^0.5 m") for name in parts + moduli)
+    names = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
+    names += [f"{mode}_abs" for mode in present]
+    fields = _fields(dict.fromkeys(names, "kg^0.5 m"))
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
 
 def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
     """Return the channel of force amplitude, frequency and phase of each mode."""
     units = {"force": "N", "frequency": "rad/s", "phase": "rad"}
-    fields = tuple(
-        Field(f"{mode}_{name}", unit) for mode in present for name, unit in units.items()
-    )
-    return Channel("/forcing", fields, "Harmonic forcing near each resonance")
+    named = {f"{mode}_{name}": unit for mode in present for name, unit in units.items()}
+    return Channel("/forcing", _fields(named), "Harmonic forcing near each resonance")
 
 
 def contact(index: int, prefix: str = "") -> Channel:
     """Return the channel of displacement, velocity and friction force of a contact DOF."""
-    fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
     topic = f"{prefix}/contact/{index}"
-    return Channel(topic, fields, f"Motion of contact {index}")
+    return Channel(topic, _fields(_CONTACT), f"Motion of contact {index}")
 
 
 def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
@@ -169,17 +174,14 @@ def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
     positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open. A
     law without a normal has 0 `tangents`.
     """
-    named = list(contact(index).fields)
-    kind = "ElasticContact"
+    named = dict(_CONTACT)
+    if tangents == 2:
+        named |= {"y": "m", "v_y": "m/s", "f_y": "N"}
     if tangents:
-        kind = "FrictionalContact"
-        if tangents == 2:
-            kind = "FrictionalContact2d"
-            named += [Field("y", "m"), Field("v_y", "m/s"), Field("f_y", "N")]
-        named += [Field("x_n", "m"), Field("v_n", "m/s"), Field("N", "N"), Field("gap", "m")]
-    named.append(Field("state", "1"))
+        named |= {"x_n": "m", "v_n": "m/s", "N": "N", "gap": "m"}
+    kind = ("ElasticContact", "FrictionalContact", "FrictionalContact2d")[tangents]
     words = f"Motion of contact {index}; state: 0 stuck, 1 slipping, 2 open"
-    return Channel(f"{prefix}/contact/{index}", tuple(named), words, kind)
+    return Channel(f"{prefix}/contact/{index}", _fields(named | {"state": "1"}), words, kind)
 
 
 def contact_share(contacts: int) -> Channel:
@@ -190,15 +192,14 @@ def contact_share(contacts: int) -> Channel:
 
 def phases() -> Channel:
     """Return the channel of the carrier angles at the samples of contact motion."""
-    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"))
-    return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
+    words = "Phases of both carriers at the samples of contact motion"
+    return Channel(PHASES, _fields(_PHASES), words)
 
 
 def torus() -> Channel:
     """Return the channel of the motion of contact 0 over both phases, at a window's end."""
-    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"), *contact(0).fields)
     words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
-    return Channel(TORUS, fields, words)
+    return Channel(TORUS, _fields(_PHASES | _CONTACT), words)
 
 
 def elastic(dofs: Sequence[int]) -> Channel:
@@ -209,12 +210,8 @@ def elastic(dofs: Sequence[int]) -> Channel:
 
 def energy() -> Channel:
     """Return the channel of the forcing's power and what friction and damping dissipate."""
-    fields = (
-        Field("input_power", "W"),
-        Field("dissipated_power", "W"),
-        Field("dissipated_energy", "J"),
-    )
-    return Channel("/energy", fields, "Energy balance, averaged over the fast cycles")
+    units = {"input_power": "W", "dissipated_power": "W", "dissipated_energy": "J"}
+    return Channel("/energy", _fields(units), "Energy balance, averaged over the fast cycles")
 
 
 def control() -> Channel:

@@ -34,8 +34,6 @@ from slipmode.runner.recording.mcap_reader import (
 from slipmode.runner.recording.record import Header
 
 _LONGEST_LIST = 16  # of numbers that are shown as curves; longer lists are pictures and the like
-_DEEPEST = 8  # messages within messages
-_CLOCKS = ("google.protobuf.Timestamp", "google.protobuf.Duration")
 
 Numbers = dict[str, float]
 Decoder = Callable[[bytes], Numbers]
@@ -196,7 +194,7 @@ def _protobuf_decoder(schema: records.Schema | None) -> Decoder:
 
     def decode(data: bytes) -> Numbers:
         try:
-            return dict(_members("", message_class.FromString(data), _DEEPEST))
+            return dict(_members("", message_class.FromString(data), 8))
         except DecodeError as error:
             raise UnreadableError("not of their schema") from error
 
@@ -222,8 +220,9 @@ def _message_class(schema: records.Schema | None) -> type[Message]:
 
 
 def _members(name: str, message: Message, depth: int) -> Iterator[tuple[str, float]]:
-    """Yield the numbers within a protobuf message, with their names."""
-    if depth == 0 or message.DESCRIPTOR.full_name in _CLOCKS:
+    """Yield the numbers within a protobuf message, and its messages up to a depth, by names."""
+    clocks = ("google.protobuf.Timestamp", "google.protobuf.Duration")
+    if depth == 0 or message.DESCRIPTOR.full_name in clocks:
         return
     for member in message.DESCRIPTOR.fields:
         if member.has_presence and not message.HasField(member.name):

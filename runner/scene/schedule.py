@@ -7,7 +7,7 @@ requested.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene
 
@@ -36,7 +36,7 @@ class _Stretches(NamedTuple):
     regular: NDArray[np.int64]  # The multiple of the step that follows each start
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Schedule:
     """Communication points and the inputs between them.
 
@@ -49,8 +49,6 @@ class Schedule:
     duration: float
     step: float
     points: tuple[float, ...] = ()  # More communication points [s]
-
-    __repr__ = short_repr
 
     @property
     def steps(self) -> int:

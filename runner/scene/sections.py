@@ -5,10 +5,10 @@ Times are in s, frequencies in rad/s, forces in N, displacements in m.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
@@ -92,28 +92,28 @@ class StaticForce:
 
         Raises SlipmodeError if the number of DOFs is another one, or the file has no such force.
         """
-        if isinstance(self.force, Mapping):
-            if max(self.force) >= n_dofs:
+        force: Any = self.force
+        if isinstance(force, Path):
+            try:
+                force = np.asarray(np.load(force, allow_pickle=False), dtype=float)
+            except (OSError, ValueError, TypeError, EOFError):
                 raise SlipmodeError(
-                    f"preload.dof: must be 0 to {n_dofs - 1}, got {max(self.force)}"
-                )
-            return force_vector(self.force, n_dofs)
-        given = np.array(self.force) if isinstance(self.force, tuple) else _stored(self.force)
-        if given.shape != (n_dofs,):
-            raise SlipmodeError(
-                f"preload.vector: must have {n_dofs} numbers, one per DOF, got "
-                f"{' x '.join(map(str, given.shape))}"
-            )
-        return force_vector(given, n_dofs, "preload.vector")
+                    f"preload.vector: must be an .npy file of one number per DOF: {str(force)!r}"
+                ) from None
+        return _force_vector("preload", force, n_dofs)
 
 
-def _stored(path: Path) -> Floats:
-    try:
-        return np.asarray(np.load(path, allow_pickle=False), dtype=float)
-    except (OSError, ValueError, TypeError, EOFError):
-        raise SlipmodeError(
-            f"preload.vector: must be an .npy file of one number per DOF: {str(path)!r}"
-        ) from None
+def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: int) -> Floats:
+    """Return a force on some DOFs, or on every DOF, as an (n,) vector; refusals name the key."""
+    if isinstance(force, Mapping):
+        if max(force) >= n:
+            raise SlipmodeError(f"{table}.dof: must be 0 to {n - 1}, got {max(force)}")
+        return force_vector(force, n)
+    given = np.array(force)
+    if given.shape != (n,):
+        shape = " x ".join(map(str, given.shape))
+        raise SlipmodeError(f"{table}.vector: must have {n} numbers, one per DOF, got {shape}")
+    return force_vector(given, n, f"{table}.vector")
 
 
 @dataclass(frozen=True)
@@ -144,21 +144,9 @@ class Forcing:
 
         Raises SlipmodeError if the structure has no such DOF, or another number of them.
         """
-        if isinstance(self.pattern, tuple):
-            if len(self.pattern) != n_dofs:
-                raise SlipmodeError(
-                    f"forcing.{self.mode}.vector: must have {n_dofs} numbers, one per DOF, "
-                    f"got {len(self.pattern)}"
-                )
-            return np.array(self.pattern)
-        assert isinstance(self.pattern, int)  # `Scene.located` has replaced nodes
-        if self.pattern >= n_dofs:
-            raise SlipmodeError(
-                f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.pattern}"
-            )
-        unit = np.zeros(n_dofs)
-        unit[self.pattern] = 1.0
-        return unit
+        assert not isinstance(self.pattern, NodeDof)  # `Scene.located` has replaced nodes
+        pattern = {self.pattern: 1.0} if isinstance(self.pattern, int) else self.pattern
+        return _force_vector(f"forcing.{self.mode}", pattern, n_dofs)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from math import prod
 from typing import Any
 
@@ -12,22 +11,20 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.scene_keys import is_limit, is_load
 from slipmode.runner.study.study_file import Distribution, Sampling, Study
 
 _SMALLEST = 1e-12  # probability cut off at both ends: the quantiles of 0 and 1 may be infinite
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Design:
     """Samples, numbered from 0."""
 
     keys: tuple[str, ...]  # The keys that vary, in the order of the study
     # The value of each key; arrays of objects if some values are no numbers
     columns: tuple[NDArray[Any], ...]
-
-    __repr__ = short_repr
 
     @property
     def samples(self) -> int:

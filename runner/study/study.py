@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -10,18 +9,17 @@ from typing import Any
 from tqdm import tqdm
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman
-from slipmode.runner.study.outputs.outputs import Batch
+from slipmode.runner.study.foreman import Foreman, Task, make_tasks
 from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
-from slipmode.runner.study.tasks import Task, make_tasks
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class StudyResults:
     """The results of a study.
 
@@ -40,8 +38,6 @@ class StudyResults:
     samples: int
     found: int
     failed: int
-
-    __repr__ = short_repr
 
     def dataset(self) -> Any:
         """Return an xarray Dataset over the dimension "sample", read when values are needed."""

@@ -40,7 +40,7 @@ from slipmode.runner.scene.values import (
     numbers,
     text,
 )
-from slipmode.runner.study.outputs.outputs import Curve, Outputs
+from slipmode.runner.study.sample_outputs import Curve, Outputs
 from slipmode.runner.study.scene_keys import Content, check_key, get, with_value
 
 DISTRIBUTIONS = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.states import stored_energy
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.motion.record import FastMotion
@@ -65,7 +65,7 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SlowPart:
     """Slow quantities of a stretch at communication points."""
 
@@ -75,8 +75,6 @@ class SlowPart:
     # (points, 3): Input power, dissipated power [W], energy dissipated since the start of the
     # stretch [J]
     power: Floats
-
-    __repr__ = short_repr
 
 
 class FullOrder:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from slipmode.rom.full import (
     component_modes,
     integrate,
 )
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.transients.full_order import excitation_of, initial_state
@@ -27,7 +26,7 @@ MOST_DOFS = 1000  # for which all modes are computed
 _HARMONICS = 7  # of the fastest forcing, up to which component modes are accurate
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Reference:
     """Motion at full order, with cheaper versions of it."""
 
@@ -37,8 +36,6 @@ class Reference:
     comparisons: list[tuple[FullMotion, FullMotion]]
     coordinates: int  # Number of coordinates
     seconds: float  # Wall time of `motion` alone
-
-    __repr__ = short_repr
 
 
 def reference(plan: Plan, times: Floats) -> Reference:

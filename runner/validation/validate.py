@@ -17,7 +17,7 @@ from slipmode.rom.full import FullMotion
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.motion.record import ContactRecord, FastMotion
 from slipmode.runner.motion.trajectory import (
     output_row,
@@ -47,7 +47,7 @@ class Comparison:
     reference_error: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Validation:
     """The result of `validate`."""
 
@@ -62,8 +62,6 @@ class Validation:
     windows: tuple[Window, ...]  # The times that are compared
     # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
     reduced: Literal["slow time", "reduced coordinates"]
-
-    __repr__ = short_repr
 
     def compared(self) -> str:
         """Return the windows that were compared, in words."""

@@ -16,7 +16,7 @@ import rerun.blueprint as rrb
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.record import create_file
 from slipmode.runner.view.drawing import draw_labels, draw_lines
 from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
@@ -26,7 +26,7 @@ _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
 _TICKS = 4  # about so many on an axis
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Layer:
     """Points (n,) of a chart, or curves through them."""
 
@@ -36,8 +36,6 @@ class Layer:
     name: str = ""  # In the key
     curve: bool = True
     width: float = 1.5  # Of the curve or the points, in points of the screen
-
-    __repr__ = short_repr
 
 
 @dataclass(frozen=True)

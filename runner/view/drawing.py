@@ -65,7 +65,7 @@ def tails(
     count = shown + 1 - first
     offsets = np.append(0, np.cumsum(count)).astype(np.int32)
     taken = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], count)
-    batches = {2: rr.components.LineStrip2DBatch, 3: rr.components.LineStrip3DBatch}
+    batches: Any = {2: rr.components.LineStrip2DBatch, 3: rr.components.LineStrip3DBatch}
     form = batches[points.shape[1]]([points[:1]]).as_arrow_array().type
     flat = points[taken].astype(np.float32).ravel()
     vectors = pa.FixedSizeListArray.from_arrays(flat, type=form.value_type)

@@ -15,8 +15,8 @@ from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import FULL, OTHER, PHASES, SHARE, TORUS, Channel, Field
 
 Color = tuple[int, int, int]
-BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
-YELLOW, RED = (200, 190, 90), (224, 82, 82)
+BLUE, ORANGE, GREEN, RED = (76, 159, 230), (240, 145, 60), (110, 190, 110), (224, 82, 82)
+LINES = (BLUE, ORANGE, GREEN, (205, 110, 190), (200, 190, 90))  # of a plot
 GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
 LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
 
@@ -38,11 +38,11 @@ MOTION_PLOTS = (
     ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
 )
 
-# The last word of a field's name tells its quantity; fields of one quantity share a plot.
-_QUANTITIES = {"re": "components", "im": "components"}
-_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
-_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
-_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
+# The last word of a field's name is its quantity; fields of one quantity share a plot.
+_QUANTITIES = {"re": "components", "im": "components", "N": "normal_force"}
+_QUANTITIES |= dict.fromkeys(("x", "y", "x_n"), "displacement")
+_QUANTITIES |= dict.fromkeys(("v", "v_y", "v_n"), "velocity")
+_QUANTITIES |= dict.fromkeys(("f", "f_y"), "friction_force")
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,10 @@ def is_contact(channel: Channel) -> bool:
 
 
 def _quantity(name: str) -> str:
-    name = _ALONG.get(name, name)
     if name.endswith("_abs"):  # modes differ too much in size for one scale
         return f"amplitude_{name.removesuffix('_abs')}"
     word = "x" if name.startswith("x_") else name.split("_")[-1]
-    return _QUANTITIES.get(word, word)
+    return _QUANTITIES.get(name, _QUANTITIES.get(word, word))
 
 
 def legend(channel: Channel, column: int) -> str:

@@ -18,18 +18,8 @@ from slipmode.runner.view.viewer import windowless_viewer
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
 
-_PACKAGES = (
-    "mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri libegl1 libxkbcommon0 fonts-dejavu-core"
-)
-_COLORS = 192  # of plots on a plain ground; a third of the bytes of all colours
 _ATTEMPTS = 3  # each with a viewer of its own
 _PATIENCE = 60.0  # [s] until notices are gone, and until the picture stands still
-_PAUSE = 0.3  # [s] between two shots
-_ALIKE = 3  # shots in a row: one or two may come before a view has begun to fill
-
-# Where a new viewer shows its notices, as parts of the width and height; its first page has
-# nothing else there.
-_CORNER = (0.82, 0.04, 0.99, 0.12)
 
 
 class _NotReadyError(Exception):
@@ -62,7 +52,8 @@ def photograph(rrd: Path, time: float) -> bytes:
             if "deadline" not in str(error).lower():
                 raise SlipmodeError(
                     "no viewer could be started for the screenshot: it needs a graphics driver, "
-                    f"on Debian: apt-get install {_PACKAGES}"
+                    "on Debian: apt-get install mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri "
+                    "libegl1 libxkbcommon0 fonts-dejavu-core"
                 ) from error
             reason = "it does not answer in time"
     raise SlipmodeError(
@@ -81,33 +72,35 @@ def _picture(viewer: ViewerClient, rrd: Path, time: float) -> bytes:
 
 
 def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -> bytes:
-    """Return a picture that some shots in a row agree on, and that fits."""
+    """Return a picture that three shots in a row agree on, and that fits.
+
+    One or two may come before a view has begun to fill.
+    """
     started, alike = clock.monotonic(), [b""]
     while clock.monotonic() < started + _PATIENCE:
         picture = viewer.take_screenshot()
         alike = [*alike, picture] if picture == alike[-1] else [picture]
-        if len(alike) >= _ALIKE and fits(picture):
+        if len(alike) >= 3 and fits(picture):
             return picture
-        clock.sleep(_PAUSE)
+        clock.sleep(0.3)
     raise _NotReadyError(complaint)
 
 
 def _is_plain(picture: bytes) -> bool:
-    """Return whether the corner for notices is empty."""
+    """Return whether the corner for notices is empty, as on the first page of a new viewer."""
     with _image().open(BytesIO(picture)) as image:
-        left, top, right, bottom = (
-            round(part * size) for part, size in zip(_CORNER, 2 * image.size, strict=True)
-        )
-        corner = image.convert("RGB").crop((left, top, right, bottom))
+        width, height = image.size
+        box = 0.82 * width, 0.04 * height, 0.99 * width, 0.12 * height
+        corner = image.convert("RGB").crop(tuple(map(round, box)))
     return all(least == most for least, most in corner.getextrema())
 
 
 def _small(picture: bytes) -> bytes:
-    """Return a PNG with fewer colours."""
+    """Return a PNG with 192 colours, which has a third of the bytes."""
     Image = _image()
     with Image.open(BytesIO(picture)) as image:
         few = image.convert("RGB").quantize(
-            _COLORS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+            192, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
         )
     small = BytesIO()
     few.save(small, "PNG", optimize=True)

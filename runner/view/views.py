@@ -18,43 +18,23 @@ from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Lev
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
-    BLUE,
-    GREEN,
+    LINES,
     MOTION_PLOTS,
-    ORANGE,
-    PURPLE,
     SLOW_PLOTS,
-    YELLOW,
     Series,
     find_series,
     is_contact,
     reading,
     series,
 )
-from slipmode.runner.view.phase_portraits import (
-    AXIS_REACH,
-    LOOP,
-    ORBIT,
-    PHASE_PORTRAIT,
-    RESPONSE,
-    TRAJECTORY,
-    FinalViews,
-    Portrait,
-    portraits,
-)
+from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Window
-
-_COLORS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)  # of the lines of a plot
-_SCENE, _READING = "/scene", "/reading"
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "info": rr.TextLogLevel.INFO,
     "warning": rr.TextLogLevel.WARN,
     "error": rr.TextLogLevel.ERROR,
 }
-
-_MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
-_MOST_ROWS = 4  # of drawings, of which each is to be large enough
 
 
 @dataclass(frozen=True)
@@ -104,7 +84,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
         shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
-            colors = [_COLORS[(shift + j) % len(_COLORS)] for j in range(len(plot.names))]
+            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.names))]
             style = rr.SeriesLines(
                 names=plot.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
@@ -116,7 +96,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     if not scene_text:
         return
     document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
-    stream.log(_SCENE, document, static=True)
+    stream.log("/scene", document, static=True)
 
 
 def explain(
@@ -128,7 +108,7 @@ def explain(
         titles += [title] if find_series(channels, topic, quantity) else []
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
-    stream.log(_READING, words, static=True)
+    stream.log("/reading", words, static=True)
 
 
 def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
@@ -140,10 +120,10 @@ def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> l
 
 
 def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
-    """Return rows of two views, or one row for each group if these were too many."""
+    """Return up to four rows of two views, or one row for each group if these were more."""
     groups = [group for group in groups if group]
     pairs = [group[k : k + 2] for group in groups for k in range(0, len(group), 2)]
-    return pairs if len(pairs) <= _MOST_ROWS else groups
+    return pairs if len(pairs) <= 4 else groups
 
 
 def blueprint(
@@ -154,16 +134,16 @@ def blueprint(
     `final` is what `Paths.draw` returns; without it, all portraits but responses and all fast
     motion are shown. Without `playing` a viewer does not play it by itself.
     """
-    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, final)}
+    drawn = _shown_portraits(channels, final)
 
     def of_kind(kind: str) -> list[rrb.View]:
-        return [view for entity, view in drawings.items() if entity.startswith(kind)]
+        return [each.view() for each in drawn if each.entity.startswith(kind)]
 
     motion = _motion(channels, final.windows if final else ())
-    beside, beneath = of_kind(PHASE_PORTRAIT), of_kind(TRAJECTORY)
-    if len(motion) > _MOST_MOTION:
+    beside, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
+    if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
         beside, beneath = [*beside, *beneath], []
-    kinds = (RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
+    kinds = ("/response", "/loop/contact", f"/loop{FULL}", "/orbit")
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row) for row in _in_rows((beside, *map(of_kind, kinds)))
     ]
@@ -211,8 +191,8 @@ def _texts(channels: Sequence[Channel]) -> rrb.Container:
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(
-        rrb.TextDocumentView(origin=_READING, name="How to read this"),
-        rrb.TextDocumentView(origin=_SCENE, name="Scene"),
+        rrb.TextDocumentView(origin="/reading", name="How to read this"),
+        rrb.TextDocumentView(origin="/scene", name="Scene"),
     )
     return rrb.Horizontal(events, documents, column_shares=(3, 2))
 
@@ -260,12 +240,3 @@ def _plots(
         for topic, quantity, title in wanted
         if (found := find_series(channels, topic, quantity))
     ]
-
-
-def _drawing(portrait: Portrait) -> rrb.View:
-    reach = (-AXIS_REACH, AXIS_REACH)
-    return rrb.Spatial2DView(
-        origin=portrait.entity,
-        name=portrait.title,
-        visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
-    )

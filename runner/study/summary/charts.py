@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.study.outputs.outputs import MODAL
 from slipmode.runner.study.results import FAILED
+from slipmode.runner.study.sample_outputs import MODAL
 from slipmode.runner.study.study_file import Distribution, Study, Varied
 from slipmode.runner.study.summary.statistics import Choice
 from slipmode.runner.view.charts import Axis, Chart, Layer

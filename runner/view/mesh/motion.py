@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Self
@@ -16,7 +15,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.states import STATES
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.recording.load import Signals, load
 
@@ -28,7 +27,7 @@ _FACES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class MeshMotion:
     """Frames of a mesh and its contacts, for `show_mesh` and `write_mesh`.
 
@@ -59,8 +58,6 @@ class MeshMotion:
     contacts: tuple[NDArray[np.intp], ...]
     state: NDArray[np.int8]
     time: Floats
-
-    __repr__ = short_repr
 
     def __init__(
         self,

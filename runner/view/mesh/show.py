@@ -19,12 +19,6 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 COLORS = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
-_NAMES = ("green", "orange", "red")
-_STILL, _MOST = np.array((95, 100, 110)), np.array((150, 200, 245))  # of the skin
-_SHOWN = 0.06  # largest displacement, of the size of the mesh
-_DOT = 0.4  # radius of a contact's node, of the distance to the next
-_NEAR = np.array((1.4, 0.5))  # how far away the eye is, of the second and the first extent
-_BODY, _CONTACTS, _INTERFACE = "/mesh/body", "/mesh/contacts", "/interface"
 
 
 def show_mesh(
@@ -73,7 +67,8 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
         stream.save(target, default_blueprint=layout)
     else:
         stream.connect_grpc(target.url, default_blueprint=layout)
-    scale = _size(motion.nodes) * _SHOWN / largest
+    # the largest displacement is shown as 6 % of the size of the mesh
+    scale = 0.06 * float(np.ptp(motion.nodes, axis=0).max()) / largest
     _draw_skin(stream, motion, scale)
     _draw_contacts(stream, motion, scale)
     stream.flush()
@@ -92,15 +87,18 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
     normal = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
     own = np.arange(corner.size).reshape(facets.shape)
+    dark, light = np.array((95, 100, 110)), np.array((150, 200, 245))
     still = rr.Mesh3D.from_fields(
         triangle_indices=triangles(own),
         vertex_normals=np.repeat(normal, facets.shape[1], axis=0),
-        vertex_colors=(_STILL + share * (_MOST - _STILL)).astype(np.uint8),
+        vertex_colors=(dark + share * (light - dark)).astype(np.uint8),
     )
-    stream.log(_BODY, still, static=True)
+    stream.log("/mesh/body", still, static=True)
     moved = motion.nodes[corner] + scale * motion.displacement[:, corner]
     columns = rr.Mesh3D.columns(vertex_positions=moved.reshape(-1, 3))
-    stream.send_columns(_BODY, [_times(motion)], columns.partition([corner.size] * len(moved)))
+    stream.send_columns(
+        "/mesh/body", [_times(motion)], columns.partition([corner.size] * len(moved))
+    )
 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
@@ -108,8 +106,8 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
     import rerun as rr
 
     node, contact = motion.contact_nodes()
-    radius = _DOT * _spacing(motion.nodes[node])
-    for entity, enlarged in ((_CONTACTS, scale), (_INTERFACE, 0.0)):
+    radius = 0.4 * _spacing(motion.nodes[node])
+    for entity, enlarged in (("/mesh/contacts", scale), ("/interface", 0.0)):
         stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
         place = motion.nodes[node] + enlarged * motion.displacement[:, node]
         columns = rr.Points3D.columns(
@@ -141,7 +139,8 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
     ) -> rrb.Spatial3DView:
         centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         extent = np.sort(np.ptp(points, axis=0))[1:]
-        eye = centre + np.max(_NEAR * extent) * towards / np.linalg.norm(towards)
+        distance = max(1.4 * extent[0], 0.5 * extent[1])  # both sides are in sight
+        eye = centre + distance * towards / np.linalg.norm(towards)
         return rrb.Spatial3DView(
             origin=origin,
             name=name,
@@ -149,18 +148,15 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
             eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=upwards),
         )
 
-    said = ", ".join(f"{color} {name}" for color, name in zip(_NAMES, STATES, strict=True))
+    colors = zip(("green", "orange", "red"), STATES, strict=True)
+    said = ", ".join(f"{color} {name}" for color, name in colors)
     return rrb.Blueprint(
         rrb.Vertical(
             seen("Mesh, displacements enlarged", "/mesh", x, side, up),
-            seen(f"Contacts: {said}", _INTERFACE, interface, up, across),
+            seen(f"Contacts: {said}", "/interface", interface, up, across),
         ),
         collapse_panels=True,
     )
-
-
-def _size(points: Floats) -> float:
-    return float(np.ptp(points, axis=0).max())
 
 
 def _spacing(points: Floats) -> float:

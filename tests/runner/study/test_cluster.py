@@ -14,13 +14,12 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.study import cluster
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman
-from slipmode.runner.study.outputs.outputs import Batch, Outputs
+from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.sample_outputs import Batch, Outputs
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.study_file import load_study
-from slipmode.runner.study.tasks import make_tasks
 
 PEAKS = """
 [[vary]]

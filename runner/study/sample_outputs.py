@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 MODAL = "kg^1/2 m"
 
@@ -99,15 +99,13 @@ class Outputs:
         return (*found, *(f"resonance_{mode}" for mode in self.resonance))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Batch:
     """Results of some samples."""
 
     values: dict[str, Floats]  # (samples, ...) by the names of `Outputs.results`
     reason: list[str]  # Why a sample has no results; empty if it has
     outside: Flags  # (samples,): Whether a larger friction table is needed
-
-    __repr__ = short_repr
 
     @classmethod
     def empty(cls, outputs: Outputs, modes: tuple[str, ...], count: int) -> Batch:
