@@ -44,10 +44,8 @@ class Recording:
         None if all of the scene was integrated, without a table.
     mcap, rrd : Path or None
         The files, as the scene's [log] requests them.
-    steps : int
-        Communication steps.
-    samples : int
-        Samples of fast motion.
+    steps, samples : int
+        Communication steps, and samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
         Wall time of the plan and the friction table, of the integration alone, in slow time or
         at full order, and of everything.
@@ -105,10 +103,6 @@ def run(
         Show the run there while it is recorded: `find_viewer` opens one.
     progress : bool
         Progress bars on work longer than a second.
-
-    Returns
-    -------
-    Recording
 
     Raises
     ------
@@ -196,10 +190,10 @@ def open_recorder(
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
         if rrd or live:
-            from slipmode.runner.view.rerun_sink import LiveSink, RerunSink  # slow to import
+            from slipmode.runner.view.rerun_sink import RerunSink  # it takes a while to import
 
             sinks += [RerunSink(rrd, header, listed)] if rrd else []
-            sinks += [LiveSink(live, header, listed)] if live else []
+            sinks += [RerunSink(live, header, listed, live=True)] if live else []
     except BaseException:
         Recorder(sinks).close()
         raise

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
 
 
-@dataclass(frozen=True)
+@frozen
 class OutputColumns:
     """Columns of the outputs of a component."""
 

@@ -149,16 +149,9 @@ def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, 
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
     """Return the samples of a recording by topic: ``load("run.mcap")["/modes"].column("A_abs")``.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file written by slipmode. Of a damaged file the part before the damage is read.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not such a recording; and by a look-up of a topic that
-        is not in it. The message names the topics.
+    Of a damaged file the part before the damage is read. Raises SlipmodeError if `path` is no MCAP
+    file that slipmode has written; so does a look-up of a topic that is not in it, with the names
+    of the topics.
     """
     return read(path).channels
 
@@ -166,21 +159,9 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
 def read(path: str | PathLike[str]) -> RecordingData:
     """Read an MCAP recording, or the part of a damaged recording before the damage.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file written by slipmode.
-
-    Returns
-    -------
-    RecordingData
-        `complete` is false if the file is damaged (its last event has level "warning") or the run
-        stopped early (its last event has level "error").
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not such a recording.
+    `complete` of the result is false if the file is damaged (its last event has level "warning")
+    or the run stopped early (its last event has level "error"). Raises SlipmodeError if `path` is
+    no MCAP file that slipmode has written.
     """
     gathered = _Gathered()
     with opened(path) as file:

@@ -58,17 +58,9 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def load_scene(scene: str | PathLike[str]) -> Scene:
-    """Read a scene from a file, or a shipped scene by its name.
+    """Read a scene from a TOML file, or a shipped scene by its name, see `shipped_scenes`.
 
-    Parameters
-    ----------
-    scene : str or path
-        The TOML file, or a name of `shipped_scenes`.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the key that is refused.
+    Raises SlipmodeError, naming the file and the key that is refused.
     """
     path = as_path("scene", scene)
     if not (exists(path) and path.is_file()):

@@ -210,40 +210,25 @@ class Scene:
 
     Attributes
     ----------
-    title : str
-    structure : TwoMass or MatrixFile
-    friction : RigidFriction or None
-        The law of rigid contacts; None if they are elastic.
-    contacts : tuple of ContactGroup
-        Elastic contacts, group by group; empty if they are rigid.
-    preload : StaticForce or None
-        The force that presses contacts together, or opens them, at rest.
+    title, text, path, name
+        Title, TOML source, file (or None), and the file's name without its ending.
+    structure, friction, contacts, preload
+        Its matrices; the law of rigid contacts, or None; groups of elastic contacts, or (); the
+        force that presses contacts together, or opens them, at rest, or None.
     limit_scale : Script or None
         Factor on limits and preloads over time; None: they are constant.
     modes : Modes
-    forcing : mapping of "A", "B" to Forcing
-        The forced modes only.
-    initial : mapping of "A", "B" to complex
-        Modal amplitudes at t = 0; a mode that is absent starts from rest.
-    aerodynamics : mapping of "A", "B" to complex
-        Aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`; 0 of an absent mode.
-    run : Run
-    model : ModelOptions
-    contact : tuple of Window
-        Windows of contact motion, with the motion of the elastic DOFs; in time order.
-    elastic : tuple of Window
-        Windows of the elastic DOFs alone; in time order. No window overlaps another.
-    output : Output
-    log : Log
-    text : str
-        The TOML source.
+    forcing, initial, aerodynamics : mapping of "A", "B"
+        Forces, of forced modes only; modal amplitudes at t = 0, of modes that do not start from
+        rest; aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`.
+    run, model : Run, ModelOptions
+    contact, elastic : tuple of Window
+        Windows of contact motion, with the motion of the elastic DOFs, and of the elastic DOFs
+        alone; in time order. No window overlaps another.
+    output, log : Output, Log
     units : Units
         Units of frequencies in the file, and of pictures and tables. Frequencies here are in
         rad/s.
-    path : Path or None
-        The file of the scene.
-    name : str
-        The file's name without its ending.
     """
 
     title: str

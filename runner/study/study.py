@@ -54,6 +54,9 @@ def run_study(
 ) -> StudyResults:
     """Compute the samples of a study that have no results yet.
 
+    Raises SlipmodeError if study or scene are refused, the scheduler does not answer, or the
+    folder holds something else or cannot be written. What was computed until then stays.
+
     Parameters
     ----------
     path : path
@@ -67,16 +70,6 @@ def run_study(
         the same paths.
     progress : bool
         Show the number of samples with results, and the remaining time.
-
-    Returns
-    -------
-    StudyResults
-
-    Raises
-    ------
-    SlipmodeError
-        If study or scene are refused, the scheduler does not answer, or the folder holds
-        something else or cannot be written. What was computed until then stays.
 
     Notes
     -----

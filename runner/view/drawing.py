@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -11,13 +11,15 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.view.labels import GREY, Color
 
 TIMELINE = "time"
 TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 
 
-class Path(NamedTuple):
+@frozen
+class Path:
     """Places of a moving point, (n, 2 or 3), at times (n,) [ns]."""
 
     time_ns: NDArray[np.int64]

@@ -163,14 +163,14 @@ def units_of(scene_text: str) -> Units:
         return SI  # a scene of another version, or another program
 
 
-def in_units(channel: Channel, units: Units) -> Channel:
-    """Return a channel with the units in which views show it; files keep rad/s and m."""
-    shown = {"rad/s": units.frequency, "m": units.displacement}
-    fields = (Field(field.name, shown.get(field.unit, field.unit)) for field in channel.fields)
-    return replace(channel, fields=tuple(fields))
-
-
-def factors(channel: Channel, units: Units) -> Floats:
-    """Return what recorded values of a channel are multiplied by to be shown, (n_fields,)."""
-    per = {"rad/s": float(units.of_frequency(1.0)), "m": float(units.of_displacement(1.0))}
-    return np.array([per.get(field.unit, 1.0) for field in channel.fields])
+def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
+    """Return a channel with the units in which views show it, and factors of its values."""
+    shown = {
+        "rad/s": (units.frequency, float(units.of_frequency(1.0))),
+        "m": (units.displacement, float(units.of_displacement(1.0))),
+    }
+    units_of_fields, factors = zip(
+        *(shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields), strict=True
+    )
+    fields = map(Field, channel.names, units_of_fields)
+    return replace(channel, fields=tuple(fields)), np.array(factors)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import rerun as rr
@@ -86,7 +87,7 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
     edges = np.maximum.accumulate(np.where(back.any(axis=1), np.arange(len(back)), 0))
     raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
     white = (230, 230, 230)
-    draw_moving_point(stream, TORUS, path._replace(points=raised, starts=edges), white, white)
+    draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
     low = -_HEIGHT
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))

@@ -222,6 +222,8 @@ def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
 
     Nodes have a "displacement" [m], to warp by. The nodes of contacts are cells of their own,
     vertices, whose "state" is 0 stuck, 1 slipping, 2 open; the "state" of other cells is -1.
+    Returns the files. Raises SlipmodeError if the path ends otherwise, or meshio is not installed;
+    OSError if a file cannot be written.
 
     Parameters
     ----------
@@ -229,18 +231,6 @@ def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
     path : path
         Ending in .vtu. Each of several frames gets a file, NAME_000.vtu and so on, which
         ParaView opens as one series.
-
-    Returns
-    -------
-    list of Path
-        The files.
-
-    Raises
-    ------
-    SlipmodeError
-        If the path ends otherwise, or meshio is not installed.
-    OSError
-        If a file cannot be written.
     """
     target = Path(path)
     if target.suffix != ".vtu":

@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.states import STATES
 from slipmode.runner.recording.record import create_file
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
-from slipmode.runner.view.viewer import Viewer, find_viewer
+from slipmode.runner.view.viewer import Viewer, find_viewer, write_picture
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -26,7 +26,9 @@ def show_mesh(
 ) -> None:
     """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
 
-    Above the mesh as it moves, beneath it the contacts alone, seen along their normal.
+    Above the mesh as it moves, beneath it the contacts alone, seen along their normal. Raises
+    SlipmodeError if nothing moves, or no viewer can be started; OSError if a file cannot be
+    written.
 
     Parameters
     ----------
@@ -35,13 +37,6 @@ def show_mesh(
         Write an .rrd file, views included, instead of opening the viewer.
     screenshot : path, optional
         Write a PNG of the last frame, without a window.
-
-    Raises
-    ------
-    SlipmodeError
-        If nothing moves, or no viewer can be started.
-    OSError
-        If `save` or `screenshot` cannot be written.
     """
     largest = np.linalg.norm(motion.displacement, axis=-1).max()
     if not largest > 0.0:
@@ -49,8 +44,6 @@ def show_mesh(
     if save is not None:
         _write(motion, Path(save), largest)
     if screenshot is not None:
-        from slipmode.runner.view.screenshot import write_picture
-
         end = float(motion.time[-1])
         write_picture(screenshot, lambda rrd: _write(motion, rrd, largest), end)
     if save is None and screenshot is None:
