@@ -3,14 +3,14 @@
 recording = runner.run("two-mode")  # or the path of a scene
 runner.replay(recording.mcap)
 
-run.py       run: from the scene to the recording. Start here; slow_pass.py: its steps
+run.py       run: from the scene to the recording. Start here
 scene/ plan/ transients/ motion/ recording/ view/   in the order in which run needs them
 scenes/      the shipped scenes
 validation/  a scene compared with full order
 curves/      response curves, backbones, damper design of a scene
 study/       a scene with many other values
 fmi/         a scene as an FMU
-cli.py       the command line; commands/, recording_commands.py: behind it
+cli.py       the command line; commands/: behind it
 """
 
 from slipmode.rom import __version__

@@ -14,7 +14,7 @@ from pathlib import Path
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.table import disk_cache
-from slipmode.runner.commands import OUTPUT, SCENE, Argument, argument
+from slipmode.runner.commands import OUTPUT, SCENE, Argument
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.commands.curves import add_curve_commands
 from slipmode.runner.commands.mode_table import mode_table
@@ -213,8 +213,8 @@ def _parser() -> argparse.ArgumentParser:
         _run,
         "run a scene and record it",
         "run two-mode -o logs",
-        argument("--fmu", type=Path, metavar="FILE", help=fmu),
-        argument("--live", nargs="?", const="", metavar="URL", help=live),
+        Argument("--fmu", type=Path, metavar="FILE", help=fmu),
+        Argument("--live", nargs="?", const="", metavar="URL", help=live),
         SCENE,
         OUTPUT,
     )
@@ -225,11 +225,11 @@ def _parser() -> argparse.ArgumentParser:
         _modes,
         "modes of a scene or a structure, and what each does at the contacts",
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
-        argument("file", help="a scene, or a file of matrices (see rom.load_structure)"),
-        argument("--mass", type=Path, help="file of the mass matrix, if it is separate"),
-        argument("--contact", nargs="+", metavar="WHERE", help=contact),
-        argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"),
-        argument("-n", "--number", type=int, default=10, help="number of modes (10)"),
+        Argument("file", help="a scene, or a file of matrices (see rom.load_structure)"),
+        Argument("--mass", type=Path, help="file of the mass matrix, if it is separate"),
+        Argument("--contact", nargs="+", metavar="WHERE", help=contact),
+        Argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"),
+        Argument("-n", "--number", type=int, default=10, help="number of modes (10)"),
     )
     add_curve_commands(add)
     add_study_command(add)
@@ -249,14 +249,14 @@ def _parser() -> argparse.ArgumentParser:
         _scenes,
         "list the shipped scenes",
         'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
-        argument("--path", metavar="NAME", help="print where a shipped scene's file is"),
-        argument("--keys", metavar="TABLE", help=keys),
+        Argument("--path", metavar="NAME", help="print where a shipped scene's file is"),
+        Argument("--keys", metavar="TABLE", help=keys),
     )
     add(
         "cache",
         _cache,
         "friction tables, reductions and libraries that are kept, and their size",
         "cache --clear",
-        argument("--clear", action="store_true", help="remove them all"),
+        Argument("--clear", action="store_true", help="remove them all"),
     )
     return parser

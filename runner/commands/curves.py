@@ -12,7 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, argument
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
 from slipmode.runner.curves.scene_curves import (
     scene_backbone,
     scene_performance,
@@ -26,8 +26,8 @@ _MODAL = "kg^0.5 m"
 def add_curve_commands(add: AddCommand) -> None:
     """Add the commands for curves."""
     of_dof = "the amplitude of a DOF, contacts included, in the scene's [units]"
-    common = argument("--dof", type=int, help=of_dof), SCENE, OUTPUT
-    mode = argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
+    common = Argument("--dof", type=int, help=of_dof), SCENE, OUTPUT
+    mode = Argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     vary = "a frequency, or a factor on the scene's forces or limits (first mode's frequency)"
     span = "in the scene's [units] (5 %% around the mode's own)"
     other = "|a| of the other mode meanwhile [kg^0.5 m] (0)"
@@ -37,8 +37,8 @@ def add_curve_commands(add: AddCommand) -> None:
         _curve,
         "steady states against a frequency, a force or the friction limit, with stability",
         "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
-        argument("--vary", choices=varied, help=vary),
-        argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
+        Argument("--vary", choices=varied, help=vary),
+        Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
         *common,
     )
     add(
@@ -46,7 +46,7 @@ def add_curve_commands(add: AddCommand) -> None:
         _backbone,
         "frequency and damping of a mode against its amplitude",
         "backbone two-mode --mode A -o logs",
-        argument("--other", type=float, default=0.0, help=other),
+        Argument("--other", type=float, default=0.0, help=other),
         mode,
         *common,
     )

@@ -11,7 +11,7 @@ from math import inf
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import AddCommand, argument
+from slipmode.runner.commands import AddCommand, Argument
 from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.export import export
 from slipmode.runner.recording.load import Selection
@@ -21,8 +21,8 @@ from slipmode.runner.view.replay import in_browser, replay
 
 def add_recording_commands(add: AddCommand) -> None:
     """Add the commands for recordings."""
-    file = argument("file", type=Path, help="an .mcap recording")
-    topics = argument(
+    file = Argument("file", type=Path, help="an .mcap recording")
+    topics = Argument(
         "--topics",
         nargs="+",
         type=lambda words: words.split(","),
@@ -40,15 +40,15 @@ def add_recording_commands(add: AddCommand) -> None:
         "show a recording in Rerun",
         "replay logs/two-mode.mcap --start 1400 --speed 5 --loop",
         file,
-        argument("--start", type=float, default=-inf, metavar="T", help="show from T [s] on"),
-        argument("--end", type=float, default=inf, metavar="T", help="show up to T [s]"),
+        Argument("--start", type=float, default=-inf, metavar="T", help="show from T [s] on"),
+        Argument("--end", type=float, default=inf, metavar="T", help="show up to T [s]"),
         topics,
-        argument("--speed", type=float, metavar="X", help="play X simulated seconds a second"),
-        argument("--loop", action="store_true", help="play, and begin again at the end"),
-        argument("--save", type=Path, metavar="RRD", help=save),
-        argument("--screenshot", type=Path, metavar="PNG", help=screenshot),
-        argument("--headless", action="store_true", help=headless),
-        argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
+        Argument("--speed", type=float, metavar="X", help="play X simulated seconds a second"),
+        Argument("--loop", action="store_true", help="play, and begin again at the end"),
+        Argument("--save", type=Path, metavar="RRD", help=save),
+        Argument("--screenshot", type=Path, metavar="PNG", help=screenshot),
+        Argument("--headless", action="store_true", help=headless),
+        Argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
     )
     add("info", _info, "what a recording holds", "info logs/two-mode.mcap", file)
     add("doctor", _doctor, "whether a recording is sound", "doctor logs/two-mode.mcap", file)
@@ -58,7 +58,7 @@ def add_recording_commands(add: AddCommand) -> None:
         "make a sound recording of a damaged one",
         "recover logs/two-mode.mcap -o whole.mcap",
         file,
-        argument("-o", "--output", type=Path, required=True, help="the .mcap to write"),
+        Argument("-o", "--output", type=Path, required=True, help="the .mcap to write"),
     )
     written = "file to write: .npz, .csv or .parquet"
     add(
@@ -67,7 +67,7 @@ def add_recording_commands(add: AddCommand) -> None:
         "write the samples of a recording for other tools",
         "export logs/two-mode.mcap -o energy.csv --topics /energy",
         file,
-        argument("-o", "--output", type=Path, required=True, help=written),
+        Argument("-o", "--output", type=Path, required=True, help=written),
         topics,
     )
 

@@ -6,7 +6,7 @@ from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import OUTPUT, AddCommand, argument
+from slipmode.runner.commands import OUTPUT, AddCommand, Argument
 from slipmode.runner.study.study import run_study
 
 
@@ -17,7 +17,7 @@ def add_study_command(add: AddCommand) -> None:
         _study,
         "a scene many times with other values, on all cores or a Dask cluster",
         "study damper.toml -o logs --workers 4",
-        argument("file", type=Path, help="a study file"),
+        Argument("file", type=Path, help="a study file"),
         OUTPUT,
     )
     where = study.add_mutually_exclusive_group()

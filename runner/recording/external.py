@@ -22,7 +22,7 @@ from mcap import records
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.load import RecordingData, Signals, kind_of, truncation
+from slipmode.runner.recording.load import RecordingData, Signals, kind_of
 from slipmode.runner.recording.mcap_reader import (
     WALL_CLOCK,
     DamagedError,
@@ -141,11 +141,8 @@ def _recording(title: str, inventory: Inventory, tables: dict[int, _Table]) -> R
         words += f"; t = 0 is {datetime.fromtimestamp(origin / NANOSECONDS, UTC).isoformat()}"
     events = [Event(0.0, "info", words)]
     events += [Event(0.0, "warning", f"not shown: {each}") for each in left_out]
-    header = Header(title, "")
-    data = RecordingData(header, channels, events, inventory.damage, tuple(left_out), True)
-    if data.damage:
-        events.append(truncation(data.end_time))
-    return data
+    found = Header(title, ""), channels, events, inventory.damage, tuple(left_out), True
+    return RecordingData(*found).with_its_end()
 
 
 def _decoder(inventory: Inventory, number: int) -> Decoder:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
@@ -88,6 +88,14 @@ class RecordingData:
             f"RecordingData({self.header.title!r}: {short_list(self.channels) or 'no channels'}; "
             f"to t = {self.end_time:g} s; {whole})"
         )
+
+    def with_its_end(self) -> Self:
+        """Return this recording; if it is damaged, its last event says up to which time it is."""
+        if self.damage:
+            end = self.end_time
+            words = "the recording was cut short: it was read up to its last whole part"
+            self.events.append(Event(end, "warning", f"{words}, t = {end:g} s"))
+        return self
 
     @property
     def complete(self) -> bool:
@@ -222,9 +230,7 @@ class _Gathered:
             scene_name=scene.get("name", ""),
         )
         data = RecordingData(header, channels, self.events, inventory.damage, tuple(left_out))
-        if data.damage:
-            data.events.append(truncation(data.end_time))
-        return data
+        return data.with_its_end()
 
 
 def sample_channel(inventory: Inventory, number: int) -> Channel | None:
@@ -254,9 +260,3 @@ def kind_of(inventory: Inventory, number: int) -> str:
     schema = inventory.schemas.get(record.schema_id)
     schema_name = "" if schema is None else f" {schema.name}"
     return f"{record.topic} ({record.message_encoding or 'no encoding'}{schema_name})"
-
-
-def truncation(end: float) -> Event:
-    """Return the event that says up to which time [s] a damaged recording was read."""
-    text = f"the recording was cut short: it was read up to its last whole part, t = {end:g} s"
-    return Event(end, "warning", text)

@@ -115,8 +115,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     initial, aerodynamics = (_complex(tables[key], modes) for key in ("initial", "aerodynamics"))
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
-    contact, elastic = (_windows(tables[key], run.duration) for key in ("contact", "elastic"))
-    _refuse_overlap(contact, elastic)
+    contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
     if "friction" in root and tables["contacts"]:
         raise root.error(
             "contacts", f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
@@ -268,32 +267,28 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
     return model
 
 
-def _windows(tables: list[Table], duration: float) -> tuple[Window, ...]:
+def _windows(
+    contact: list[Table], elastic: list[Table], duration: float
+) -> tuple[tuple[Window, ...], tuple[Window, ...]]:
+    """Return both kinds of windows in time order; contact windows have the elastic motion too."""
     found = []
-    for table in tables:
-        start, end = table["window"]
-        if not start < end <= duration:
-            raise table.error(
-                "window",
-                f"must be [t0, t1] with t0 < t1 <= run.duration = {duration:g}, "
-                f"got [{start:g}, {end:g}]",
-            )
-        found.append(Window(start, end, table["samples_per_period"]))
-    return tuple(sorted(found, key=lambda window: window.start))
-
-
-def _refuse_overlap(contact: Sequence[Window], elastic: Sequence[Window]) -> None:
-    """Refuse windows that overlap: contact windows have the elastic motion too."""
-    named = [("contact", window) for window in contact]
-    named += [("elastic", window) for window in elastic]
-    named.sort(key=lambda entry: entry[1].start)
-    for (first, earlier), (second, later) in pairwise(named):
+    for name, tables in (("contact", contact), ("elastic", elastic)):
+        for table in tables:
+            start, end = table["window"]
+            if not start < end <= duration:
+                allowed = f"[t0, t1] with t0 < t1 <= run.duration = {duration:g}"
+                raise table.error("window", f"must be {allowed}, got [{start:g}, {end:g}]")
+            found.append((name, Window(start, end, table["samples_per_period"])))
+    found.sort(key=lambda entry: entry[1].start)
+    for (first, earlier), (second, later) in pairwise(found):
         if later.start < earlier.end:
             names = f"{first}.window" if first == second else f"{first}.window, {second}.window"
             raise SlipmodeError(
                 f"{names}: windows must not overlap, got [{earlier.start:g}, "
                 f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
             )
+    of_contact = tuple(window for name, window in found if name == "contact")
+    return of_contact, tuple(window for name, window in found if name == "elastic")
 
 
 def _output(table: Table, contact: Sequence[Window], elastic: Sequence[Window]) -> Output:
