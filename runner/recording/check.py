@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
@@ -23,7 +23,6 @@ from slipmode.runner.recording.mcap_reader import (
     Inventory,
     MessageIndex,
     Messages,
-    Record,
     opened,
     read_summary,
     scan,
@@ -119,113 +118,92 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
     MCAP.
     """
+    inventory, outside = Inventory(), list[int]()
     with opened(path) as file:
-        examination = _Examination(file)
-        try:
-            for start, _, record in scan(file):
-                examination.check(start, record)
-            examination.compare_with_summary()
-        except DamagedError as error:
-            examination.complaints.append(str(error))
-    complaints, outside = examination.complaints, examination.outside
+        complaints = list(_faults(file, inventory, outside))
     if outside:
         complaints.append(f"messages outside chunks: {len(outside)}, from byte {outside[0]} on")
-    mixed = examination.inventory.mixed_clocks()
+    mixed = inventory.mixed_clocks()
     return [*complaints, mixed] if mixed else complaints
 
 
-class _Examination:
-    """Complaints about a file, collected record by record."""
+def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterator[str]:
+    """Yield the faults of a file; note its records, and the bytes of messages outside chunks."""
+    chunks: list[int] = []  # their first bytes
+    disordered: set[int] = set()  # channels whose times are known to run backwards
+    # entries that the indexes of the last chunk must have, and entries that they have
+    expected: dict[int, NDArray[np.void]] | None = None
+    indexed: dict[int, NDArray[np.void]] = {}
+    try:
+        for start, _, record in scan(file):
+            if isinstance(record, MessageIndex):
+                if record.entries.size:
+                    indexed[record.channel] = np.sort(record.entries)
+                continue
+            if expected is not None and not _equal(expected, indexed):
+                yield "the index of a chunk does not fit its messages"
+            expected, indexed = None, {}
+            match record:
+                case records.Chunk():
+                    chunks.append(start)
+                    before = dict(inventory.last)
+                    try:
+                        messages = inventory.add(record)
+                        expected = {k: np.sort(each.entries) for k, each in messages.items()}
+                        yield from _chunk_faults(record, messages)
+                        for number, each in messages.items():
+                            if number not in disordered and each.disordered(before.get(number, 0)):
+                                disordered.add(number)
+                                yield f"{inventory.channels[number].topic}: time runs backwards"
+                            channel = sample_channel(inventory, number)
+                            if channel is not None:
+                                channel.decode(each.data())
+                    except (DamagedError, SlipmodeError) as error:
+                        yield f"chunk at byte {start}: {error}"
+                case records.DataEnd(data_section_crc=crc) if crc:
+                    if crc != _check_sum(file, start):
+                        yield "the check sum of the data section does not fit it"
+                case other:
+                    if isinstance(other, records.Message):
+                        outside.append(start)
+                    inventory.add(other)
+        yield from _summary_faults(file, chunks, inventory)
+    except DamagedError as error:
+        yield str(error)
 
-    def __init__(self, file: BinaryIO) -> None:
-        self.complaints: list[str] = []
-        self.inventory = Inventory()
-        self.outside: list[int] = []  # first bytes of messages that no chunk holds
-        self._file = file
-        self._chunks: list[int] = []  # their first bytes
-        self._disordered: set[int] = set()
-        # entries that the indexes of the last chunk must have, and entries that they have
-        self._expected: dict[int, NDArray[np.void]] | None = None
-        self._indexed: dict[int, NDArray[np.void]] = {}
 
-    def check(self, start: int, record: Record) -> None:
-        """Check a record that begins at byte `start`."""
-        if isinstance(record, MessageIndex):
-            if record.entries.size:
-                self._indexed[record.channel] = np.sort(record.entries)
-            return
-        self._check_index()
-        match record:
-            case records.Chunk():
-                self._chunks.append(start)
-                try:
-                    self._check_chunk(record)
-                except (DamagedError, SlipmodeError) as error:
-                    self.complaints.append(f"chunk at byte {start}: {error}")
-            case records.DataEnd(data_section_crc=crc) if crc:
-                if crc != self._check_sum(start):
-                    self.complaints.append("the check sum of the data section does not fit it")
-            case records.Message():
-                self.outside.append(start)
-                self.inventory.add(record)
-            case other:
-                self.inventory.add(other)
+def _equal(a: dict[int, NDArray[np.void]], b: dict[int, NDArray[np.void]]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[number], b[number]) for number in a)
 
-    def _check_index(self) -> None:
-        """Compare the indexes of the last chunk with its messages, after the last index."""
-        expected, found = self._expected, self._indexed
-        self._expected, self._indexed = None, {}
-        if expected is not None and (
-            expected.keys() != found.keys()
-            or any(not np.array_equal(found[number], expected[number]) for number in found)
-        ):
-            self.complaints.append("the index of a chunk does not fit its messages")
 
-    def _check_chunk(self, chunk: records.Chunk) -> None:
-        before = dict(self.inventory.last)
-        messages = self.inventory.add(chunk)
-        self._expected = {number: np.sort(each.entries) for number, each in messages.items()}
-        times = [each.prefix["log_time"] for each in messages.values()]
-        if times:
-            span = min(t.min() for t in times), max(t.max() for t in times)
-            if span != (chunk.message_start_time, chunk.message_end_time):
-                self.complaints.append("a chunk has other times than it claims")
-        for number, each in messages.items():
-            self._check_messages(number, each, before.get(number, 0))
+def _chunk_faults(chunk: records.Chunk, messages: dict[int, Messages]) -> Iterator[str]:
+    times = [each.prefix["log_time"] for each in messages.values()]
+    if times:
+        span = min(t.min() for t in times), max(t.max() for t in times)
+        if span != (chunk.message_start_time, chunk.message_end_time):
+            yield "a chunk has other times than it claims"
 
-    def _check_messages(self, number: int, messages: Messages, before: int) -> None:
-        time_ns = messages.prefix["log_time"]
-        if number not in self._disordered and (
-            int(time_ns[0]) < before or np.any(time_ns[1:] < time_ns[:-1])
-        ):
-            self._disordered.add(number)
-            topic = self.inventory.channels[number].topic
-            self.complaints.append(f"{topic}: time runs backwards")
-        channel = sample_channel(self.inventory, number)
-        if channel is not None:
-            channel.decode(messages.data())
 
-    def compare_with_summary(self) -> None:
-        """Check that the summary describes the chunks and messages of the file."""
-        summary = read_summary(self._file)
-        if not summary:
-            self.complaints.append("there is no summary, or it is damaged")
-        starts = [r.chunk_start_offset for r in summary if isinstance(r, records.ChunkIndex)]
-        if starts and starts != self._chunks:
-            self.complaints.append("the summary lists other chunks than there are")
-        for record in summary:
-            if isinstance(record, records.Statistics):
-                counts = {k: n for k, n in record.channel_message_counts.items() if n}
-                if counts != dict(self.inventory.counts):
-                    self.complaints.append("the statistics count other messages than there are")
+def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:
+    """Check that the summary describes the chunks and messages of the file."""
+    summary = read_summary(file)
+    if not summary:
+        yield "there is no summary, or it is damaged"
+    starts = [r.chunk_start_offset for r in summary if isinstance(r, records.ChunkIndex)]
+    if starts and starts != chunks:
+        yield "the summary lists other chunks than there are"
+    for record in summary:
+        if isinstance(record, records.Statistics):
+            counts = {k: n for k, n in record.channel_message_counts.items() if n}
+            if counts != dict(inventory.counts):
+                yield "the statistics count other messages than there are"
 
-    def _check_sum(self, end: int) -> int:
-        """Return the check sum of the file up to byte `end`; leave the file's position."""
-        here = self._file.tell()
-        self._file.seek(0)
-        crc = 0
-        block = 1024 * 1024
-        for start in range(0, end, block):
-            crc = zlib.crc32(self._file.read(min(block, end - start)), crc)
-        self._file.seek(here)
-        return crc
+
+def _check_sum(file: BinaryIO, end: int) -> int:
+    """Return the check sum of a file up to byte `end`; leave the file's position."""
+    here, crc, block = file.tell(), 0, 1024 * 1024
+    file.seek(0)
+    for start in range(0, end, block):
+        crc = zlib.crc32(file.read(min(block, end - start)), crc)
+    file.seek(here)
+    return crc

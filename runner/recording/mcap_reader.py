@@ -78,6 +78,11 @@ class Messages:
         found["log_time"], found["offset"] = self.prefix["log_time"], self.offsets
         return found
 
+    def disordered(self, before: int) -> bool:
+        """Return whether log times run backwards, also from an earlier one [ns]."""
+        time_ns = self.prefix["log_time"]
+        return int(time_ns[0]) < before or bool(np.any(time_ns[1:] < time_ns[:-1]))
+
     def data(self) -> NDArray[np.void]:
         """Return the messages, shape (n,); raise DamagedError if their lengths differ."""
         if np.ptp(self.prefix["length"]):
