@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from os import PathLike
 from typing import NamedTuple, Self
 
@@ -171,41 +172,23 @@ def read(path: str | PathLike[str]) -> RecordingData:
     or the run stopped early (its last event has level "error"). Raises SlipmodeError if `path` is
     no MCAP file that slipmode has written.
     """
-    gathered = _Gathered()
-    with opened(path) as file:
-        gathered.inventory.read(file, gathered.take)
-        return gathered.recording()
+    inventory, events = Inventory(), list[Event]()
+    samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = {}
+    layout = cache(partial(sample_channel, inventory))
 
-
-@dataclass
-class _Gathered:
-    """Samples and events of a file as they are read."""
-
-    inventory: Inventory = field(default_factory=Inventory)
-    layouts: dict[int, Channel | None] = field(default_factory=dict)
-    samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
-
-    def take(self, number: int, messages: Messages) -> None:
-        """Decode messages of a channel."""
-        if self.inventory.channels[number].topic == EVENTS:
+    def take(number: int, messages: Messages) -> None:
+        if inventory.channels[number].topic == EVENTS:
             for time_ns, data in messages.each():
                 try:
-                    self.events.append(decode_event(data, time_ns))
-                except (DecodeError, IndexError) as error:
+                    events.append(decode_event(data, time_ns))
+                except (DecodeError, KeyError) as error:
                     raise SlipmodeError(f"{EVENTS} holds something else than events") from error
-        elif (channel := self._layout(number)) is not None:
-            samples = messages.prefix["log_time"], channel.decode(messages.data())
-            self.samples.setdefault(number, []).append(samples)
+        elif (channel := layout(number)) is not None:
+            batch = messages.prefix["log_time"], channel.decode(messages.data())
+            samples.setdefault(number, []).append(batch)
 
-    def _layout(self, number: int) -> Channel | None:
-        if number not in self.layouts:
-            self.layouts[number] = sample_channel(self.inventory, number)
-        return self.layouts[number]
-
-    def recording(self) -> RecordingData:
-        """Return the recording that the file describes."""
-        inventory = self.inventory
+    with opened(path) as file:
+        inventory.read(file, take)
         if "units" not in inventory.metadata:
             raise SlipmodeError("no slipmode recording")
         if complaint := inventory.mixed_clocks():
@@ -214,23 +197,19 @@ class _Gathered:
         for number, record in inventory.channels.items():
             if record.topic in (EVENTS, overview.TOPIC):
                 continue
-            channel = self._layout(number)
-            if channel is None:
+            if (channel := layout(number)) is None:
                 left_out.append(kind_of(inventory, number))
                 continue
             none = np.empty(0), np.empty((0, len(channel.fields)))
-            batches = zip(none, *self.samples.get(number, []), strict=True)
+            batches = zip(none, *samples.get(number, []), strict=True)
             time, values = (np.concatenate(parts) for parts in batches)
             channels[record.topic] = Signals(channel, time / NANOSECONDS, values)
         scene = inventory.metadata.get("scene", {})
-        header = Header(
-            title=scene.get("title", ""),
-            scene_text=inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
-            run=inventory.metadata.get("run", {}),
-            scene_name=scene.get("name", ""),
-        )
-        data = RecordingData(header, channels, self.events, inventory.damage, tuple(left_out))
-        return data.with_its_end()
+        text = inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace")
+        run = inventory.metadata.get("run", {})
+        header = Header(scene.get("title", ""), text, run, scene.get("name", ""))
+        found = header, channels, events, inventory.damage, tuple(left_out)
+        return RecordingData(*found).with_its_end()
 
 
 def sample_channel(inventory: Inventory, number: int) -> Channel | None:
