@@ -12,7 +12,7 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.motion.record import ContactRecord
+from slipmode.runner.motion.record import contact_channels
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import RecordingData, read
@@ -205,7 +205,7 @@ def _channels(plan: Plan) -> list[channels.Channel]:
     scene, modes, reduced = plan.scene, plan.excited.modes, plan.excited.reduced
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
-        listed += ContactRecord(reduced.contacts, reduced.n_contacts).channels
+        listed += contact_channels(reduced)
         if reduced.contacts is not None:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
         if len(modes) == 2:

@@ -13,8 +13,6 @@ from slipmode.rom.laws.friction import RigidFriction
 from slipmode.runner.scene.contacts import law_of, preloaded
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
-_NODES = re.compile(r"(\d+)(?:-(\d+))?:(\w+)")
-
 
 def mode_table(
     file: str,
@@ -47,7 +45,7 @@ def mode_table(
 def _contacts(words: Sequence[str]) -> Any:
     if all(word.isdecimal() for word in words):
         return [int(word) for word in words]
-    found = [_NODES.fullmatch(word) for word in words]
+    found = [re.fullmatch(r"(\d+)(?:-(\d+))?:(\w+)", word) for word in words]
     if not all(found):
         wrong = words[found.index(None)]
         raise SlipmodeError(

@@ -30,7 +30,6 @@ _GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times is more than 
 # onset of slip: the curve has the same range of limits. Contacts that slide much farther than they
 # stick may not settle; the range is then halved.
 _DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
-_DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
@@ -78,7 +77,7 @@ def scene_response_curve(
         if not which.startswith("frequency_"):
             raise SlipmodeError(f"span: give the first and last value of {vary}")
         natural = excited.reduced.frequency["AB".index(which[-1])]
-        span = [part * natural for part in _DEFAULT_SPAN]
+        span = [0.95 * natural, 1.05 * natural]
 
     def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
         """Return the curve on a table, and the largest amplitudes in the table (modes,)."""

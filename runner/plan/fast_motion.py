@@ -18,8 +18,6 @@ from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.sections import Scene, Window
 
 ORDERS = (RESPONSE_ORDER, RESPONSE_ORDER + 2, RESPONSE_ORDER + 4)
-_GRID = Discretisation(128, 16)  # coarse: the error needs one digit
-_PARTS = (1.0, 0.5)  # of the largest amplitudes
 
 
 @frozen
@@ -48,8 +46,8 @@ def measure_truncation(
     """Solve the contact problem at and below the largest amplitudes (modes,)."""
     reduced, rows = excited.reduced, list(dofs)
     modes = len(excited.modes)
-    grid = _GRID if modes == 2 else Discretisation(_GRID.steps, 1)
-    points = np.array(np.meshgrid(*(np.multiply(_PARTS, a) for a in amplitude)))
+    grid = Discretisation(128, 16 if modes == 2 else 1)  # coarse: the error needs one digit
+    points = np.array(np.meshgrid(*((a, 0.5 * a) for a in amplitude)))
     points = points.reshape(modes, -1).T
     problem = ContactProblem.of(reduced, excited.law, combinations, ORDERS[-1])
     terms = problem.on(grid, 1e-3).solve(points)

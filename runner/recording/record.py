@@ -151,7 +151,8 @@ class McapSink(Sink):
             self._register(EVENTS, "foxglove.Log", event_descriptor(), {})
             if overview.SOURCE in self._channels:
                 self._overview = overview.Overview(self._channels[overview.SOURCE])
-                self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
+                kind = "sensor_msgs/msg/JointState"  # of ROS 2; viewers plot it without a layout
+                self._register(overview.TOPIC, kind, overview.SCHEMA, {})
             self._writer.flush()
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:

@@ -99,9 +99,6 @@ _WINDOW = (
     Key("samples_per_period", integer(between(8, 4096)), "-", 64,
         "Samples in a period of the fastest carrier."),
 )
-# [[contact]] and [[contacts]] look alike: what a key of one of them in the other means.
-_LAW_HINTS = {key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}
-_WINDOW_HINTS = {key.name: "windows of contact motion are [[contact]]" for key in _WINDOW}
 
 SCENE = Section("", "At the top of the file, before any table.", (
     Key("title", text(), "-", "", "The name of recordings and pictures."),
@@ -142,7 +139,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
     )),
     Section("contacts",
         "Elastic contacts, in groups of one law each. The meaning of a parameter ends with the "
-        "laws that have it.", CONTACT_KEYS, is_array=True, hints=_WINDOW_HINTS),
+        "laws that have it.", CONTACT_KEYS, is_array=True,
+        hints={key.name: "windows of contact motion are [[contact]]" for key in _WINDOW}),
     Section("preload",
         "A static force that presses frictional contacts together, or opens them, before "
         "anything vibrates; it acts in addition to the preloads of their law.", (
@@ -202,9 +200,11 @@ SCENE = Section("", "At the top of the file, before any table.", (
     )),
     Section("contact",
         "A window of time in which the motion of the contacts is reconstructed, and of the DOFs "
-        "of `[output]`. Windows must not overlap.", _WINDOW, is_array=True, hints=_LAW_HINTS),
+        "of `[output]`. Windows must not overlap.", _WINDOW, is_array=True,
+        hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
     Section("elastic", "A window in which the DOFs of `[output]` alone are reconstructed.",
-        _WINDOW, is_array=True, hints=_LAW_HINTS),
+        _WINDOW, is_array=True,
+        hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
     Section("output", "DOFs of the structure that are reconstructed inside the windows.", (
         Key("elastic", integers(), "-", [], "DOFs, from 0."),
         Key("nodes", node_dofs("[node, direction]", (2,)), "-", [],

@@ -15,8 +15,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.scene_keys import is_limit, is_load
 from slipmode.runner.study.study_file import Distribution, Sampling, Study
 
-_SMALLEST = 1e-12  # probability cut off at both ends: the quantiles of 0 and 1 may be infinite
-
 
 @frozen
 class Design:
@@ -81,7 +79,8 @@ def _draws(distributions: list[Distribution], sampling: Sampling) -> Floats:
     """Return values of keys with distributions, (draws, keys)."""
     if not distributions:
         return np.zeros((1, 0))
-    part = np.clip(_unit_cube(len(distributions), sampling), _SMALLEST, 1.0 - _SMALLEST)
+    # the quantiles of 0 and 1 may be infinite
+    part = np.clip(_unit_cube(len(distributions), sampling), 1e-12, 1.0 - 1e-12)
     return np.column_stack([each.quantile(part[:, k]) for k, each in enumerate(distributions)])
 
 

@@ -28,9 +28,6 @@ from slipmode.runner.study.scene_model import (
 # Samples of a task. To hand a task out costs some ms, which is little per sample at these sizes
 # (`make bench-study`); smaller ones spread the work better.
 AT_ONCE = 500
-_RUNS_AT_ONCE = 50
-_RECORDINGS_AT_ONCE = 5
-_BLOCK = 4096  # scenes in memory at once
 
 
 @dataclass(frozen=True)
@@ -47,9 +44,9 @@ def make_tasks(samples: Samples, design: Design) -> Iterator[Task]:
     outputs = samples.outputs
     most = AT_ONCE
     if outputs.recording:
-        most = _RECORDINGS_AT_ONCE
+        most = 5
     elif outputs.runs:
-        most = _RUNS_AT_ONCE
+        most = 50
     starts = [*np.flatnonzero(_changes(samples, design)).tolist(), design.samples]
     for first, end in pairwise(starts):
         for start in range(first, end, most):
@@ -66,16 +63,13 @@ def _changes(samples: Samples, design: Design) -> NDArray[np.bool_]:
     if any(map(is_limit, design.keys)):
         # only a common factor on all limits keeps the model
         before = None
-        for first in range(0, design.samples, _BLOCK):
-            block = design.part(slice(first, first + _BLOCK))
+        for first in range(0, design.samples, 4096):  # scenes in memory at once
+            block = design.part(slice(first, first + 4096))
             for k, content in enumerate(samples.contents(block), start=first):
                 now = without_loads(content)
                 changes[k] |= now != before
                 before = now
     return changes
-
-
-_PER_WORKER = 3  # tasks that wait or run: enough that no worker waits, few enough for memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +99,8 @@ class Foreman:
         Raises SlipmodeError if the connection to the scheduler is lost.
         """
         completed = extra("distributed", "study").as_completed(loop=self._client.loop)
-        most = _PER_WORKER * max(2, len(self._client.nthreads()))
+        # enough that no worker waits, few enough for memory
+        most = 3 * max(2, len(self._client.nthreads()))
         for task in tasks:
             count = task.stop - task.start
             batch = Batch.empty(self._samples.outputs, self._samples.modes, count)

@@ -24,7 +24,6 @@ from slipmode.runner.study.scene_keys import declared
 from slipmode.runner.study.study_file import Study
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
-_DIGEST = "study_digest"
 _EVERY = 1.0  # [s] between writings: a machine that stops loses results of about a second
 # Samples and bytes of a chunk: a chunk that is not full is written anew each time.
 _CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20
@@ -45,7 +44,7 @@ class Results:
                 _create(zarr, path, study, design)
             try:
                 group = zarr.open_group(path, mode="r+")
-                digest = group.attrs.get(_DIGEST)
+                digest = group.attrs.get("study_digest")
             except (FileNotFoundError, ValueError):
                 digest = None
         if digest is None:
@@ -125,7 +124,7 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
     group = zarr.create_group(unfinished)
     group.attrs.update(
         {
-            _DIGEST: study.digest,
+            "study_digest": study.digest,
             "title": study.title,
             "study": study.text,
             "scene": study.scene.text,

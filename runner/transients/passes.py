@@ -16,7 +16,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.motion.record import FastMotion, WindowRecord, record_findings, record_points
+from slipmode.runner.motion.record import FastMotion, record_findings, record_points, record_window
 from slipmode.runner.motion.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.motion.trajectory import (
     OutputColumns,
@@ -85,16 +85,18 @@ class Pass(ABC):
         motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
     ) -> None:
         """Record a window; `motion(times)` also returns the scale of limits, and phases."""
-        record = WindowRecord(self._plan, self._recorder, window)
-        for start in range(0, times.size, SAMPLES_PER_BATCH):
-            self._raise_if_interrupted()
-            batch = times[start : start + SAMPLES_PER_BATCH]
-            moved, scale, phases = motion(batch)
-            record.add(moved, scale)
-            if self._is_on_torus(window):
-                self._recorder.write(channels.PHASES, batch, phases)
-            self.samples += batch.size
-        record.finish()
+
+        def batches() -> Iterator[tuple[FastMotion, Floats | float]]:
+            for start in range(0, times.size, SAMPLES_PER_BATCH):
+                self._raise_if_interrupted()
+                batch = times[start : start + SAMPLES_PER_BATCH]
+                moved, scale, phases = motion(batch)
+                yield moved, scale
+                if self._is_on_torus(window):
+                    self._recorder.write(channels.PHASES, batch, phases)
+                self.samples += batch.size
+
+        record_window(self._plan, self._recorder, window, batches())
 
     def _is_on_torus(self, window: Window) -> bool:
         return window in self._plan.scene.contact and len(self._plan.excited.modes) == 2

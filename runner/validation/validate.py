@@ -18,7 +18,7 @@ from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.motion.record import ContactRecord, FastMotion
+from slipmode.runner.motion.record import FastMotion, contact_channels, record_contacts
 from slipmode.runner.motion.trajectory import (
     output_row,
     sample_times,
@@ -222,24 +222,23 @@ def _record(
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
-    elements, contacts = plan.excited.reduced.contacts, plan.excited.reduced.n_contacts
-    reduced = ContactRecord(elements, contacts)
-    full = ContactRecord(elements, contacts, channels.FULL)
+    reduced = plan.excited.reduced
+    listed = contact_channels(reduced) + contact_channels(reduced, channels.FULL)
     title, run = f"{scene.title}: reduced and full order", describe_run(scene.text, model)
     header = Header(title, scene.text, run, scene.name)
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{scene.name}.validation.{ending}" for ending in ("mcap", "rrd")]
-    with open_recorder(header, reduced.channels + full.channels, paths[0], paths[1]) as recorder:
+    with open_recorder(header, listed, paths[0], paths[1]) as recorder:
         recorder.event(float(motion.time[0]), "info", found.compared())
         for line in found.comparisons:
             words = f"{line.subject}: {100 * line.error:.2g} % from full order"
             recorder.event(float(motion.time[0]), "info", words)
-        theirs = (fine.contact_displacement, fine.contact_velocity, fine.contact_force)
-        written = (
-            (reduced, reduced.rows(motion.displacement, motion.velocity, motion.force)),
-            (full, full.rows(*(values[seen] for values in theirs))),
+        exact = replace(
+            motion,
+            displacement=fine.contact_displacement[seen],
+            velocity=fine.contact_velocity[seen],
+            force=fine.contact_force[seen],
         )
-        for record, rows in written:
-            for channel, values in zip(record.channels, rows, strict=True):
-                recorder.write(channel.topic, motion.time, values)
+        record_contacts(recorder, reduced, motion)
+        record_contacts(recorder, reduced, exact, prefix=channels.FULL)
     return paths

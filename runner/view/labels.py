@@ -130,28 +130,28 @@ _WORDS = {
     "it crosses the square again and again, and comes back at the opposite edge.",
     "stuck": "**State**: 0 while a contact sticks, 1 while it slips, 2 while it is open.",
 }
-_USE = (
-    "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
-    "double-click to see all of it."
-)
-_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_WITH_PREFIX = ("m", "m/s", "N", "W", "J")  # not kg^0.5 m, whose prefix would not say of what
 
 
 def reading(titles: Iterable[str]) -> str:
     """Return Markdown that explains the views with these titles, and how to use them."""
     shown = "\n".join(titles)
     found = [words for part, words in _WORDS.items() if part in shown]
-    return "\n\n".join([*found, _USE])
+    use = (
+        "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
+        "double-click to see all of it."
+    )
+    return "\n\n".join([*found, use])
 
 
 def readable(value: float, unit: str) -> str:
     """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
     size = abs(value)
-    if unit in _WITH_PREFIX and size > 0.0 and not 0.1 <= size < 1000.0:
+    # not kg^0.5 m, whose prefix would not say of what
+    if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
         power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
-        power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
-        return f"{value / 10.0**power:.3g} {_PREFIXES[power]}{unit}"
+        power = min(max(power, -9), 9)
+        prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
+        return f"{value / 10.0**power:.3g} {prefix}{unit}"
     return f"{value:.3g} {unit}"
 
 

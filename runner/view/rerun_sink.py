@@ -24,10 +24,6 @@ from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.samples import Envelope
 from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer
 
-_ROWS_PER_SEND = 8192  # what Rerun takes fastest
-_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
-_FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
-
 _log = logging.getLogger("slipmode.view")
 
 
@@ -112,18 +108,18 @@ class RerunSink(Sink):
         self._end()
 
     def _send(self, channel: Channel, time_ns: NDArray[np.int64], rows: Floats) -> None:
-        for start in range(0, len(rows), _ROWS_PER_SEND):
-            part = slice(start, start + _ROWS_PER_SEND)
+        for start in range(0, len(rows), 8192):  # what Rerun takes fastest
+            part = slice(start, start + 8192)
             views.send_series(self._stream, channel, time_ns[part], rows[part])
         self._unflushed += rows.nbytes
-        if self._unflushed > _FLUSH_BYTES:
+        if self._unflushed > 2**24:  # bytes, what may wait in memory for the writing thread
             self._flush()
 
     def _make_room(self, size: int) -> None:
         """Stop before the disk is full: Rerun's writing thread would fail without a word."""
         if isinstance(self._target, Path):
             free = shutil.disk_usage(self._target.absolute().parent).free
-            if free < size + _RESERVED_BYTES:
+            if free < size + 2**23:  # for the drawings and the index, which come last
                 self._end()
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._target))
 

@@ -33,8 +33,6 @@ FLUSH_SECONDS = 60.0  # at most, for Rerun to write what it was given
 _URL = "rerun+http://127.0.0.1:9876/proxy"  # where viewers listen by default
 _MEMORY = "75%"  # of the machine's; beyond it a viewer drops its oldest data
 _STARTING_TIME = 30.0  # [s] at most; a busy machine needs some seconds
-_ANSWERING_TIME = 3.0  # [s] at most, of a viewer that is there
-_COLORS_OF_A_TERMINAL = re.compile(rb"\x1b\[[0-9;]*m")
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,8 @@ def _shows(url: str) -> bool:
 
 def _last_words(log: BinaryIO) -> str:
     log.seek(0)
-    lines = _COLORS_OF_A_TERMINAL.sub(b"", log.read()).decode(errors="replace").splitlines()
+    uncolored = re.sub(rb"\x1b\[[0-9;]*m", b"", log.read())
+    lines = uncolored.decode(errors="replace").splitlines()
     return lines[-1].rpartition(": ")[2].rstrip(".") if lines else "it says nothing"
 
 
@@ -148,7 +147,7 @@ def _free_port() -> int:
 
 def _listens(host: str, port: int) -> bool:
     try:
-        with socket.create_connection((host, port), timeout=_ANSWERING_TIME):
+        with socket.create_connection((host, port), timeout=3.0):
             return True
     except OSError:
         return False
@@ -180,10 +179,6 @@ def windowless_viewer() -> Iterator[ViewerClient]:
         yield viewer
 
 
-_ATTEMPTS = 3  # each with a viewer of its own
-_PATIENCE = 60.0  # [s] until notices are gone, and until the picture stands still
-
-
 class _NotReadyError(Exception):
     """Why a viewer is too slow for a picture."""
 
@@ -204,7 +199,7 @@ def photograph(rrd: Path, end: float) -> bytes:
     Raises SlipmodeError if no viewer can be started, or its views do not stand still.
     """
     reason = ""
-    for _ in range(_ATTEMPTS):
+    for _ in range(3):
         try:
             with windowless_viewer() as viewer:
                 return _small(_picture(viewer, rrd, end))
@@ -219,7 +214,7 @@ def photograph(rrd: Path, end: float) -> bytes:
                 ) from error
             reason = "it does not answer in time"
     raise SlipmodeError(
-        f"no screenshot: the viewer is too slow here ({reason}, {_ATTEMPTS} times); "
+        f"no screenshot: the viewer is too slow here ({reason}, 3 times); "
         "try again when the machine is less busy, or write an .rrd file with --save"
     )
 
@@ -239,7 +234,7 @@ def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -
     One or two may come before a view has begun to fill.
     """
     started, alike = time.monotonic(), [b""]
-    while time.monotonic() < started + _PATIENCE:
+    while time.monotonic() < started + 60.0:
         picture = viewer.take_screenshot()
         alike = [*alike, picture] if picture == alike[-1] else [picture]
         if len(alike) >= 3 and fits(picture):
