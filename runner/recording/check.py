@@ -22,7 +22,6 @@ from slipmode.runner.recording.mcap_reader import (
     DamagedError,
     Inventory,
     MessageIndex,
-    Messages,
     opened,
     read_summary,
     scan,
@@ -150,7 +149,10 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
                     try:
                         messages = inventory.add(record)
                         expected = {k: np.sort(each.entries) for k, each in messages.items()}
-                        yield from _chunk_faults(record, messages)
+                        times = [each.prefix["log_time"] for each in messages.values()]
+                        span = record.message_start_time, record.message_end_time
+                        if times and span != (min(map(np.min, times)), max(map(np.max, times))):
+                            yield "a chunk has other times than it claims"
                         for number, each in messages.items():
                             if number not in disordered and each.disordered(before.get(number, 0)):
                                 disordered.add(number)
@@ -174,14 +176,6 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
 
 def _equal(a: dict[int, NDArray[np.void]], b: dict[int, NDArray[np.void]]) -> bool:
     return a.keys() == b.keys() and all(np.array_equal(a[number], b[number]) for number in a)
-
-
-def _chunk_faults(chunk: records.Chunk, messages: dict[int, Messages]) -> Iterator[str]:
-    times = [each.prefix["log_time"] for each in messages.values()]
-    if times:
-        span = min(t.min() for t in times), max(t.max() for t in times)
-        if span != (chunk.message_start_time, chunk.message_end_time):
-            yield "a chunk has other times than it claims"
 
 
 def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:

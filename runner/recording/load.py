@@ -132,7 +132,10 @@ class Selection:
         channels = chosen(data.channels, self.topics)
         header = data.header
         if self.start > -math.inf or self.end < math.inf:
-            channels = {topic: self._within(signals) for topic, signals in channels.items()}
+            for topic, signals in channels.items():
+                kept = (self.start <= signals.time) & (signals.time <= self.end)
+                part = signals._replace(time=signals.time[kept], values=signals.values[kept])
+                channels[topic] = part
             header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
             if not any(signals.time.size for signals in channels.values()):
                 raise SlipmodeError(
@@ -141,10 +144,6 @@ class Selection:
                 )
         events = [event for event in data.events if self.start <= event.time <= self.end]
         return replace(data, header=header, channels=channels, events=events)
-
-    def _within(self, signals: Signals) -> Signals:
-        kept = (self.start <= signals.time) & (signals.time <= self.end)
-        return signals._replace(time=signals.time[kept], values=signals.values[kept])
 
 
 def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, Signals]:

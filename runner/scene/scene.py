@@ -112,7 +112,10 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
-    initial, aerodynamics = (_complex(tables[key], modes) for key in ("initial", "aerodynamics"))
+    initial, aerodynamics = (
+        {mode: complex(*table[mode]) for mode in _present_modes(table, modes)}
+        for table in (tables["initial"], tables["aerodynamics"])
+    )
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
     contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
@@ -186,14 +189,10 @@ def _modes(table: Table) -> Modes:
 
 
 def _present_modes(table: Table, modes: Modes) -> list[str]:
-    """Return the modes that have a key in a table; each must be retained."""
+    """Return the modes that have a key in a table; refuse one that is not retained."""
     if "B" in table and modes.B is None:
         raise table.error("B", "there is no mode B in [modes]; allowed: A")
     return [mode for mode in MODES if mode in table]
-
-
-def _complex(table: Table, modes: Modes) -> dict[str, complex]:
-    return {mode: complex(*table[mode]) for mode in _present_modes(table, modes)}
 
 
 def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:

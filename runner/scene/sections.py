@@ -15,6 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import ElasticLaw
+from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
@@ -62,15 +63,6 @@ class MatrixFile:
     def build(self) -> Structure:
         """Load the structure."""
         return load_structure(self.path, self.damping, mass=self.mass, contact=self.contacts)
-
-
-@dataclass(frozen=True)
-class RigidFriction:
-    """A rigid friction law: limit mu N [N], one for all contacts or one each; alpha [m/s]."""
-
-    law: Literal["tanh", "coulomb"]
-    limit: float | tuple[float, ...]
-    alpha: float | None
 
 
 @dataclass(frozen=True)

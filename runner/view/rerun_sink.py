@@ -54,7 +54,10 @@ class RerunSink(Sink):
         shown = list(self._channels.values())
         self._paths = Paths(shown)
         self._envelopes = {topic: Envelope() for topic in self._channels}
-        self._stream = rr.RecordingStream(_application(header, channels, playing))
+        # a viewer keeps the layout of this recording alone by the name of its application
+        described = header.title, header.scene_text, dict(header.run), [*self._channels], playing
+        digest = hashlib.sha256(repr(described).encode()).hexdigest()
+        self._stream = rr.RecordingStream(f"slipmode {digest[:16]}")
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
@@ -147,12 +150,3 @@ class RerunSink(Sink):
                 return
             where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
-
-
-def _application(
-    header: Header, channels: Sequence[Channel], playing: views.Playing | None
-) -> str:
-    """Return the name under which a viewer keeps the layout of this recording alone."""
-    topics = [channel.topic for channel in channels]
-    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
-    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

@@ -161,7 +161,12 @@ def blueprint(
         shares, contents = zip(*filled, strict=True)
         plots = rrb.Horizontal(*contents, column_shares=shares)
         layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
-    return rrb.Blueprint(layout, _time_panel(playing), collapse_panels=True)
+    plays: dict[str, Any] = {}
+    if playing is not None:
+        loop = "all" if playing.loop else "off"
+        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
+    time_panel = rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
+    return rrb.Blueprint(layout, time_panel, collapse_panels=True)
 
 
 def _motion(
@@ -209,14 +214,6 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
         for source, entities in sources.items()
     ]
     return [rrb.Grid(*plots)] if plots else []
-
-
-def _time_panel(playing: Playing | None) -> rrb.TimePanel:
-    plays: dict[str, Any] = {}
-    if playing is not None:
-        loop = "all" if playing.loop else "off"
-        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
-    return rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
 
 
 def _plots(
