@@ -157,7 +157,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     check_scale(scene, law, structure.n_contacts)
     reduced = kept_reduction(
         structure,
-        [scene.modes.numbers["AB".index(mode)] for mode in modes],
+        [scene.modes.numbers[mode] for mode in modes],
         scene.model.formulation,
         None if isinstance(law, RigidFriction) else law,
         [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
@@ -249,7 +249,7 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
     modes: list[Mode] = []
     decisions = []
     moves = False
-    for mode in MODES[: len(scene.modes.numbers)]:
+    for mode in scene.modes.numbers:
         forcing = scene.forcing.get(mode)
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
         moved = forced or scene.initial.get(mode, 0.0) != 0.0

@@ -20,6 +20,7 @@ from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.script import Script
 
 
@@ -116,9 +117,9 @@ class Modes:
     B: int | None
 
     @property
-    def numbers(self) -> tuple[int, ...]:
-        """(A,) or (A, B)."""
-        return (self.A,) if self.B is None else (self.A, self.B)
+    def numbers(self) -> dict[Mode, int]:
+        """The number of mode "A", and of "B" if there is one."""
+        return {"A": self.A} if self.B is None else {"A": self.A, "B": self.B}
 
 
 @dataclass(frozen=True)

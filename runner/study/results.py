@@ -132,7 +132,8 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
             "kg^1/2 m": "unit of modal amplitudes, x = 2 Re sum mode_shape a exp(i theta)",
         }
     )
-    results = study.outputs.results(study.modes)
+    modes = tuple(study.scene.modes.numbers)
+    results = study.outputs.results(modes)
     rows, largest = design.samples, max((8 * prod(r.shape) for r in results), default=8)
     chunk = min(rows, _CHUNK, max(_CHUNK_BYTES // largest, 1))
 
@@ -149,7 +150,7 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
         return array
 
     units, outputs = study.scene.units, study.outputs
-    coordinates = {"mode": np.array(study.modes, dtype=object)}
+    coordinates = {"mode": np.array(modes, dtype=object)}
     if outputs.dofs:
         coordinates["dof"] = np.array(outputs.dofs)
     if outputs.times:

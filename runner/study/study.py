@@ -82,7 +82,8 @@ def run_study(
     folder = Path(output)
     design = make_design(study)
     recordings = (folder / study.name).resolve() if study.outputs.recording else None
-    samples = Samples(study.content, study.folder, study.modes, study.outputs, recordings)
+    modes = tuple(study.scene.modes.numbers)
+    samples = Samples(study.content, study.folder, modes, study.outputs, recordings)
     _refuse_hopeless(samples, design)
     path_of_results = folder / f"{study.name}.zarr"
     results = Results(path_of_results, study, design)

@@ -7,7 +7,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
-from functools import cached_property
 from math import log
 from os import PathLike
 from pathlib import Path
@@ -20,7 +19,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
-from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene, read_text
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.toml_table import Key, Section, Table
@@ -167,11 +165,6 @@ class Study:
     text: str = field(repr=False)  # The TOML source
 
     __repr__ = short_repr
-
-    @cached_property
-    def modes(self) -> tuple[str, ...]:
-        """The modes of the scene."""
-        return MODES[: len(self.scene.modes.numbers)]
 
     @property
     def digest(self) -> str:
@@ -328,7 +321,7 @@ def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
 
 
 def _outputs(table: Table, scene: Scene) -> Outputs:
-    modes = MODES[: len(scene.modes.numbers)]
+    modes = tuple(scene.modes.numbers)
     resonance = table["resonance"]
     if resonance is not None and not (
         isinstance(resonance, list) and resonance and set(map(str, resonance)) <= set(modes)

@@ -47,26 +47,22 @@ _QUANTITIES |= dict.fromkeys(("f", "f_y"), "friction_force")
 
 @dataclass(frozen=True)
 class Series:
-    """Columns of a channel that share a plot, and their names in the legend."""
+    """Columns of a channel that share a plot."""
 
     quantity: str
     columns: tuple[int, ...]
-    names: tuple[str, ...]
 
 
 def series(channel: Channel) -> list[Series]:
     """Return the plots of a channel: one for each quantity, or for an external number."""
     if channel.topic.startswith(OTHER):
-        return [Series("", (0,), (legend(channel, 0),))]
+        return [Series("", (0,))]
     if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
         return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
         columns.setdefault(_quantity(name), []).append(column)
-    return [
-        Series(quantity, tuple(members), tuple(legend(channel, column) for column in members))
-        for quantity, members in columns.items()
-    ]
+    return [Series(quantity, tuple(members)) for quantity, members in columns.items()]
 
 
 def find_series(

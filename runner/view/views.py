@@ -24,6 +24,7 @@ from slipmode.runner.view.labels import (
     Series,
     find_series,
     is_contact,
+    legend,
     reading,
     series,
 )
@@ -84,9 +85,9 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
         shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
-            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.names))]
+            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.columns))]
             style = rr.SeriesLines(
-                names=plot.names,
+                names=[legend(channel, column) for column in plot.columns],
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles

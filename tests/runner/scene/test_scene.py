@@ -102,7 +102,7 @@ def test_reads_every_section(tmp_path):
 def test_defaults():
     scene = parse_scene(MINIMAL, ".")
     assert scene.structure.build().beta == two_mass().beta
-    assert scene.modes.numbers == (0,)
+    assert scene.modes.numbers == {"A": 0}
     assert scene.forcing["A"].phase == Script.constant(0.0)
     assert scene.run.tolerance == 1e-6
     assert scene.model.tolerance == 1e-3

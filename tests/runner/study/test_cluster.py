@@ -139,7 +139,7 @@ def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path
     pytest.importorskip("zarr")
     study = load_study(study_file(PEAKS))
     design = make_design(study)
-    samples = Samples(study.content, study.folder, study.modes, study.outputs)
+    samples = Samples(study.content, study.folder, tuple(study.scene.modes.numbers), study.outputs)
     results = Results(tmp_path / "study.zarr", study, design)
     written, write = [], Results._write
 
