@@ -19,8 +19,7 @@ from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
 from slipmode.runner.study.study import StudyResults, run_study
-from slipmode.runner.view.mesh.motion import MeshMotion, write_mesh
-from slipmode.runner.view.mesh.show import show_mesh
+from slipmode.runner.view.mesh.motion import MeshMotion, show_mesh, write_mesh
 from slipmode.runner.view.replay import replay
 
 __all__ = [

@@ -12,7 +12,7 @@ from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
-from google.protobuf import descriptor_pool, message_factory, text_format, timestamp_pb2
+from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import (
     DescriptorProto,
     FieldDescriptorProto,
@@ -221,7 +221,28 @@ def control() -> Channel:
 
 def event_descriptor() -> FileDescriptorSet:
     """Return the protobuf schema of an event: ``foxglove.Log``, which viewers show as text."""
-    log = text_format.Parse(_LOG_PROTO, FileDescriptorProto())
+    log = FileDescriptorProto(
+        name="foxglove/Log.proto",
+        package="foxglove",
+        syntax="proto3",
+        dependency=["google/protobuf/timestamp.proto"],
+    )
+    message = log.message_type.add(name="Log")
+    levels = message.enum_type.add(name="Level")
+    for number, name in enumerate(("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")):
+        levels.value.add(name=name, number=number)
+    kind = FieldDescriptorProto
+    types = {"timestamp": kind.TYPE_MESSAGE, "level": kind.TYPE_ENUM, "line": kind.TYPE_FIXED32}
+    type_names = {"timestamp": ".google.protobuf.Timestamp", "level": ".foxglove.Log.Level"}
+    names = ("timestamp", "level", "message", "name", "file", "line")
+    for number, name in enumerate(names, start=1):
+        message.field.add(
+            name=name,
+            number=number,
+            label=kind.LABEL_OPTIONAL,
+            type=types.get(name, kind.TYPE_STRING),
+            type_name=type_names.get(name),
+        )
     timestamp = FileDescriptorProto()
     timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
     return FileDescriptorSet(file=[timestamp, log])
@@ -239,32 +260,6 @@ def decode_event(data: bytes, time_ns: int) -> Event:
     """Return the event of a protobuf message logged at `time_ns`; see `encode_event`."""
     message = _log_message().FromString(data)
     return Event(time_ns / NANOSECONDS, _LEVELS[message.level], message.message)
-
-
-_LOG_PROTO = """
-name: "foxglove/Log.proto" package: "foxglove" syntax: "proto3"
-dependency: "google/protobuf/timestamp.proto"
-message_type {
-  name: "Log"
-  field { name: "timestamp" number: 1 label: LABEL_OPTIONAL type: TYPE_MESSAGE
-          type_name: ".google.protobuf.Timestamp" }
-  field { name: "level" number: 2 label: LABEL_OPTIONAL type: TYPE_ENUM
-          type_name: ".foxglove.Log.Level" }
-  field { name: "message" number: 3 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "name" number: 4 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "file" number: 5 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "line" number: 6 label: LABEL_OPTIONAL type: TYPE_FIXED32 }
-  enum_type {
-    name: "Level"
-    value { name: "UNKNOWN" number: 0 }
-    value { name: "DEBUG" number: 1 }
-    value { name: "INFO" number: 2 }
-    value { name: "WARNING" number: 3 }
-    value { name: "ERROR" number: 4 }
-    value { name: "FATAL" number: 5 }
-  }
-}
-"""
 
 
 @cache

@@ -32,7 +32,8 @@ FLUSH_SECONDS = 60.0  # at most, for Rerun to write what it was given
 
 _URL = "rerun+http://127.0.0.1:9876/proxy"  # where viewers listen by default
 _MEMORY = "75%"  # of the machine's; beyond it a viewer drops its oldest data
-_STARTING_TIME = 30.0  # [s] at most; a busy machine needs some seconds
+
+Process = subprocess.Popen[bytes]
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,13 @@ def find_viewer(url: str | None = None) -> Viewer:
             raise SlipmodeError(f"no viewer at {url}: start one there with the command rerun")
         return Viewer(url)
     if not _answers(_URL):
-        _start(_URL)
+        command = ["--port", str(urlsplit(_URL).port), "--expect-data-soon"]
+        command += ["--memory-limit", _MEMORY]
+
+        def is_ready() -> bool:
+            return _answers(_URL) and _shows(_URL)
+
+        _start(command, is_ready, "the viewer does not start here")
     return Viewer(_URL)
 
 
@@ -69,21 +76,22 @@ def _answers(url: str) -> bool:
     return _listens(host, port)
 
 
-def _start(url: str) -> None:
-    """Start a viewer with a window, which outlives this process; wait until it answers."""
-    command = [VIEWER or "rerun", "--port", str(urlsplit(url).port), "--expect-data-soon"]
-    command += ["--memory-limit", _MEMORY]
+def _start(arguments: list[str], is_ready: Callable[[], bool], failed: str) -> Process:
+    """Start a viewer that outlives this process, and wait until it is ready."""
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
-        deadline = time.monotonic() + _STARTING_TIME
-        while time.monotonic() < deadline:
-            if process.poll() is not None:
-                raise SlipmodeError(f"the viewer does not start here: {_last_words(log)}")
-            if _answers(url) and _shows(url):
-                return
-            time.sleep(0.1)
-        process.kill()
-    raise SlipmodeError(f"the viewer did not answer within {_STARTING_TIME:g} s")
+        process = subprocess.Popen(
+            [VIEWER or "rerun", *arguments], stdout=log, stderr=log, start_new_session=True
+        )
+        deadline = time.monotonic() + 30.0  # a busy machine needs some seconds
+        while not is_ready():
+            if process.poll() is None and time.monotonic() < deadline:
+                time.sleep(0.1)
+                continue
+            is_late = process.poll() is None
+            _end(process)
+            reason = "it did not answer within 30 s" if is_late else _last_words(log)
+            raise SlipmodeError(f"{failed}: {reason}")
+        return process
 
 
 def _shows(url: str) -> bool:
@@ -112,24 +120,21 @@ def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
     SlipmodeError if the viewer cannot be started.
     """
     page, data = port or _free_port(), _free_port()
-    command = [VIEWER or "rerun", "--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
+    command = ["--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
     command += ["--web-viewer-port", str(page), "--server-memory-limit", _MEMORY, str(rrd)]
-    with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
-        try:
-            deadline = time.monotonic() + _STARTING_TIME
-            while not all(_listens("127.0.0.1", each) for each in (page, data)):
-                if process.poll() is not None or time.monotonic() > deadline:
-                    reason = _last_words(log)
-                    raise SlipmodeError(f"no viewer for browsers at port {page}: {reason}")
-                time.sleep(0.1)
-            source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
-            yield f"http://127.0.0.1:{page}/?url={source}"
-        finally:
-            _end(process)
+    process = _start(
+        command,
+        lambda: all(_listens("127.0.0.1", each) for each in (page, data)),
+        f"no viewer for browsers at port {page}",
+    )
+    try:
+        source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
+        yield f"http://127.0.0.1:{page}/?url={source}"
+    finally:
+        _end(process)
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _end(process: Process) -> None:
     """End a process and the processes that it started: the command rerun is a launcher."""
     if os.name == "posix":
         with suppress(ProcessLookupError):

@@ -18,6 +18,7 @@ from slipmode.rom.laws.states import STATES
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.recording.load import Signals, load
+from slipmode.runner.view.viewer import find_viewer, write_picture
 
 _KINDS = {4: "tetra", 8: "hexahedron"}  # of cells, by their corners
 # corners of each face, counter-clockwise as seen from outside
@@ -215,6 +216,35 @@ def triangles(facets: NDArray[np.intp]) -> NDArray[np.intp]:
     if facets.shape[1] == 3:
         return facets
     return facets[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def show_mesh(
+    motion: MeshMotion, save: str | Path | None = None, screenshot: str | Path | None = None
+) -> None:
+    """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
+
+    Above the mesh as it moves, beneath it the contacts alone, seen along their normal. Raises
+    SlipmodeError if nothing moves, or no viewer can be started; OSError if a file cannot be
+    written.
+
+    Parameters
+    ----------
+    motion : MeshMotion
+    save : path, optional
+        Write an .rrd file, views included, instead of opening the viewer.
+    screenshot : path, optional
+        Write a PNG of the last frame, without a window.
+    """
+    if not motion.displacement.any():
+        raise SlipmodeError("displacement: nothing moves")
+    from slipmode.runner.view.mesh.show import draw_mesh  # Rerun takes a while to import
+
+    if save is not None:
+        draw_mesh(motion, Path(save))
+    if screenshot is not None:
+        write_picture(screenshot, lambda rrd: draw_mesh(motion, rrd), float(motion.time[-1]))
+    if save is None and screenshot is None:
+        draw_mesh(motion, find_viewer())
 
 
 def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:

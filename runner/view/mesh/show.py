@@ -3,56 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.states import STATES
 from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
-from slipmode.runner.view.viewer import Viewer, find_viewer, write_picture
-
-if TYPE_CHECKING:
-    import rerun as rr
-    import rerun.blueprint as rrb
+from slipmode.runner.view.viewer import Viewer
 
 COLORS = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
 
 
-def show_mesh(
-    motion: MeshMotion, save: str | Path | None = None, screenshot: str | Path | None = None
-) -> None:
-    """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
-
-    Above the mesh as it moves, beneath it the contacts alone, seen along their normal. Raises
-    SlipmodeError if nothing moves, or no viewer can be started; OSError if a file cannot be
-    written.
-
-    Parameters
-    ----------
-    motion : MeshMotion
-    save : path, optional
-        Write an .rrd file, views included, instead of opening the viewer.
-    screenshot : path, optional
-        Write a PNG of the last frame, without a window.
-    """
-    largest = np.linalg.norm(motion.displacement, axis=-1).max()
-    if not largest > 0.0:
-        raise SlipmodeError("displacement: nothing moves")
-    if save is not None:
-        _write(motion, Path(save), largest)
-    if screenshot is not None:
-        end = float(motion.time[-1])
-        write_picture(screenshot, lambda rrd: _write(motion, rrd, largest), end)
-    if save is None and screenshot is None:
-        _write(motion, find_viewer(), largest)
-
-
-def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
-    import rerun as rr  # it takes a while to import
-
+def draw_mesh(motion: MeshMotion, target: Path | Viewer) -> None:
+    """Write an .rrd file of a mesh in motion, or show it in a viewer."""
     stream = rr.RecordingStream("slipmode mesh")
     layout = _blueprint(motion)
     if isinstance(target, Path):
@@ -61,7 +28,8 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
     else:
         stream.connect_grpc(target.url, default_blueprint=layout)
     # the largest displacement is shown as 6 % of the size of the mesh
-    scale = 0.06 * float(np.ptp(motion.nodes, axis=0).max()) / largest
+    largest = np.linalg.norm(motion.displacement, axis=-1).max()
+    scale = 0.06 * float(np.ptp(motion.nodes, axis=0).max()) / float(largest)
     _draw_skin(stream, motion, scale)
     _draw_contacts(stream, motion, scale)
     stream.flush()
@@ -70,8 +38,6 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
 
 def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
     """Draw all frames; nodes that move far are light; facets have corners of their own."""
-    import rerun as rr
-
     facets = skin(motion.cells)
     corner = facets.ravel()
     length = np.linalg.norm(motion.displacement, axis=-1).max(axis=0)[corner]
@@ -96,8 +62,6 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
     """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
-    import rerun as rr
-
     node, contact = motion.contact_nodes()
     radius = 0.4 * _spacing(motion.nodes[node])
     for entity, enlarged in (("/mesh/contacts", scale), ("/interface", 0.0)):
@@ -110,15 +74,11 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
 
 
 def _times(motion: MeshMotion) -> rr.TimeColumn:
-    from slipmode.runner.view.drawing import time_column
-
     return time_column(np.round(motion.time * 1e9).astype(np.int64))
 
 
 def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
     """Return the views: the mesh from a side, the contacts along their thinnest direction."""
-    import rerun.blueprint as rrb
-
     x = motion.nodes[np.unique(motion.cells)]
     interface = motion.nodes[np.concatenate(motion.contacts)]
     axes = np.linalg.svd(interface - interface.mean(axis=0), full_matrices=False)[2]
