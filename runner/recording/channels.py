@@ -33,7 +33,7 @@ EVENTS = "/events"
 FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
-OTHER = "/other"  # prefix of what other programs recorded, whose topics may equal ours
+OTHER = "/other"  # prefix of the topics of other programs, which may equal ours
 
 NANOSECONDS = 1_000_000_000  # in a second
 # By their numbers in foxglove.Log.Level

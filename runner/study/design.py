@@ -92,12 +92,12 @@ def _unit_cube(keys: int, sampling: Sampling) -> Floats:
         warnings.simplefilter("ignore")  # that numbers other than powers of 2 are not balanced
         if sampling.method == "saltelli":
             sample = extra("SALib.sample.sobol", "study").sample
-            drawn = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
+            parts = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
         elif sampling.method == "latin-hypercube":
-            drawn = qmc.LatinHypercube(keys, rng=seed).random(samples)
+            parts = qmc.LatinHypercube(keys, rng=seed).random(samples)
         else:
-            drawn = qmc.Sobol(keys, rng=seed).random(samples)
-    return np.asarray(drawn, dtype=float)
+            parts = qmc.Sobol(keys, rng=seed).random(samples)
+    return np.asarray(parts, dtype=float)
 
 
 def unit_problem(keys: int) -> dict[str, Any]:

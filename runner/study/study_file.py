@@ -299,19 +299,19 @@ def _distribution(table: Table) -> Distribution:
 
 
 def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
-    drawn = [each for each in varied if isinstance(each.values, Distribution)]
+    random = [each for each in varied if isinstance(each.values, Distribution)]
     lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
-    method = table["method"] or ("sobol" if drawn else "grid")
-    if drawn and method in ("grid", "list"):
-        raise table.error("method", f'"{method}" needs values; {drawn[0].key} has a distribution')
-    if not drawn and method not in ("grid", "list"):
+    method = table["method"] or ("sobol" if random else "grid")
+    if random and method in ("grid", "list"):
+        raise table.error("method", f'"{method}" needs values; {random[0].key} has a distribution')
+    if not random and method not in ("grid", "list"):
         raise table.error("method", f'"{method}" needs a key with a distribution; or use "grid"')
     if method == "saltelli" and lengths:
         raise table.error("method", '"saltelli" needs distributions of all keys')
     for key in ("samples", "seed"):
-        if key in table and not drawn:
+        if key in table and not random:
             raise table.error(key, "goes with distributions; a grid has all its points")
-    samples = table["samples"] if drawn else 1
+    samples = table["samples"] if random else 1
     if method == "list" and len(set(lengths)) > 1:
         raise table.error("method", f'"list" needs as many values of each key, got {lengths}')
     size = float(np.prod([samples, *(lengths[:1] if method == "list" else lengths)], dtype=float))

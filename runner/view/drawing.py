@@ -81,7 +81,7 @@ def draw_labels(
     colors: Color | list[Color] = GREY,
     radius: float = 0.5,
 ) -> None:
-    """Write texts at places (2 or 3 coordinates), each beside a dot."""
+    """Write texts at places (2 or 3 coordinates), each next to a dot."""
     kind: Any = rr.Points2D if len(next(iter(labels))) == 2 else rr.Points3D
     places: Any = list(labels)
     points = kind(

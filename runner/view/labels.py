@@ -142,7 +142,7 @@ def reading(titles: Iterable[str]) -> str:
 def readable(value: float, unit: str) -> str:
     """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
     size = abs(value)
-    # not kg^0.5 m, whose prefix would not say of what
+    # a prefix of kg^0.5 m would be ambiguous
     if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
         power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
         power = min(max(power, -9), 9)

@@ -40,7 +40,7 @@ def replay(
     save : path, optional
         Write an .rrd file, views included, instead of opening the viewer.
     screenshot : path, optional
-        Write a PNG of all views at the end of what is shown, without a window.
+        Write a PNG of all views at the end of the shown part, without a window.
     selection : Selection
         Which channels and times to show.
     playing : Playing, optional

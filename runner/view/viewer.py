@@ -236,7 +236,7 @@ def _picture(viewer: ViewerClient, rrd: Path, end: float) -> bytes:
 def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -> bytes:
     """Return a picture that three shots in a row agree on, and that fits.
 
-    One or two may come before a view has begun to fill.
+    One or two may come before a view starts to fill.
     """
     started, alike = time.monotonic(), [b""]
     while time.monotonic() < started + 60.0:

@@ -135,18 +135,18 @@ def blueprint(
     `final` is what `Paths.draw` returns; without it, all portraits but responses and all fast
     motion are shown. Without `playing` a viewer does not play it by itself.
     """
-    drawn = _shown_portraits(channels, final)
+    shown = _shown_portraits(channels, final)
 
     def of_kind(kind: str) -> list[rrb.View]:
-        return [each.view() for each in drawn if each.entity.startswith(kind)]
+        return [each.view() for each in shown if each.entity.startswith(kind)]
 
     motion = _motion(channels, final.windows if final else ())
-    beside, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
+    right, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
     if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
-        beside, beneath = [*beside, *beneath], []
+        right, beneath = [*right, *beneath], []
     kinds = ("/response", "/loop/contact", f"/loop{FULL}", "/orbit")
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row) for row in _in_rows((beside, *map(of_kind, kinds)))
+        rrb.Horizontal(*row) for row in _in_rows((right, *map(of_kind, kinds)))
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())

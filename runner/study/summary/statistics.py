@@ -84,7 +84,7 @@ class Sensitivity:
 
 
 def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
-    """Return the indices of samples that were drawn by the method "saltelli".
+    """Return the indices of samples of the method "saltelli".
 
     Raises SlipmodeError if a sample failed: the method needs all of them.
     """
