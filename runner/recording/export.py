@@ -13,7 +13,7 @@ import numpy as np
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.load import Signals, chosen, read
+from slipmode.runner.recording.load import Signals, read
 from slipmode.runner.recording.mcap_reader import naming
 
 
@@ -34,7 +34,7 @@ def export(
         raise SlipmodeError(f"{target}: the name must end in .npz, .csv or .parquet")
     channels = read(path).channels
     with naming(path):
-        wanted = chosen(channels, topics)
+        wanted = {topic: channels[topic] for topic in topics or channels}
     if target.exists() and target.samefile(path):
         raise SlipmodeError(f"{target} is the recording itself: give another name")
     if target.suffix == ".npz":

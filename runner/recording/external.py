@@ -20,7 +20,7 @@ from mcap import records
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.load import RecordingData, Signals, kind_of
+from slipmode.runner.recording.load import Channels, RecordingData, Signals, kind_of
 from slipmode.runner.recording.mcap_reader import (
     WALL_CLOCK,
     DamagedError,
@@ -83,7 +83,7 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
             raise SlipmodeError(complaint)
         begin = min(inventory.first.values(), default=0)
         origin = begin if begin >= WALL_CLOCK else 0
-        channels: dict[str, Signals] = {}
+        channels = Channels()
         left_out = []
         for number in decoders:
             record, kind = inventory.channels[number], kind_of(inventory, number)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from os import PathLike
@@ -129,7 +129,7 @@ class Selection:
 
     def of(self, data: RecordingData) -> RecordingData:
         """Return the selected part; refuse unknown channels and times without samples."""
-        channels = chosen(data.channels, self.topics)
+        channels = {topic: data.channels[topic] for topic in self.topics or data.channels}
         header = data.header
         if self.start > -math.inf or self.end < math.inf:
             for topic, signals in channels.items():
@@ -144,14 +144,6 @@ class Selection:
                 )
         events = [event for event in data.events if self.start <= event.time <= self.end]
         return replace(data, header=header, channels=channels, events=events)
-
-
-def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, Signals]:
-    """Return the channels of some topics, all if there are none; refuse unknown topics."""
-    for topic in topics:
-        if topic not in channels:
-            raise SlipmodeError(f"no channel {topic}: {', '.join(channels)}")
-    return {topic: channels[topic] for topic in topics or channels}
 
 
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
