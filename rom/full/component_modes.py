@@ -25,7 +25,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.solvers.mass import mobility
@@ -34,8 +34,8 @@ from slipmode.rom.structure.structure import Structure
 _FIRST, _MOST = 8, 256  # modes to compute first, doubled until they are enough
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ComponentModes(Record):
+@frozen
+class ComponentModes:
     """A structure on its component modes.
 
     Attributes

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +13,12 @@ from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Converged(Record):
+@frozen
+class Converged:
     """The motion at half the step, and its difference from the motion at the step.
 
     Attributes

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -13,12 +12,12 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Excitation(Record):
+@frozen
+class Excitation:
     """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
     theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -12,7 +12,7 @@ import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 # Per period of the fastest carrier: not an integer, so that harmonics do not alias onto each
 # other, and samples fall on all phases of the carrier within a window.
@@ -20,8 +20,8 @@ SAMPLES_PER_PERIOD = 16.309
 _APART = 0.8  # turns between two lines in a window that distinguishes them
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class HarmonicFit(Record):
+@frozen
+class HarmonicFit:
     """Fit of lines 2 Re(c exp(i nu t)) of known frequencies to signals in a window.
 
     The window is far shorter than one that separates lines by their spectrum. Motion at other

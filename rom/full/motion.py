@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class State(Record):
+@frozen
+class State:
     """The state in which a motion starts or ends.
 
     Attributes
@@ -33,8 +31,8 @@ class State(Record):
     contact_memory: Floats | None = None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class FullMotion(Record):
+@frozen
+class FullMotion:
     """A motion at the sample times.
 
     Attributes

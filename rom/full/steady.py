@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,15 +15,15 @@ from slipmode.rom.full.motion import State
 from slipmode.rom.full.window import Nonharmonic, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
 _REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction that they must give
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SteadyAmplitude(Record):
+@frozen
+class SteadyAmplitude:
     """x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
 
     Attributes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -12,15 +12,15 @@ from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 _DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Projection(Record):
+@frozen
+class Projection:
     """A structure on the coordinates c of a basis, x = basis c."""
 
     structure: Structure  # M = I, K, C, W of the coordinates
@@ -69,8 +69,8 @@ class Projection(Record):
         return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ReducedStructure(Record):
+@frozen
+class ReducedStructure:
     """The structure of a reduced model, x = shapes c, with the modes first in c."""
 
     structure: Structure  # M, K, C, W of the coordinates, without springs of elastic contacts

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 _ROUNDING = 1e-9  # distance of equal times, relative to a step
 _MOST_STEPS = 1e12
@@ -29,8 +29,8 @@ class Run:
     sampled: bool  # False if it ends at the start of a segment that is no sample time
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Schedule(Record):
+@frozen
+class Schedule:
     """The runs through all samples."""
 
     time: Floats  # (samples,) [s]

@@ -11,7 +11,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen, short_repr
 
 _POWER = 8  # weight sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
@@ -24,22 +24,24 @@ _MOST_SAMPLES = 2**20  # of a window that separates harmonics from other lines
 _CHUNK = 4096  # samples projected at a time
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Nonharmonic(Record):
+@frozen
+class Nonharmonic:
     """The part of a motion at other frequencies than n Omega_A + m Omega_B."""
 
     share: float  # its RMS, relative to the RMS of the motion [-]
     frequency: float  # of its strongest line [rad/s]
 
 
-@dataclass(frozen=True, repr=False)
-class Window(Record):
+@dataclass(frozen=True)
+class Window:
     """A window that is long enough to separate lines of the spectrum."""
 
     frequency: Floats  # (modes,), of the carriers [rad/s]
     forced: Flags  # (modes,), whether there is a force
     length: float  # [s]
     samples: int
+
+    __repr__ = short_repr
 
     @classmethod
     def of(cls, excitation: Excitation, periods: float | None = None) -> Self:

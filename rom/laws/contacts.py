@@ -9,13 +9,13 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, joined
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 
 ElasticLaw = Jenkins | Iwan | Sliders | FrictionalContact
 
 
-@dataclass(frozen=True, repr=False)
-class Contacts(Record):
+@dataclass(frozen=True)
+class Contacts:
     """Groups of contacts, each with its law.
 
     Parameters
@@ -25,6 +25,8 @@ class Contacts(Record):
     """
 
     groups: Sequence[tuple[ElasticLaw, Sequence[int]]]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         groups = tuple((law, tuple(int(c) for c in columns)) for law, columns in self.groups)

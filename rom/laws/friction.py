@@ -13,11 +13,11 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import checked, per_contact
 from slipmode.rom.representable import LARGEST, SMALLEST
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 
 
-@dataclass(frozen=True, repr=False)
-class Tanh(Record):
+@dataclass(frozen=True)
+class Tanh:
     """Regularised Coulomb friction g = mu N tanh(v / alpha), Eq. (28).
 
     Parameters
@@ -33,6 +33,8 @@ class Tanh(Record):
     alpha: float
     code: ClassVar[int] = 0
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
         if not SMALLEST <= as_floats("alpha", self.alpha) <= LARGEST:
@@ -42,8 +44,8 @@ class Tanh(Record):
         object.__setattr__(self, "alpha", float(self.alpha))
 
 
-@dataclass(frozen=True, repr=False)
-class Coulomb(Record):
+@dataclass(frozen=True)
+class Coulomb:
     """Exact Coulomb friction, set-valued at v = 0: |g| <= mu N, g = mu N sign(v) in slip.
 
     Parameters
@@ -55,6 +57,8 @@ class Coulomb(Record):
     limit: float | Sequence[float]
     code: ClassVar[int] = 1
     alpha: ClassVar[float] = 0.0
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))

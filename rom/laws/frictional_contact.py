@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from slipmode.rom import kernel
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import FRICTIONAL, Elements, checked, per_contact
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 
 
-@dataclass(frozen=True, repr=False)
-class FrictionalContact(Record):
+@dataclass(frozen=True)
+class FrictionalContact:
     """An elastic surface under a normal load N = N0 + k_n (x_n - gap) that slides and opens.
 
     The tangential force is k_t (x_t - s), at most mu N. The contact is open if N would be
@@ -43,6 +43,8 @@ class FrictionalContact(Record):
     normal_stiffness: float | Sequence[float]
     gap: float | Sequence[float] = 0.0
     tangents: int = 1
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         units = {"mu": "[-]", "preload": "[N]", "gap": "[m]"}

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 
 # Sliders of Iwan's distribution, 18 per decade of displacement. From 3e-3 of macro-slip on, the
 # dissipation per cycle is within 1 % of the continuous distribution
@@ -19,8 +19,8 @@ _SLIDERS = 72
 _LEAST_SLIDER = 1e-4  # displacement at which the first slides, relative to macro-slip
 
 
-@dataclass(frozen=True, repr=False)
-class Jenkins(Record):
+@dataclass(frozen=True)
+class Jenkins:
     """A spring and a slider s in series: f = k_t (x - s), |f| <= mu N.
 
     Parameters
@@ -34,6 +34,8 @@ class Jenkins(Record):
     limit: float | Sequence[float]
     stiffness: float | Sequence[float]
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "limit", checked("limit", self.limit, "[N]"))
         stiffness = checked("stiffness", self.stiffness, "[N/m]", positive=True)
@@ -46,8 +48,8 @@ class Jenkins(Record):
         return sliders_on(limit[:, np.newaxis], stiffness[:, np.newaxis])
 
 
-@dataclass(frozen=True, repr=False)
-class Iwan(Record):
+@dataclass(frozen=True)
+class Iwan:
     """Jenkins elements in parallel, with the distribution of Segalman's four parameters.
 
     Sliders slip from zero force on, with a density ~ phi^chi of the displacement phi at which they
@@ -77,6 +79,8 @@ class Iwan(Record):
     chi: float
     beta: float
     sliders: int = _SLIDERS
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         checked("force", self.force, "[N]", positive=True)
@@ -110,8 +114,8 @@ class Iwan(Record):
         return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))
 
 
-@dataclass(frozen=True, repr=False)
-class Sliders(Record):
+@dataclass(frozen=True)
+class Sliders:
     """A list of Jenkins elements in parallel, the same on each contact.
 
     Parameters
@@ -124,6 +128,8 @@ class Sliders(Record):
 
     limit: Sequence[float]
     stiffness: Sequence[float]
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         limit = np.atleast_1d(checked("limit", self.limit, "[N]"))

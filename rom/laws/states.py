@@ -7,14 +7,12 @@ the Iwan law, slip if all of them do (macro-slip).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 STUCK, SLIPPING, OPEN = 0, 1, 2
 STATES = ("stuck", "slipping", "open")
@@ -22,8 +20,8 @@ STATES = ("stuck", "slipping", "open")
 _AT_LIMIT = 1.0 - 1e-9  # force at the friction limit but for rounding, relative to it
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ContactStates(Record):
+@frozen
+class ContactStates:
     """State of each contact (element), which may have several contact DOFs; all (n, elements)."""
 
     state: NDArray[np.int8]  # STUCK, SLIPPING or OPEN

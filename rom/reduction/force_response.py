@@ -8,7 +8,6 @@ that neither modes nor contact shapes represent.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Self
 
@@ -18,7 +17,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import Reduced, force_vectors
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 # One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, the force per unit of
@@ -36,8 +35,8 @@ def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
     return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class AppliedForces(Record):
+@frozen
+class AppliedForces:
     """Forces on a reduced structure, one per mode, and their effects per unit of modal force."""
 
     reduced: Reduced
@@ -134,8 +133,8 @@ class AppliedForces(Record):
         return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ForceResponse(Record):
+@frozen
+class ForceResponse:
     """Effects of forces besides the excitation of their own mode, per unit of modal force F_j."""
 
     applied: AppliedForces

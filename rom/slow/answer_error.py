@@ -20,7 +20,6 @@ carriers. It is measured: contact problems are solved at the forcing frequencies
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Self
 
@@ -31,15 +30,15 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 # Distances from the carriers, relative to the largest: one point is measured between two.
 _LEVELS = (1.0, 0.6, 0.3, 0.1)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TableError(Record):
+@frozen
+class TableError:
     """The error of S_j at points of a curve."""
 
     size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]

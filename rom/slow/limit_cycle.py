@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
@@ -39,8 +39,8 @@ _CONVERGED = 1e-9  # residual relative to the elastic force at the largest ampli
 _SAME = 1e-6  # relative distance of equal limit cycles
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LimitCycle(Record):
+@frozen
+class LimitCycle:
     """x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) plus the contacts' share.
 
     Attributes

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +23,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
@@ -35,8 +34,8 @@ SPIN_UP_PERIODS = 10.0
 _STEPS = {"rigid": 128, "elastic": 64}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Motion(Record):
+@frozen
+class Motion:
     """Fast motion at given times.
 
     Attributes

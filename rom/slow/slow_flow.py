@@ -6,7 +6,7 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -16,7 +16,7 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 
@@ -82,8 +82,8 @@ def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes)
     return rate
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Balance(Record):
+@frozen
+class Balance:
     """The amplitude equations of steady motion, at points; NaN outside the friction table.
 
     Without a'', and without the combination resonances, whose mean over time is zero.
@@ -112,8 +112,8 @@ def rate_and_jacobian(
     return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ForcedFlow(Record):
+@frozen
+class ForcedFlow:
     """The slow flow at points with a frequency and a constant force each."""
 
     model: Model

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
@@ -33,8 +32,8 @@ if TYPE_CHECKING:
 _CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ResonanceCurve(Record):
+@frozen
+class ResonanceCurve:
     """Forcing frequencies at which a mode vibrates with given amplitudes, Eq. (23) or (25).
 
     Attributes
@@ -52,8 +51,8 @@ class ResonanceCurve(Record):
     above: Floats
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ResonanceSurface(Record):
+@frozen
+class ResonanceSurface:
     """Steady amplitudes over a grid of both forcing frequencies.
 
     Attributes

@@ -12,7 +12,6 @@ again at the amplitudes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +20,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure
@@ -30,8 +29,8 @@ from slipmode.rom.table.model import Model
 _SMALLEST = 0.1  # amplitude relative to the table's range that is the least scale of a march
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SteadyMotion(Record):
+@frozen
+class SteadyMotion:
     """Steady states of a model, at points."""
 
     model: Model

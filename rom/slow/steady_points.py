@@ -6,7 +6,7 @@ of the point is integrated from rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Self
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
@@ -28,8 +28,8 @@ _ROUNDING = 1e-11  # update of Newton's method, relative to the table's range
 _CONVERGED = 1e-10  # residual relative to the forces in the amplitude equations
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SteadyPoints(Record):
+@frozen
+class SteadyPoints:
     """Steady amplitudes of many loads, and refusals."""
 
     amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]; NaN where the load is refused

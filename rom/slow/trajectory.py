@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import ForceResponse
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
@@ -24,8 +24,8 @@ _ORDER = 3  # least order at which the deviation falls with the number of parts
 _AT_POINTS = ("time", "amplitude", "angle")  # fields with one row more than there are steps
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SlowTrajectory(Record):
+@frozen
+class SlowTrajectory:
     """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
 
     Attributes

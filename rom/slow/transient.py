@@ -19,7 +19,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 # Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
 # that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
@@ -41,8 +41,8 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
     return np.asarray(threshold.min(axis=1))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TransientError(Record):
+@frozen
+class TransientError:
     """Error of the amplitudes of a reduced model while they change."""
 
     load: Floats  # (modes, parts), peak force on stuck parts per amplitude [N kg^-1/2 m^-1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -12,7 +11,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import (
     TOLERANCE,
     Matrix,
@@ -26,8 +25,8 @@ from slipmode.rom.structure.matrices import (
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Partition(Record):
+@frozen
+class Partition:
     """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
 
     x = E x_e + R x_c with W^T E = 0 and W^T R = I, so x_c = 0 is the bonded structure. With

@@ -8,7 +8,6 @@ damped nonlinear mode (extended periodic motion concept, Krack 2015). In the slo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -34,8 +33,8 @@ _POINTS = 200
 _PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Backbone(Record):
+@frozen
+class Backbone:
     """A damped nonlinear mode.
 
     Attributes

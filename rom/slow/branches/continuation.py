@@ -8,7 +8,6 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,15 +15,15 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 Kind = Literal["fold", "Hopf"]
 
 MOST_POINTS = 5000  # to each side of the first solution of a curve
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Points(Record):
+@frozen
+class Points:
     """Points along a curve F(y, p) = 0 with k unknowns y, as rows of the core."""
 
     rows: Floats
@@ -61,8 +60,8 @@ class Points(Record):
         return passed
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Branch(Record):
+@frozen
+class Branch:
     """Solutions in their order along the curve."""
 
     points: Points

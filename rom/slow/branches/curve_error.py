@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import (
     TableError,
     change_along,
@@ -25,8 +25,8 @@ from slipmode.rom.slow.slow_flow import ForcedFlow
 _DIFFERENCE = 1e-6  # of the span, for derivatives: far above rounding
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CurveError(Record):
+@frozen
+class CurveError:
     """The error of a response curve at its points."""
 
     amplitude: Floats  # (points, modes), of a_j at constant parameter [kg^1/2 m]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,7 +14,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
@@ -25,8 +24,8 @@ Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B"
 LARGEST_STEP = 0.02  # between two points, relative to the span and to the table's range
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ForcedSlowFlow(Record):
+@frozen
+class ForcedSlowFlow:
     """da/dt of the slow flow in scaled unknowns z = (Re a, Im a, ... / range, part of the span).
 
     Where limits are varied, the unknowns are amplitudes divided by the factor.

@@ -6,12 +6,10 @@ against the forcing. All orbits are integrated at once, from points near the ste
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
@@ -22,8 +20,8 @@ _STRETCH, _MOST_STRETCHES = 400, 40  # steps, after which extremes are compared
 _SAME = 2e-3  # difference of equal extremes, relative to the table's range
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SlowCycles(Record):
+@frozen
+class SlowCycles:
     """Extremes of amplitudes that oscillate in slow time on closed orbits."""
 
     parameter: Floats  # (n,), as in ResponseCurve, ascending

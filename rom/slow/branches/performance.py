@@ -8,7 +8,7 @@ every friction limit or preload s N. In phase resonance the force balances the l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import error_at_constant
 from slipmode.rom.slow.branches.backbone import (
     BAND,
@@ -49,8 +49,8 @@ _PASSES, _CONVERGED = 100, 1e-12  # relative change of the frequencies of peaks
 _LITTLE = 0.01  # relative change of the damping by friction that has no best limit
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class PerformanceCurve(Record):
+@frozen
+class PerformanceCurve:
     """Resonance peaks of a mode by a factor on all friction limits and preloads.
 
     Attributes

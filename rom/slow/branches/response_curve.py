@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
@@ -39,8 +38,8 @@ if TYPE_CHECKING:
 _SECTIONS = 9  # values of the parameter at which steady states are searched
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SpecialPoint(Record):
+@frozen
+class SpecialPoint:
     """Where stability changes.
 
     Attributes
@@ -58,8 +57,8 @@ class SpecialPoint(Record):
     amplitude: Complexes
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class CurveSizes(Record):
+@frozen
+class CurveSizes:
     """Amplitudes of points, special points and slow cycles of a curve, each (n, modes)."""
 
     points: Floats
@@ -68,8 +67,8 @@ class CurveSizes(Record):
     highest: Floats
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ResponseCurve(Record):
+@frozen
+class ResponseCurve:
     """Steady states against a varied parameter, branch after branch.
 
     Attributes

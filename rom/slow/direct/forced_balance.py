@@ -28,7 +28,7 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
     SteadyHarmonics,
@@ -62,8 +62,8 @@ class Balanced(SteadyHarmonics):
     grid: Discretisation
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ForcedBalance(Record):
+@frozen
+class ForcedBalance:
     """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
 
     reduced: Reduced

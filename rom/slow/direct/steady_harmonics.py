@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -12,14 +11,14 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 
 # Contact motion relative to the strongest mode's; errors of weaker modes are relative to it.
 _WEAK = 0.1
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SteadyHarmonics(Record):
+@frozen
+class SteadyHarmonics:
     """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first."""
 
     amplitude: Complexes  # (modes,), a_j of the retained modes at their carriers [kg^1/2 m]
@@ -37,8 +36,8 @@ def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Compl
     return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Receptance(Record):
+@frozen
+class Receptance:
     """Matrices of all modes at the harmonics of forces and contacts."""
 
     orders: tuple[Order, ...]  # The carriers of the retained modes first

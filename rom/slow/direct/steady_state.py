@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse, Forces
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.forced_balance import (
     CLOSEST,
     LINES,
@@ -40,8 +40,8 @@ _BY_STEPS = {"rigid": 1 / 3, "elastic": 1.0}
 Method = Literal["balance", "integration"]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SteadyState(Record):
+@frozen
+class SteadyState:
     """A steady state under constant forces F_j cos(Omega_j t).
 
     Attributes

@@ -17,15 +17,15 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
 from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 _BLOCK = 8192  # harmonics at a time, to limit the memory
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ModalResponse(Record):
+@frozen
+class ModalResponse:
     """Harmonics of the contacts, and the response of the modes, along a slow trajectory.
 
     A harmonic c_nm stands for 2 Re(c_nm exp(i (n theta_A + m theta_B))).

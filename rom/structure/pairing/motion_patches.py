@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 
 _FLAT = 1e-9  # distance between contacts at one place, relative to the interface
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class MotionPatches(Record):
+@frozen
+class MotionPatches:
     """Patches of contacts, and the error of given motions that they cause.
 
     Attributes

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, shape_functions
 
 _OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
@@ -18,8 +18,8 @@ _FARTHEST = 3.0  # bound of local coordinates during the iteration
 _STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
 
-@dataclass(frozen=True, repr=False)
-class Met(Record):
+@dataclass(frozen=True)
+class Met:
     """Points of the surface that meet the target, and the motion of the target there."""
 
     point: Indices  # (pairs,), ascending
@@ -27,6 +27,8 @@ class Met(Record):
     motion: Floats  # (pairs, corners, 3, 3), displacement there per displacement of each corner
     foot: Floats  # (pairs, 3), place on the target [m]
     normal: Floats  # (pairs, 3), from the surface towards the target
+
+    __repr__ = short_repr
 
 
 def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> Met:

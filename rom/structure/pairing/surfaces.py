@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import Record
+from slipmode.rom.short_repr import short_repr
 
 Indices = NDArray[np.intp]
 
@@ -19,12 +19,14 @@ _FLAT = 1e-12  # area of a facet without area, relative to the square of its siz
 _FOLDED = 0.1  # mean normal of the facets of a node that face opposite ways
 
 
-@dataclass(frozen=True, repr=False)
-class Facets(Record):
+@dataclass(frozen=True)
+class Facets:
     """Triangles and quadrilaterals, corners counter-clockwise as seen from outside the body."""
 
     nodes: Indices  # (facets, 4); the last node of a triangle is there twice
     corners: Floats  # (facets, 4, 3), positions [m]
+
+    __repr__ = short_repr
 
     @property
     def triangular(self) -> Flags:
@@ -100,14 +102,16 @@ class Facets(Record):
             )
 
 
-@dataclass(frozen=True, repr=False)
-class Surface(Record):
+@dataclass(frozen=True)
+class Surface:
     """The nodes of a surface, each once, and its facets if it has some."""
 
     name: str  # argument that it was given as
     nodes: Indices  # (nodes,), as listed, or the nodes of the facets in ascending order
     position: Floats  # (nodes, 3) [m]
     facets: Facets | None
+
+    __repr__ = short_repr
 
     def areas_and_normals(self) -> tuple[Floats, Floats]:
         """Return the area of each node (nodes,) [m^2] and unit normals (nodes, 3), of facets."""
