@@ -313,8 +313,7 @@ typedef struct {
     const sm_inputs *inputs;
 } sm_slow_point;
 
-/* First-order changes of the rates and powers along a direction in amplitudes and inputs, rates and
- * angles of these included. */
+/* First-order changes of rates and powers along a direction in amplitudes and all inputs. */
 SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slow_point *at,
                                           const sm_slow_point *along, double *d_rate,
                                           double *d_powers);
@@ -332,8 +331,7 @@ typedef struct {
     const double *start, *end;  /* (count, modes, 2) amplitudes */
 } sm_trajectory_steps;
 
-/* By how much the slope of the cubic between two points leaves the slow flow, times the duration
- * (count); INFINITY: it leaves the table. */
+/* Deviation of a step's cubic from the slow flow (count); INFINITY: it leaves the table. */
 SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
                                     double *bend);
 /* Amplitudes between equal parts of steps (count, parts - 1, modes, 2), by classical Runge-Kutta. */

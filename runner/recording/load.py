@@ -149,9 +149,16 @@ class Selection:
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
     """Return the samples of a recording by topic: ``load("run.mcap")["/modes"].column("A_abs")``.
 
-    Of a damaged file the part before the damage is read. Raises SlipmodeError if `path` is no MCAP
-    file that slipmode has written; so does a look-up of a topic that is not in it, with the names
-    of the topics.
+    Parameters
+    ----------
+    path : path-like
+        MCAP file; of a damaged file the part before the damage is read.
+
+    Raises
+    ------
+    SlipmodeError
+        If `path` is no MCAP file that slipmode has written. A look-up of a topic that is not in it
+        raises it, too, with the names of the topics.
     """
     return read(path).channels
 
@@ -159,9 +166,20 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
 def read(path: str | PathLike[str]) -> RecordingData:
     """Read an MCAP recording, or the part of a damaged recording before the damage.
 
-    `complete` of the result is false if the file is damaged (its last event has level "warning")
-    or the run stopped early (its last event has level "error"). Raises SlipmodeError if `path` is
-    no MCAP file that slipmode has written.
+    Parameters
+    ----------
+    path : path-like
+
+    Returns
+    -------
+    RecordingData
+        Its `complete` is false if the file is damaged (the last event has level "warning") or the
+        run stopped early (the last event has level "error").
+
+    Raises
+    ------
+    SlipmodeError
+        If `path` is no MCAP file that slipmode has written.
     """
     inventory, events = Inventory(), list[Event]()
     samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = {}

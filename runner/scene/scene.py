@@ -58,9 +58,17 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def load_scene(scene: str | PathLike[str]) -> Scene:
-    """Read a scene from a TOML file, or a shipped scene by its name, see `shipped_scenes`.
+    """Read a scene.
 
-    Raises SlipmodeError, naming the file and the key that is refused.
+    Parameters
+    ----------
+    scene : path-like
+        TOML file, or the name of a shipped scene, see `shipped_scenes`.
+
+    Raises
+    ------
+    SlipmodeError
+        Names the file and the key that is refused.
     """
     path = as_path("scene", scene)
     if not (exists(path) and path.is_file()):
