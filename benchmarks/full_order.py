@@ -31,7 +31,7 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.integrated import IntegratedPass
+from slipmode.runner.transients.passes import IntegratedPass
 from slipmode.runner.validation.reference import MOST_DOFS, on_all_modes
 from slipmode.runner.validation.validate import slow_motion, with_window
 
@@ -188,8 +188,8 @@ def _integrated_seconds(name: str) -> float:
     without = replace(scene.model, table="none", transients="slow", amplitude=None, budget=None)
     plan = make_plan(replace(scene, model=without))
     with Recorder([]) as recorder:
-        record = IntegratedPass(plan).record
-        return processor_time(lambda: record(recorder, lambda: None, False), 2)[0]
+        run = IntegratedPass(plan, recorder, lambda: None).run
+        return processor_time(lambda: run(False), 2)[0]
 
 
 def main(arguments: list[str] | None = None) -> None:

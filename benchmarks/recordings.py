@@ -26,7 +26,7 @@ from slipmode.runner.recording.channels import Channel, Field
 from slipmode.runner.recording.load import load
 from slipmode.runner.recording.mcap_writer import ZSTD_LEVEL
 from slipmode.runner.recording.record import Header, McapSink
-from slipmode.runner.view.phase_portraits import time_column
+from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.replay import replay
 
 _ROWS, _PLAIN_ROWS = 500_000, 25_000  # messages of our side and of the mcap package

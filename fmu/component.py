@@ -259,27 +259,26 @@ class Component:
         """
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
-        count, done, elapsed = ctypes.c_size_t(), ctypes.c_size_t(), ctypes.c_double()
-        reached = (ctypes.byref(count), ctypes.byref(done), ctypes.byref(elapsed))
-        given, trace = (lengths.ctypes.data, scaled.ctypes.data), kernel.lib.sm_component_trace
-        k = 0
-        while done.value < lengths.size:
+        trace, k = kernel.Trace(capacity=_TRACED_ROWS), 0
+        while trace.done < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
-            room = (len(outputs), outputs.ctypes.data)
-            status = trace(self._handle, allowed, *given, *room, *reached)
-            before, k = k, done.value
+            trace.outputs = outputs.ctypes.data
+            status = kernel.lib.sm_component_trace(
+                self._handle, allowed, lengths.ctypes.data, scaled.ctypes.data, trace
+            )
+            before, k = k, trace.done
             self._warn_of_frequencies(records[before:k])
-            if elapsed.value > 0.0:
-                self._inputs = moved_on(records[k : k + 1].copy(), elapsed.value)
+            if trace.elapsed > 0.0:
+                self._inputs = moved_on(records[k : k + 1].copy(), trace.elapsed)
             elif k > 0:
                 self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
             if status == kernel.OK and k == allowed < lengths.size:
                 status = kernel.BAD_ARGUMENT
             if status != kernel.OK:
-                failed = self._inputs if elapsed.value > 0.0 else records[k : k + 1]
-                left = float(lengths[k] - elapsed.value)
-                raise self._stopped(status, left, failed, outputs[: count.value])
-            yield outputs[: count.value]
+                failed = self._inputs if trace.elapsed > 0.0 else records[k : k + 1]
+                left = float(lengths[k] - trace.elapsed)
+                raise self._stopped(status, left, failed, outputs[: trace.count])
+            yield outputs[: trace.count]
 
     def get_state(self) -> Floats:
         """Return the state of the run as an array for `set_state`."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +12,7 @@ from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
@@ -23,7 +22,7 @@ _SEPARATION = 0.05  # least relative distance of a mode in a pair from its neigh
 _AT_STAKE = 1e-3  # least share of stiffness due to contacts of a mode in a pair
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ModeSet:
     """Lowest modes of the structure with its contacts in one state.
 
@@ -47,15 +46,13 @@ class ModeSet:
     contact: Floats
     effective_mass: Floats | None
 
-    __repr__ = short_repr
-
     @property
     def hertz(self) -> Floats:
         """Frequencies (count,) [Hz]."""
         return np.asarray(self.frequency / (2.0 * np.pi))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ModeTable:
     """Modes for each state of the contacts; `print` shows a table.
 
@@ -83,8 +80,6 @@ class ModeTable:
     at_stake: Floats
     contact: Floats
     pairs: tuple[tuple[int, int], ...]
-
-    __repr__ = short_repr
 
     def __str__(self) -> str:
         chosen = self.states[self.reference]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sized
-from typing import Any
+from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
+
+_Class = TypeVar("_Class")
 
 _MOST = 60  # characters of a value that is shown in full
 _MOST_WORDS = 8
@@ -15,10 +17,17 @@ _MOST_WORDS = 8
 def short_repr(self: object) -> str:
     """Return the fields of a dataclass or named tuple: small values in full, large ones by size.
 
-    For the body of a dataclass: ``__repr__ = short_repr``.
+    For the body of a dataclass: ``__repr__ = short_repr``, or see `frozen`.
     """
     fields = ", ".join(f"{name}={_short(getattr(self, name))}" for name in _names(self))
     return f"{type(self).__name__}({fields})"
+
+
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(dataclasses.field,))
+def frozen(cls: type[_Class]) -> type[_Class]:
+    """Make a class a frozen dataclass, compared by identity, whose representation is short."""
+    cls.__repr__ = short_repr  # type: ignore[method-assign]
+    return dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
 
 
 def short_list(words: Iterable[str]) -> str:

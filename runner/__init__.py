@@ -3,14 +3,14 @@
 recording = runner.run("two-mode")  # or the path of a scene
 runner.replay(recording.mcap)
 
-run.py       run: from the scene to the recording. Start here; slow_pass.py: its steps
+run.py       run: from the scene to the recording. Start here
 scene/ plan/ transients/ motion/ recording/ view/   in the order in which run needs them
 scenes/      the shipped scenes
 validation/  a scene compared with full order
 curves/      response curves, backbones, damper design of a scene
 study/       a scene with many other values
 fmi/         a scene as an FMU
-cli.py       the command line; commands/, recording_commands.py: behind it
+cli.py       the command line; commands/: behind it
 """
 
 from slipmode.rom import __version__
@@ -19,8 +19,7 @@ from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
 from slipmode.runner.study.study import StudyResults, run_study
-from slipmode.runner.view.mesh.motion import MeshMotion, write_mesh
-from slipmode.runner.view.mesh.show import show_mesh
+from slipmode.runner.view.mesh.motion import MeshMotion, show_mesh, write_mesh
 from slipmode.runner.view.replay import replay
 
 __all__ = [

@@ -7,26 +7,28 @@ import logging
 import shutil
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.table import disk_cache
+from slipmode.runner.commands import OUTPUT, SCENE, Argument
 from slipmode.runner.commands.command_words import command_words
-from slipmode.runner.curves.commands import add_curve_commands
+from slipmode.runner.commands.curves import add_curve_commands
+from slipmode.runner.commands.mode_table import mode_table
+from slipmode.runner.commands.recordings import add_recording_commands
+from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.fmi.command import add_fmu_command
-from slipmode.runner.recording_commands import add_recording_commands
-from slipmode.runner.study.command import add_study_command
-
-if TYPE_CHECKING:
-    from slipmode.runner.view.viewer import Viewer
+from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.run import run
+from slipmode.runner.scene.reference import as_text
+from slipmode.runner.scene.scene import load_scene, shipped_scenes
+from slipmode.runner.transients.passes import integration_cost
+from slipmode.runner.view.viewer import find_viewer
 
 _log = logging.getLogger("slipmode")
-
-_INTERRUPTED = 130  # what a shell reports after Ctrl-C
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -47,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(f"{where}{error.strerror or error}")
     except KeyboardInterrupt:
         print("slipmode: interrupted; a recording is readable as far as it got", file=sys.stderr)
-        return _INTERRUPTED
+        return 130  # what a shell reports after Ctrl-C
 
 
 @contextmanager
@@ -83,9 +85,12 @@ def _fail(message: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from slipmode.runner.run import run
-
-    live = None if options.live is None else _viewer(options.live or None)
+    live = None
+    if options.live is not None:
+        try:
+            live = find_viewer(options.live or None)
+        except SlipmodeError as error:
+            _log.warning("%s; recorded without it: see slipmode replay", error)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
     before, steps = "friction table", "slow time"
@@ -107,22 +112,7 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _viewer(url: str | None) -> Viewer | None:
-    """Return a viewer to show a run in; None, after a line with the reason, without a viewer."""
-    from slipmode.runner.view.viewer import find_viewer
-
-    try:
-        return find_viewer(url)
-    except SlipmodeError as error:
-        _log.warning("%s; recorded without it: see slipmode replay", error)
-        return None
-
-
 def _plan(options: argparse.Namespace) -> int:
-    from slipmode.runner.plan.plan import make_plan
-    from slipmode.runner.scene.scene import load_scene
-    from slipmode.runner.transients.integrated import integration_cost
-
     plan = make_plan(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
     if plan.may_be_integrated:
@@ -137,35 +127,28 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _modes(options: argparse.Namespace) -> int:
-    from slipmode.runner.commands.mode_table import mode_table
-
     chosen = options.mass, options.contact, options.stiffness, options.number
     print(mode_table(options.file, *chosen))
     return 0
 
 
 def _scenes(options: argparse.Namespace) -> int:
-    from slipmode.runner.scene.scene import load_scene, shipped_scenes
-
-    if options.keys is not None:
-        from slipmode.runner.scene.reference import as_text
-
-        print(as_text(options.keys))
-        return 0
     shipped = shipped_scenes()
-    if options.path is not None:
+    if options.keys is not None:
+        print(as_text(options.keys))
+    elif options.path is not None:
         if options.path not in shipped:
             raise SlipmodeError(f"{options.path}: no such scene; scenes: {', '.join(shipped)}")
         print(shipped[options.path])
-        return 0
-    width = max(len(name) for name in shipped)
-    for name in shipped:
-        print(f"{name:{width}}  {load_scene(name).title}")
+    else:
+        width = max(len(name) for name in shipped)
+        for name in shipped:
+            print(f"{name:{width}}  {load_scene(name).title}")
     return 0
 
 
 def _validate(options: argparse.Namespace) -> int:
-    from slipmode.runner.validation.validate import validate
+    from slipmode.runner.validation.validate import validate  # Rerun takes a while to import
 
     found = validate(options.scene, options.output, progress=True)
     print(found.compared())
@@ -184,8 +167,6 @@ def _validate(options: argparse.Namespace) -> int:
 
 
 def _cache(options: argparse.Namespace) -> int:
-    from slipmode.rom.table import disk_cache
-
     entries = disk_cache.entries()
     size = sum(entries.values()) / disk_cache.MIB
     print(disk_cache.folder())
@@ -207,81 +188,75 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"slipmode {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    add = partial(_command, commands)
-    run = add("run", _run, "run a scene and record it", "run two-mode -o logs")
-    run.add_argument(
-        "--fmu",
-        type=Path,
-        metavar="FILE",
-        help="let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu",
+    def add(
+        name: str,
+        function: Callable[[argparse.Namespace], int],
+        summary: str,
+        example: str,
+        *arguments: Argument,
+    ) -> argparse.ArgumentParser:
+        command = commands.add_parser(
+            name, help=summary, description=summary, epilog=f"example: slipmode {example}"
+        )
+        for each in arguments:
+            command.add_argument(*each.names, **each.options)
+        command.set_defaults(command=function)
+        return command
+
+    live = (
+        "show it in Rerun while it runs: in a new viewer, or in one that listens there: "
+        "run two-mode --live rerun+http://127.0.0.1:9876/proxy"
     )
-    run.add_argument(
-        "--live",
-        nargs="?",
-        const="",
-        metavar="URL",
-        help="show it in Rerun while it runs: in a new viewer, or in one that listens there: "
-        "run two-mode --live rerun+http://127.0.0.1:9876/proxy",
+    fmu = "let an FMU of the scene do the steps: run two-mode --fmu two-mode.fmu"
+    add(
+        "run",
+        _run,
+        "run a scene and record it",
+        "run two-mode -o logs",
+        Argument("--fmu", type=Path, metavar="FILE", help=fmu),
+        Argument("--live", nargs="?", const="", metavar="URL", help=live),
+        SCENE,
+        OUTPUT,
     )
-    plan = add("plan", _plan, "what a scene needs modelled, and why", "plan sweep")
-    modes = add(
+    add("plan", _plan, "what a scene needs modelled, and why", "plan sweep", SCENE)
+    contact = "DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch"
+    add(
         "modes",
         _modes,
         "modes of a scene or a structure, and what each does at the contacts",
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
+        Argument("file", help="a scene, or a file of matrices (see rom.load_structure)"),
+        Argument("--mass", type=Path, help="file of the mass matrix, if it is separate"),
+        Argument("--contact", nargs="+", metavar="WHERE", help=contact),
+        Argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"),
+        Argument("-n", "--number", type=int, default=10, help="number of modes (10)"),
     )
-    modes.add_argument("file", help="a scene, or a file of matrices (see rom.load_structure)")
-    modes.add_argument("--mass", type=Path, help="file of the mass matrix, if it is separate")
-    modes.add_argument(
-        "--contact",
-        nargs="+",
-        metavar="WHERE",
-        help="DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch",
-    )
-    modes.add_argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)")
-    modes.add_argument("-n", "--number", type=int, default=10, help="number of modes (10)")
     add_curve_commands(add)
     add_study_command(add)
     add_recording_commands(add)
-    validate = add(
-        "validate", _validate, "compare a scene with full-order integration", "validate two-mode"
+    add(
+        "validate",
+        _validate,
+        "compare a scene with full-order integration",
+        "validate two-mode",
+        SCENE,
+        OUTPUT,
     )
-    for each in (run, plan, validate):
-        each.add_argument("scene", help="a scene file, or the name of a shipped scene")
-    for each in (run, validate):
-        each.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
     add_fmu_command(add)
-
-    scenes = add(
+    keys = "print the keys of a table of scene files: --keys run"
+    add(
         "scenes",
         _scenes,
         "list the shipped scenes",
         'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
+        Argument("--path", metavar="NAME", help="print where a shipped scene's file is"),
+        Argument("--keys", metavar="TABLE", help=keys),
     )
-    scenes.add_argument("--path", metavar="NAME", help="print where a shipped scene's file is")
-    scenes.add_argument(
-        "--keys", metavar="TABLE", help="print the keys of a table of scene files: --keys run"
-    )
-
-    cache = add(
+    add(
         "cache",
         _cache,
         "friction tables, reductions and libraries that are kept, and their size",
         "cache --clear",
+        Argument("--clear", action="store_true", help="remove them all"),
     )
-    cache.add_argument("--clear", action="store_true", help="remove them all")
-    return parser
-
-
-def _command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser],
-    name: str,
-    function: object,
-    summary: str,
-    example: str,
-) -> argparse.ArgumentParser:
-    parser = commands.add_parser(
-        name, help=summary, description=summary, epilog=f"example: slipmode {example}"
-    )
-    parser.set_defaults(command=function)
     return parser

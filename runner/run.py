@@ -12,7 +12,7 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.motion.record import ContactRecord
+from slipmode.runner.motion.record import contact_channels
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import RecordingData, read
@@ -25,9 +25,8 @@ from slipmode.runner.recording.record import (
     interrupts_held_back,
 )
 from slipmode.runner.scene.scene import Scene, load_scene
-from slipmode.runner.slow_pass import SlowPass
 from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.integrated import IntegratedPass
+from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
@@ -45,10 +44,8 @@ class Recording:
         None if all of the scene was integrated, without a table.
     mcap, rrd : Path or None
         The files, as the scene's [log] requests them.
-    steps : int
-        Communication steps.
-    samples : int
-        Samples of fast motion.
+    steps, samples : int
+        Communication steps, and samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
         Wall time of the plan and the friction table, of the integration alone, in slow time or
         at full order, and of everything.
@@ -107,10 +104,6 @@ def run(
     progress : bool
         Progress bars on work longer than a second.
 
-    Returns
-    -------
-    Recording
-
     Raises
     ------
     SlipmodeError
@@ -149,30 +142,25 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
 
-    def recorder() -> Recorder:
-        details = describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {})
-        header = Header(
-            title=scene.title, scene_text=scene.text, run=details, scene_name=scene.name
-        )
-        return _open(header, _channels(plan), mcap, rrd, live)
-
+    details = describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {})
+    header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
-        pass_: SlowPass | IntegratedPass
-        if model is None:
-            pass_ = IntegratedPass(plan)
-            pass_.record(stack.enter_context(recorder()), raise_if_interrupted, progress)
-        else:
-            component: Steppable
-            if fmu is None:
-                component = stepper(plan, model)
-            else:
-                from slipmode.runner.fmi.load import open_fmu
+        component: Steppable | None = None
+        if fmu is not None:
+            from slipmode.runner.fmi.load import open_fmu
 
-                component = stack.enter_context(open_fmu(fmu, plan, model))
-            opened = stack.enter_context(recorder())
-            pass_ = SlowPass(plan, model, component, opened, raise_if_interrupted)
-            pass_.through_slow_time(progress)
+            assert model is not None  # `check_tabulated`
+            component = stack.enter_context(open_fmu(fmu, plan, model))
+        elif model is not None:
+            component = stepper(plan, model)
+        recorder = stack.enter_context(open_recorder(header, _channels(plan), mcap, rrd, live))
+        pass_: Pass
+        if model is None or component is None:
+            pass_ = IntegratedPass(plan, recorder, raise_if_interrupted)
+        else:
+            pass_ = SlowPass(plan, model, component, recorder, raise_if_interrupted)
+        pass_.run(progress)
     if mcap:
         write_layout(mcap, _channels(plan), plan.scene.units)
     return Recording(
@@ -189,26 +177,23 @@ def run(
     )
 
 
-def _open(
+def open_recorder(
     header: Header,
     listed: list[channels.Channel],
     mcap: Path | None,
     rrd: Path | None,
-    live: Viewer | None,
+    live: Viewer | None = None,
 ) -> Recorder:
-    """Open the files and the viewer of a run; close all if one cannot be opened."""
+    """Open the files and the viewer of a recording; close all if one cannot be opened."""
     sinks: list[Sink] = []
     try:
         if mcap:
             sinks.append(McapSink(mcap, header, listed))
-        if rrd:
-            from slipmode.runner.view.rerun_sink import RerunSink  # takes a while to import
+        if rrd or live:
+            from slipmode.runner.view.rerun_sink import RerunSink  # it takes a while to import
 
-            sinks.append(RerunSink(rrd, header, listed))
-        if live:
-            from slipmode.runner.view.rerun_sink import LiveSink
-
-            sinks.append(LiveSink(live, header, listed))
+            sinks += [RerunSink(rrd, header, listed)] if rrd else []
+            sinks += [RerunSink(live, header, listed, live=True)] if live else []
     except BaseException:
         Recorder(sinks).close()
         raise
@@ -220,7 +205,7 @@ def _channels(plan: Plan) -> list[channels.Channel]:
     scene, modes, reduced = plan.scene, plan.excited.modes, plan.excited.reduced
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
-        listed += ContactRecord(reduced.contacts, reduced.n_contacts).channels
+        listed += contact_channels(reduced)
         if reduced.contacts is not None:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
         if len(modes) == 2:

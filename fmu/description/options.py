@@ -11,7 +11,7 @@ from typing import Literal
 from slipmode.fmu.handle import ComponentOptions
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.text import checked_line
 
 FmiVersion = Literal[2, 3]
@@ -51,7 +51,7 @@ class Origin:
         return {name: value for name, value in given.items() if value is not None}
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Stimuli:
     """Inputs of an experiment, step by step.
 
@@ -68,8 +68,6 @@ class Stimuli:
     names: Sequence[str]
     durations: Floats
     values: Floats
-
-    __repr__ = short_repr
 
 
 @dataclass(frozen=True)

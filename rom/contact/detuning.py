@@ -6,7 +6,6 @@ the response of modes to their harmonics. The slow flow has the factor of the co
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -16,14 +15,14 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 # Largest distance from the carriers, relative to them; the core keeps S_j constant beyond.
 MOST_DETUNING = 0.05
 _DIFFERENCE = 0.02  # step of the central difference, relative to a carrier: far above rounding
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Detuned:
     """The contact problem of forcing off the carriers.
 
@@ -37,8 +36,6 @@ class Detuned:
 
     torus: TorusProblem
     coupling_factor: Complexes
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, torus: TorusProblem, detuning: ArrayLike) -> Self:

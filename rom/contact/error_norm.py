@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 #: Amplitudes below this share of the range are not part of what a table states.
 SMALLEST_SHARE = 1e-3
@@ -24,7 +24,7 @@ _FLOOR = {1: 1e-2, 2: 1.0}
 _LEAST_SHARE = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ErrorNorm:
     """Scale of the error of S_j at an amplitude.
 
@@ -50,8 +50,6 @@ class ErrorNorm:
     least: Floats
     amplitude_range: Floats
     largest: Floats
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, amplitude_range: Floats) -> Self:

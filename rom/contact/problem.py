@@ -11,7 +11,7 @@ motion is periodic.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -34,12 +34,12 @@ from slipmode.rom.reduction.force_response import steady_coupling, steady_reacti
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 _MOST_LINES = 8  # times the lines of the grid, where the motion is not periodic on it
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ContactProblem:
     """Contacts that the modes move at their carriers, whatever the amplitudes.
 
@@ -65,8 +65,6 @@ class ContactProblem:
     combinations: tuple[CombinationResonance, ...] = ()
     requested: int = 0
     given_forces: ContactForces | None = None
-
-    __repr__ = short_repr
 
     @classmethod
     def of(
@@ -135,7 +133,7 @@ class ContactProblem:
         return TorusProblem(self, grid, kernel.contiguous(smallest_amplitude), march)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class TorusProblem:
     """A contact problem on a grid of the torus; see `ContactProblem.on`."""
 
@@ -143,8 +141,6 @@ class TorusProblem:
     grid: Discretisation
     smallest_amplitude: Floats
     march: TorusMarch
-
-    __repr__ = short_repr
 
     def solve(self, amplitudes: ArrayLike, initial_guess: Complexes | None = None) -> ContactTerms:
         """Solve for the periodic motion of the contacts.

@@ -20,7 +20,7 @@ from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.representable import round_up
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 # Fractions of the largest amplitudes at which resolution is tried. One mode: down to small ones.
 # Two: both strong, each strong over a weak one, and both near the slip threshold.
@@ -98,7 +98,7 @@ class _UnresolvedError(Exception):
         self.tolerance = tolerance
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class _Trial:
     """S (points, modes) and T (points, combinations) on a grid, and the steps times lines marched.
 
@@ -110,10 +110,8 @@ class _Trial:
     work: int
     repeats: bool
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class ResolutionSearch:
     """Search for the coarsest discretisation that meets a tolerance.
 
@@ -133,8 +131,6 @@ class ResolutionSearch:
     mapped: Mapped
     time_budget: TimeBudget
     is_optional: bool = False
-
-    __repr__ = short_repr
 
     def choose(self, budget: ErrorBudget) -> Resolution:
         """Return the coarsest discretisation whose answer changes within its share when doubled.
@@ -173,15 +169,13 @@ class ResolutionSearch:
         return within_reach(tolerance)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class _Trials:
     """Solutions at a few amplitudes on several grids."""
 
     search: ResolutionSearch
     budget: ErrorBudget
     _known: dict[tuple[int, int], _Trial] = field(default_factory=dict)
-
-    __repr__ = short_repr
 
     def resolution(self) -> Resolution:
         """See `ResolutionSearch.choose`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.states import OPEN, contact_states
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.representable import SMALLEST
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
@@ -30,7 +30,7 @@ _LOADED = 0.1  # of what friction can hold: tangential force at rest that the la
 _NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Preload:
     """A static state, K x + W f = F; a contact is an element of the law, on one to three DOFs.
 
@@ -57,8 +57,6 @@ class Preload:
     normal_force: Floats
     gap: Floats
     tangential_share: Floats
-
-    __repr__ = short_repr
 
 
 def preload(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reaction import strongest_resonance
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LARGEST_RESIDUAL = 0.05
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ContactTerms:
     """Periodic motion of the contacts at several amplitudes.
 
@@ -48,8 +48,6 @@ class ContactTerms:
     mean_square: Floats
     residual: Floats
     marched: NDArray[np.int32]
-
-    __repr__ = short_repr
 
     @property
     def orders(self) -> list[Order]:

@@ -25,7 +25,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.solvers.mass import mobility
@@ -34,7 +34,7 @@ from slipmode.rom.structure.structure import Structure
 _FIRST, _MOST = 8, 256  # modes to compute first, doubled until they are enough
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ComponentModes:
     """A structure on its component modes.
 
@@ -55,8 +55,6 @@ class ComponentModes:
     projection: Projection
     frequency: Floats
     receptance_error: float
-
-    __repr__ = short_repr
 
     @property
     def structure(self) -> Structure:
@@ -150,8 +148,6 @@ class _Loaded:
     # Reference of the errors, (loads,): the static receptance S^T K_h S; for a bonded contact the
     # stiffness of its shape with its inertia at the highest frequency.
     scale: Floats
-
-    __repr__ = short_repr
 
     def errors(self, omega: Floats, part: Floats, highest: float) -> Floats:
         """Return the error bound with 0, 1, ... modes, (modes + 1,); `part` is phi^T M S.

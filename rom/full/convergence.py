@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,11 +13,11 @@ from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Converged:
     """The motion at half the step, and its difference from the motion at the step.
 
@@ -38,8 +37,6 @@ class Converged:
     velocity_error: Floats
     contact_displacement_error: Floats
     contact_velocity_error: Floats
-
-    __repr__ = short_repr
 
 
 def converged(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -13,7 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import address
 from slipmode.rom.laws.friction import Friction, limits
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
@@ -23,7 +22,7 @@ _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the
 _UNCOUPLED = 1e-9  # damping between two modes that is rounding, relative to their own
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ModalCoordinates:
     """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
 
@@ -32,8 +31,6 @@ class ModalCoordinates:
     damping: Floats  # (n,) if the modes diagonalise it, else (n, n) [1/s]
     directions: Floats  # (N_c, n), contact displacement per modal displacement, W^T shapes
     to_modal: Floats  # (n, n), q = to_modal x
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure) -> Self:

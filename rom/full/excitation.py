@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -13,11 +12,11 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import force_vector
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Excitation:
     """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
@@ -45,8 +44,6 @@ class Excitation:
     frequency_rate: Floats
     phase: Floats
     phase_rate: Floats
-
-    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -12,15 +12,15 @@ import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 # Per period of the fastest carrier: not an integer, so that harmonics do not alias onto each
-# other.
+# other, and samples fall on all phases of the carrier within a window.
 SAMPLES_PER_PERIOD = 16.309
 _APART = 0.8  # turns between two lines in a window that distinguishes them
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class HarmonicFit:
     """Fit of lines 2 Re(c exp(i nu t)) of known frequencies to signals in a window.
 
@@ -32,11 +32,7 @@ class HarmonicFit:
     frequency: Floats  # nu (lines,) [rad/s]
     length: float  # of the window [s]
     samples: int
-    tapered: bool = (
-        False  # samples at the ends weigh less, which reduces the effect of other lines
-    )
-
-    __repr__ = short_repr
+    tapered: bool = False  # less weight at the ends reduces the effect of other lines
 
     @classmethod
     def over(cls, periods: float, carrier: Floats, orders: Sequence[Order]) -> Self:

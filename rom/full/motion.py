@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class State:
     """The state in which a motion starts or ends.
 
@@ -32,10 +30,8 @@ class State:
     contact_force: Floats | None = None
     contact_memory: Floats | None = None
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class FullMotion:
     """A motion at the sample times.
 
@@ -65,5 +61,3 @@ class FullMotion:
     dissipated: Floats
     end: State
     steps: int
-
-    __repr__ = short_repr

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,18 +11,18 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.integration import Integrator
-from slipmode.rom.full.motion import FullMotion, State
+from slipmode.rom.full.motion import State
 from slipmode.rom.full.window import Nonharmonic, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
 _REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction that they must give
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SteadyAmplitude:
     """x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
 
@@ -40,8 +39,6 @@ class SteadyAmplitude:
     amplitude: Complexes
     error: Floats
     end: State
-
-    __repr__ = short_repr
 
 
 def steady_amplitude(
@@ -102,9 +99,9 @@ def steady_amplitude(
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     window = Window.of(excitation, periods)
     state = integrator.at_rest() if start is None else start
-    coarse: list[Complexes] = []
-    fine: list[Complexes] = []
-    for refine, found in ((1, coarse), (2, fine)):
+    found: list[Complexes] = []
+    for refine in (1, 2):
+        coarse, found = found[-1:], []
         for _ in range(most_windows):
             motion = integrator.run(window.times(state.time), state, refine)
             state = motion.end
@@ -114,7 +111,7 @@ def steady_amplitude(
             ):
                 break
         else:
-            rest = nonharmonic_motion(integrator, state)[1]
+            rest = nonharmonic_motion(integrator, state)
             raise SlipmodeError(
                 f"steady amplitude: still changing after {most_windows} windows of "
                 f"{window.length:.4g} s, {rest.share:.2g} of the contacts' motion at frequencies "
@@ -122,20 +119,17 @@ def steady_amplitude(
                 "most_windows, periods (longer windows) or the tolerance, or look at the motion "
                 "itself"
             )
-    error = np.abs(fine[-1] - coarse[-1]) + np.abs(fine[-1] - fine[-2])
-    return SteadyAmplitude(fine[-1], error, state)
+    error = np.abs(found[-1] - coarse[-1]) + np.abs(found[-1] - found[-2])
+    return SteadyAmplitude(found[-1], error, state)
 
 
-def nonharmonic_motion(
-    integrator: Integrator, state: State | None
-) -> tuple[FullMotion, Nonharmonic]:
-    """Return a long motion from a state, and the nonharmonic part of its contact motion.
+def nonharmonic_motion(integrator: Integrator, begin: State) -> Nonharmonic:
+    """Return the nonharmonic part of the contact motion in a long run from a state.
 
     Transitions between stick and slip inside a step are a noise: a part above OFF_LATTICE is
     computed again with finer steps, as long as these reduce it.
     """
     window = Window.of_lines(integrator.excitation)
-    begin = integrator.at_rest() if state is None else state
     before = np.inf
     for refine in _REFINED:
         motion = integrator.run(window.times(begin.time), begin, refine)
@@ -143,4 +137,4 @@ def nonharmonic_motion(
         if rest.share <= OFF_LATTICE or rest.share > _LESS * before:
             break
         before = rest.share
-    return motion, rest
+    return rest

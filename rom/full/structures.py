@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -12,22 +12,20 @@ from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
 from slipmode.rom.reduction.force_response import ForceResponse, Forces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
 _DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Projection:
     """A structure on the coordinates c of a basis, x = basis c."""
 
     structure: Structure  # M = I, K, C, W of the coordinates
     basis: Floats  # (n, coordinates), orthonormal in the mass of the structure [kg^-1/2]
     to_coordinates: Floats  # (coordinates, n), c = to_coordinates x [kg^1/2]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, structure: Structure, reduced: Reduced, patterns: Forces) -> Self:
@@ -71,14 +69,12 @@ class Projection:
         return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ReducedStructure:
     """The structure of a reduced model, x = shapes c, with the modes first in c."""
 
     structure: Structure  # M, K, C, W of the coordinates, without springs of elastic contacts
     shapes: Floats  # (n, coordinates) [kg^-1/2]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced) -> Self:
@@ -87,26 +83,27 @@ class ReducedStructure:
         M, K and C on the shapes (Phi, X) of x = Phi q + X y are in its coupling. With elastic
         contacts K is K_s, with their springs, and X its static response to forces on them.
         """
-        omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
-        inertia = np.vstack((np.zeros_like(reduced.spring), reduced.nonresonant_inertia))
-        spring = np.vstack((reduced.spring, reduced.nonresonant_spring))
-        damper = np.vstack((reduced.damper, reduced.nonresonant_damper))
-        own = np.diag(np.append(reduced.modal_damping, reduced.nonresonant_damping))
+        omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
+        spring, inertia, damper = reduced.coupling_parts
+        structural = reduced.modal_damping - reduced.aerodynamic_damping
+        own = np.diag(np.append(structural, reduced.nonresonant_damping))
         C = np.block([[own + reduced.damping_coupling, damper], [damper.T, reduced.damping]])
         shapes = np.hstack((reduced.all_shapes, reduced.contact_shapes))
         if reduced.contacts is None:  # y are the displacements of the contacts
             mass = reduced.mass + reduced.carried_mass
             M = np.block([[np.eye(omega.size), inertia], [inertia.T, mass]])
             K = np.block([[np.diag(omega**2), spring], [spring.T, reduced.stiffness]])
-            contact = list(range(omega.size, len(M)))
-            return cls(Structure(M, K, C, contact=contact), shapes)
+            structure = Structure(M, K, C, contact=list(range(omega.size, len(M))))
+            return cls(aeroelastic(structure, reduced, np.eye(len(M), len(reduced.modes))), shapes)
         springs = omega[:, np.newaxis] ** 2 * inertia
         K = np.block([[np.diag(omega**2), springs], [springs.T, -reduced.stiffness]])
         basis = orthonormal(inertia, reduced.carried_mass)
         W = basis.T @ np.vstack((springs - spring, -reduced.stiffness))
         K, C = (basis.T @ matrix @ basis for matrix in (K, C))
         K -= (W * reduced.contacts.reference) @ W.T
-        structure = Structure(np.eye(len(W)), 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        unit = np.eye(len(W))
+        structure = Structure(unit, 0.5 * (K + K.T), 0.5 * (C + C.T), contact=W)
+        structure = aeroelastic(structure, reduced, unit[:, : len(reduced.modes)])
         return cls(structure, shapes @ basis)
 
 
@@ -127,7 +124,7 @@ def orthonormal(inertia: Floats, mass: Floats) -> Floats:
 def aeroelastic(
     structure: Structure, reduced: Reduced, mode_shapes: Floats | None = None
 ) -> Structure:
-    """Return the structure with the aerodynamics of its reduced model.
+    """Return the structure with the aerodynamics of its reduced model; it may be self-excited.
 
     Each mode adds M phi Re(c) phi^T M to the stiffness and M phi Im(c) / omega phi^T M to the
     damping; omega is the natural frequency of the structure alone.
@@ -138,13 +135,7 @@ def aeroelastic(
     reduced : Reduced
         Of this structure. Without `aerodynamics` the structure is returned unchanged.
     mode_shapes : (n, modes) ndarray, optional
-        The retained modes in the coordinates of `structure`, if these differ from the DOFs that
-        were reduced.
-
-    Returns
-    -------
-    Structure
-        With dense matrices; it may be self-excited.
+        The retained modes in the coordinates of `structure`. Default: its DOFs were reduced.
     """
     c = reduced.aerodynamics
     if c is None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 _ROUNDING = 1e-9  # distance of equal times, relative to a step
 _MOST_STEPS = 1e12
@@ -29,15 +29,13 @@ class Run:
     sampled: bool  # False if it ends at the start of a segment that is no sample time
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Schedule:
     """The runs through all samples."""
 
     time: Floats  # (samples,) [s]
     samples_start: bool  # whether the first sample is the start itself
     runs: list[Run]
-
-    __repr__ = short_repr
 
     @classmethod
     def plan(

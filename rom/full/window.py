@@ -9,30 +9,27 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.full.excitation import Excitation
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD
+from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.rom.short_repr import frozen, short_repr
 
 _POWER = 8  # weight sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
 _ORDER = 7  # |n| + |m| of the lines that are separated from the carriers
 _SHORTEST, _LONGEST = 40, 1000  # window, in periods of the slowest carrier
-# Samples per period of the fastest carrier: not an integer, so that no harmonic aliases onto a
-# carrier, and steps fall on all of its phases within a window.
-_SAMPLES_PER_PERIOD = 32.618
-_LOBE = 5  # bins of a line on either side of its peak
-_PEAK = 1e-4  # of the largest peak: smaller ones are not classified
+_LOBE = 5  # bins of a line on either side of its peak: its leakage ends at the 4th
+_PEAK = 1e-4  # relative to the largest peak; smaller ones are not classified
 _HIGHEST = {1: 60, 2: 41}  # |n| + |m| of the harmonics, by carriers
-_LOOKED, _MOST_SAMPLES = 1000, 2**20  # periods of the slowest carrier, to find other lines
+_MOST_SAMPLES = 2**20  # of a window that separates harmonics from other lines
 _CHUNK = 4096  # samples projected at a time
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Nonharmonic:
     """The part of a motion at other frequencies than n Omega_A + m Omega_B."""
 
     share: float  # its RMS, relative to the RMS of the motion [-]
     frequency: float  # of its strongest line [rad/s]
-
-    __repr__ = short_repr
 
 
 @dataclass(frozen=True)
@@ -57,19 +54,19 @@ class Window:
         slowest = frequency.min()
         if periods is None:
             carriers = frequency[forced] if forced.any() else frequency
-            distance = np.abs(_lines(carriers, _ORDER)[:, np.newaxis] - carriers)
+            distance = np.abs(harmonic_frequencies(carriers, _ORDER)[:, np.newaxis] - carriers)
             spacing = distance[distance > 1e-9 * carriers.max()].min()
             periods = float(np.clip(_BINS / spacing * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
-        samples = int(np.ceil(length * frequency.max() * _SAMPLES_PER_PERIOD / (2 * np.pi)))
+        samples = int(np.ceil(length * frequency.max() * 2 * SAMPLES_PER_PERIOD / (2 * np.pi)))
         return cls(frequency, forced, length, samples)
 
     @classmethod
     def of_lines(cls, excitation: Excitation) -> Self:
         """Return a window that is long enough to find lines between the harmonics."""
         frequency = excitation.frequency[0]
-        samples_per_period = frequency.max() / frequency.min() * _SAMPLES_PER_PERIOD
-        return cls.of(excitation, min(float(_LOOKED), _MOST_SAMPLES / samples_per_period))
+        samples_per_period = frequency.max() / frequency.min() * 2 * SAMPLES_PER_PERIOD
+        return cls.of(excitation, min(float(_LONGEST), _MOST_SAMPLES / samples_per_period))
 
     def times(self, begin: float) -> Floats:
         """Return the sample times (samples,) [s]."""
@@ -123,7 +120,8 @@ class Window:
 
     def _harmonic_bins(self, bins: int) -> Flags:
         """Return where in the spectrum harmonics have their peaks, (bins,)."""
-        place = _lines(self.frequency, _HIGHEST[self.frequency.size]) * self.length / (2.0 * np.pi)
+        lines = harmonic_frequencies(self.frequency, _HIGHEST[self.frequency.size])
+        place = lines * self.length / (2.0 * np.pi)
         place = np.abs(place - self.samples * np.round(place / self.samples))  # with aliasing
         harmonic = np.zeros(bins + 2, dtype=bool)
         for offset in (-1, 0, 1):
@@ -131,9 +129,7 @@ class Window:
         return harmonic[:bins]
 
 
-def _lines(frequency: Floats, highest: int) -> Floats:
-    """Return n Omega_A + m Omega_B with |n| + |m| <= highest, for carriers (modes,) [rad/s]."""
-    order = np.arange(-highest, highest + 1)
-    n, m = np.meshgrid(order, order if frequency.size == 2 else [0])
-    listed = np.abs(n) + np.abs(m) <= highest
-    return np.asarray(n[listed] * frequency[0] + m[listed] * frequency[-1])
+def harmonic_frequencies(carriers: Floats, highest: int) -> Floats:
+    """Return |n Omega_A + m Omega_B| with |n| + |m| <= highest, for carriers (modes,) [rad/s]."""
+    orders = np.array(harmonic_orders(highest, carriers.size, even=True))
+    return np.asarray(np.abs(orders[:, : carriers.size] @ carriers))

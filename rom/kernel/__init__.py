@@ -3,15 +3,16 @@
 slipmode.h is its public header: start there. The C is in the rooms of rom/:
 
 contact/   a time step of Eq. (12), sdirk2.c; friction as resolvents, friction.h, Eq. (28);
-           stage/: the solvers of a stage, by their algorithms
+           stage/: solvers of a stage; elastic/: elastic contact laws and their solver
 torus/     Eqs. (13), (14) by characteristics: torus.c, iteration.c; growth.c: the rate correction;
-           periodic/: when a motion repeats, and how to get there sooner
+           periodic/: the test of periodicity, acceleration; fixed_point/: elastic contacts, and
+           rigid ones that are soft compared to the response of the modes
 table/     look-up of the bicubic surface of S_j, Eq. (20)
-slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; directional derivatives;
+slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; slow_flow.c: checked entries;
            branches/: curves of steady states; component/: the step-able component;
            motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
-           the march; equilibrium.c: at rest
+           the time integration
 base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
 
 Here library.py loads it and structures.py mirrors its structures.
@@ -27,76 +28,8 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
-from slipmode.rom.kernel.structures import (
-    COMBINATIONS,
-    DOUBLES,
-    ELEMENT,
-    FORCED_CELLS,
-    INPUT_FIELDS,
-    INPUT_QUANTITIES,
-    INPUTS,
-    MODES,
-    SCALE_FIELDS,
-    SEGMENT,
-    Branch,
-    Combination,
-    Contact,
-    Curve,
-    CurveRates,
-    Discretisation,
-    Elastic,
-    Forced,
-    Full,
-    FullSamples,
-    HarmonicSum,
-    ModalResponse,
-    Motion,
-    SlowFlow,
-    Table,
-    TorusMotion,
-    TorusPoints,
-)
-
-__all__ = [
-    "BAD_ARGUMENT",
-    "COMBINATIONS",
-    "DOUBLES",
-    "ELEMENT",
-    "FORCED_CELLS",
-    "INPUTS",
-    "INPUT_FIELDS",
-    "INPUT_QUANTITIES",
-    "MODES",
-    "NOT_CONVERGED",
-    "OK",
-    "OUTPUTS_FIXED",
-    "OUTSIDE_TABLE",
-    "SCALE_FIELDS",
-    "SEGMENT",
-    "Branch",
-    "Combination",
-    "Contact",
-    "Curve",
-    "CurveRates",
-    "Discretisation",
-    "Elastic",
-    "Forced",
-    "Full",
-    "FullSamples",
-    "HarmonicSum",
-    "ModalResponse",
-    "Motion",
-    "SlowFlow",
-    "Table",
-    "TorusMotion",
-    "TorusPoints",
-    "check",
-    "contiguous",
-    "inputs",
-    "lib",
-    "message",
-    "table",
-]
+from slipmode.rom.kernel.structures import *  # noqa: F403
+from slipmode.rom.kernel.structures import INPUTS, Table
 
 OUTPUTS_FIXED = 10
 
@@ -110,7 +43,7 @@ lib = load()
 
 
 def message(status: int) -> str:
-    """What a status means, in words."""
+    """Return what a status means, in words."""
     return str(lib.sm_message(status).decode())
 
 
@@ -121,7 +54,7 @@ def check(status: int, doing: str) -> None:
 
 
 def inputs(count: int) -> NDArray[np.void]:
-    """`count` sm_inputs: no force, frequencies of 1 rad/s, friction limits as tabulated."""
+    """Return `count` sm_inputs: no force, frequencies of 1 rad/s, friction limits as tabulated."""
     made = np.zeros(count, dtype=INPUTS)
     made["frequency"] = 1.0
     made["limit_scale"] = 1.0
@@ -129,7 +62,7 @@ def inputs(count: int) -> NDArray[np.void]:
 
 
 def contiguous(values: Any) -> Floats:
-    """A C-contiguous float64 array that the core can read."""
+    """Return a C-contiguous float64 array that the core can read."""
     return np.ascontiguousarray(values, dtype=float)
 
 
@@ -141,7 +74,7 @@ def table(
     rate_correction: Floats | None,
     detuning: Floats | None,
 ) -> Table:
-    """sm_table over the given contiguous arrays, which it keeps alive."""
+    """Return an sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2
     power = int(columns > modes)
     result = Table(

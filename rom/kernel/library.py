@@ -12,6 +12,7 @@ from slipmode.rom.kernel.structures import (
     STRUCTURES,
     Branch,
     Contact,
+    ContactSamples,
     Curve,
     Discretisation,
     Elastic,
@@ -25,6 +26,8 @@ from slipmode.rom.kernel.structures import (
     Table,
     TorusMotion,
     TorusPoints,
+    Trace,
+    TrajectorySteps,
     layout,
 )
 
@@ -43,20 +46,15 @@ _SIGNATURES: dict[str, list[Any]] = {
         *(POINTER(Contact), POINTER(Discretisation), c_size_t, c_void_p, c_void_p, c_void_p),
     ],
     "sm_contact_motion": [
-        *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32),
-        *(c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
+        *(POINTER(Contact), c_size_t, c_void_p, c_void_p, c_int32, POINTER(ContactSamples)),
     ],
     "sm_harmonic_motion": [
         *(POINTER(HarmonicSum), c_size_t, c_void_p, c_size_t, c_void_p, c_void_p),
     ],
-    "sm_table_lookup_many": [POINTER(Table), c_size_t, c_void_p, c_void_p],
-    "sm_slow_flow_rate": [
-        *(POINTER(SlowFlow), c_void_p, c_double),
-        *(c_void_p, c_void_p, POINTER(c_double), POINTER(c_double)),
-    ],
+    "sm_table_lookup": [POINTER(Table), c_size_t, c_void_p, c_void_p],
     "sm_slow_flow_rates": [POINTER(SlowFlow), c_size_t, c_void_p, c_void_p, c_void_p],
-    "sm_trajectory_bend": [POINTER(SlowFlow), c_size_t, *[c_void_p] * 5],
-    "sm_trajectory_divide": [POINTER(SlowFlow), c_size_t, *[c_void_p] * 4, c_int32, c_void_p],
+    "sm_trajectory_bend": [POINTER(SlowFlow), POINTER(TrajectorySteps), c_void_p],
+    "sm_trajectory_divide": [POINTER(SlowFlow), POINTER(TrajectorySteps), c_int32, c_void_p],
     "sm_slow_flow_balance": [
         *(POINTER(SlowFlow), c_size_t, c_void_p, c_void_p, c_void_p, c_void_p),
     ],
@@ -78,10 +76,7 @@ _SIGNATURES: dict[str, list[Any]] = {
     "sm_component_outputs": [c_void_p, c_void_p],
     "sm_component_slow_outputs": [c_void_p, c_void_p],
     "sm_component_run": [c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, POINTER(c_size_t)],
-    "sm_component_trace": [
-        *(c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p),
-        *(POINTER(c_size_t), POINTER(c_size_t), POINTER(c_double)),
-    ],
+    "sm_component_trace": [c_void_p, c_size_t, c_void_p, c_void_p, POINTER(Trace)],
     "sm_full_march": [
         *(POINTER(Full), c_void_p, c_double, c_void_p, POINTER(FullSamples)),
     ],
@@ -91,7 +86,7 @@ _SIGNATURES: dict[str, list[Any]] = {
 
 
 def load() -> ctypes.CDLL:
-    """The library, whose structures are those that Python knows."""
+    """Load the library; its structures must have the layout that Python expects."""
     found = importlib.util.find_spec(NAME)
     if found is None or found.origin is None:
         raise ImportError(f"{NAME}: the compiled kernel is missing; install slipmode again")
@@ -115,7 +110,7 @@ Layout = Mapping[str, Mapping[str, tuple[int, int]]]
 
 
 def compiled_layout(library: ctypes.CDLL) -> Layout:
-    """Offset and size of every field of every structure in the library, as `layout` has them."""
+    """Return offset and size of every field of every structure in the library, as `layout`."""
     if not hasattr(library, "sm_layout"):
         raise ImportError(f"{NAME}: of another version of slipmode; install slipmode again")
     library.sm_layout.argtypes = [POINTER(c_size_t)]

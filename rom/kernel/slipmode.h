@@ -80,10 +80,10 @@ SM_API size_t sm_elastic_memory(const sm_elastic *elastic);
 SM_API sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const double *x,
                                   double *memory, double *force);
 
-/* Static displacements x (N_c) of contacts, and forces less preload on them, on a structure that
- * takes them to `displacement` (N_c) where all stick and yields by `flexibility` (N_c, N_c) to what
- * they fall short of their reference springs by. They come from rest in one go.
- * SM_NOT_CONVERGED where nothing holds the structure. */
+/* Static displacements x (N_c) of the contacts, and the forces on them less the preload, in one step
+ * from rest. The structure moves the contacts to `displacement` (N_c) if all of them stick; its
+ * `flexibility` (N_c, N_c) is that to the force deficit of the reference springs.
+ * SM_NOT_CONVERGED if nothing holds the structure. */
 SM_API sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
                                         const double *flexibility, const double *displacement,
                                         double *x, double *force);
@@ -98,34 +98,35 @@ typedef struct {
 typedef struct {
     int32_t orders_count;
     const int32_t *orders; /* (orders_count, 2) harmonics (n, m) */
-    /* So many of them, the first, are asked for; 0: all. Of sliders on the torus the others have to
-     * repeat only as far as modes respond to them. */
+    /* The first `asked` harmonics are requested; 0: all. On the torus, the other harmonics of
+     * sliders converge only as far as modes respond to them. */
     int32_t asked;
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
      * Only the torus reads it; along a trajectory the segments bring the force. */
     const double *dynamic_stiffness;
-    /* Modes that are marched along with elastic contacts, in steps of the torus: what they do is
-     * in neither K nor H. The force on mode k is g = drawn_k y, and over a step from y_0 to y_1
+    /* Modes that are integrated along with elastic contacts, in steps of the torus; their response
+     * is neither in K nor in H. The force on mode k is g = drawn_k y, and over a step from y_0 to y_1
      *   p_1 = advance_k (p_0, v_0, g_0, g_1),  v_1 = advance_k+4 (p_0, v_0, g_0, g_1),
-     * but what g_1 does to p_1 is in K. */
+     * except that the part of g_1 in p_1 is in K. */
     int32_t marched;
     const double *drawn;   /* (marched, N_c) */
     const double *advance; /* (marched, 8) */
     /* (orders_count, marched, 2, 2) p and v at t = 0 per harmonic of g, once they are periodic. */
     const double *periodic;
-    /* (orders_count, N_c, 2) harmonics of the contact motion whose response every point of the
-     * torus begins with, and the motion of marched modes; NULL: of none. */
+    /* (orders_count, N_c, 2) initial guess of the harmonics that the modes respond to, the same for
+     * every point of the torus; NULL: 0. */
     const double *start;
-    /* (orders_count, N_c, 2) force on the contacts beside; NULL: none. Only the torus reads it. */
+    /* (orders_count, N_c, 2) harmonics of a further force on the contacts; NULL: none. Only the
+     * torus reads it. */
     const double *held;
 } sm_modal_response;
 
 /* [M x'' +] D x' + K x + g(x') = -2 Re sum_j L_j a_j exp(i theta_j): eq. (12), with inertia and
  * damping of the contacts.
  *
- * Elastic contacts have the dual problem, x(y) + K y = -2 Re sum_j L_j a_j exp(i theta_j), for the
- * force y that they fall short of their reference springs by, K = -(flexibility of the structure).
- * What is said of the contact displacement holds for y then. */
+ * Elastic contacts have the dual problem, x(y) + K y = -2 Re sum_j L_j a_j exp(i theta_j), with the
+ * force deficit y of their reference springs and K = -(flexibility of the structure). Then y takes
+ * the place of the contact displacement. */
 typedef struct {
     int32_t contacts;        /* N_c */
     int32_t modes;           /* 1 or 2 */
@@ -210,13 +211,18 @@ typedef struct {
     const double *reaction_start, *reaction_end;
 } sm_segment;
 
-/* Contact displacement, velocity and force at increasing times inside consecutive segments,
- * marched from displacement `start_x` (N_c) at the start of the first one.
- *   displacement, velocity, force: (samples, N_c); any of them may be NULL. */
+/* Samples of the contact motion at increasing times; arrays (count, N_c), NULL: not wanted. */
+typedef struct {
+    size_t count;
+    const double *times;
+    double *displacement, *velocity, *force;
+} sm_contact_samples;
+
+/* Contact motion inside consecutive segments, marched from displacement `start_x` (N_c; NULL: 0) at
+ * the start of the first one. */
 SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
                                    const sm_segment *segment, const double *start_x,
-                                   int32_t steps_per_period, size_t samples, const double *times,
-                                   double *displacement, double *velocity, double *force);
+                                   int32_t steps_per_period, const sm_contact_samples *samples);
 
 /* Signals that are sums of harmonics with coefficients that vary slowly:
  *   x_s(t) = 2 Re (sum_j shape_js a_j exp(i theta_j) + sum_q c_qs exp(i (n_q theta_A + m_q theta_B)))
@@ -257,16 +263,10 @@ typedef struct {
 } sm_table;
 
 SM_API sm_status sm_table_check(const sm_table *table);
-/* All columns at amplitudes (a, b): (2 (modes + combinations + power)). SM_OUTSIDE_TABLE beyond the
- * last node. */
-SM_API sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s);
-/* Values and slopes: (3, 2 (modes + combinations + power)), the columns, their d/da and their d/db.
- */
-SM_API sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
-                                        double *slopes);
-/* Values at many points: amplitudes (points, modes), s as above for each. */
-SM_API sm_status sm_table_lookup_many(const sm_table *table, size_t points,
-                                      const double *amplitudes, double *s);
+/* All columns s (points, 2 (modes + combinations + power)) at amplitudes (points, modes).
+ * SM_OUTSIDE_TABLE beyond the last node. */
+SM_API sm_status sm_table_lookup(const sm_table *table, size_t points, const double *amplitudes,
+                                 double *s);
 
 /* ---- slow flow ------------------------------------------------------------------------ */
 
@@ -302,34 +302,43 @@ typedef struct {
     double angle[SM_MODES];   /* theta_j at the start [rad]; the component sets it itself */
 } sm_inputs;
 
-/* da_j/dt, input power and friction power at `elapsed` seconds after the inputs' start. */
+/* da_j/dt, and the powers (2) of input and friction, `elapsed` seconds after the inputs' start. */
 SM_API sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs,
                                    double elapsed, const double *amplitude, double *rate,
-                                   double *input_power, double *friction_power);
+                                   double *powers);
 
-/* How they change, to first order, where the amplitudes and the inputs at their start (rates and
- * angles too) change by d_amplitude (modes, 2) and d_inputs. */
-SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_inputs *inputs,
-                                          double elapsed, const double *amplitude,
-                                          const double *d_amplitude, const sm_inputs *d_inputs,
-                                          double *d_rate, double *d_input_power,
-                                          double *d_friction_power);
+/* Amplitudes (modes, 2) and inputs, or changes of both. */
+typedef struct {
+    const double *amplitude;
+    const sm_inputs *inputs;
+} sm_slow_point;
+
+/* First-order changes of the rates and powers along a direction in amplitudes and inputs, rates and
+ * angles of these included. */
+SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slow_point *at,
+                                          const sm_slow_point *along, double *d_rate,
+                                          double *d_powers);
 
 /* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2). */
 SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
                                     const sm_inputs *inputs, const double *amplitude,
                                     double *rate);
 
-/* Steps of a trajectory from amplitudes `start` to `end` (steps, modes, 2): by how much the slope of
- * the cubic between them leaves the slow flow, times the duration; INFINITY: it leaves the table. */
-SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
-                                    const double *duration, const double *start, const double *end,
+/* Steps of a trajectory. */
+typedef struct {
+    size_t count;
+    const sm_inputs *inputs;    /* (count) at the starts */
+    const double *duration;     /* (count) [s] */
+    const double *start, *end;  /* (count, modes, 2) amplitudes */
+} sm_trajectory_steps;
+
+/* By how much the slope of the cubic between two points leaves the slow flow, times the duration
+ * (count); INFINITY: it leaves the table. */
+SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
                                     double *bend);
-/* Amplitudes between equal parts of them (steps, parts - 1, modes, 2), by classical Runge-Kutta. */
-SM_API sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps,
-                                      const sm_inputs *inputs, const double *duration,
-                                      const double *start, const double *end, int32_t parts,
-                                      double *between);
+/* Amplitudes between equal parts of steps (count, parts - 1, modes, 2), by classical Runge-Kutta. */
+SM_API sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
+                                      int32_t parts, double *between);
 
 /* What balances in steady motion, without a'' and without the combination resonances, whose mean
  * over time is zero:
@@ -421,8 +430,9 @@ SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact 
 /* What a component is made of, whatever its tolerance. */
 SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
                                     const sm_motion *motion);
-/* Of what sm_component_check has accepted, but for other values of damping and motion.wanted. The
- * tables, of the flow and of the motion, are not copied: they must outlast all that share them. */
+/* As sm_component_create, for arguments that sm_component_check has accepted; damping and
+ * motion.wanted may have changed since. The tables of the flow and of the motion are not copied and
+ * must outlive the component. */
 SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
                                             const sm_motion *motion, double tolerance,
                                             sm_component **component);
@@ -465,12 +475,19 @@ SM_API sm_status sm_component_recent_motion(sm_component *component, const sm_in
 SM_API sm_status sm_component_run(sm_component *component, size_t steps, const double *durations,
                                   const sm_inputs *inputs, double *outputs, size_t *done);
 
-/* The same with outputs after each internal step of any length, `count` of them: often where much
- * happens, seldom where nothing does. `done` steps and `elapsed` seconds of the next are behind,
- * 0 in the first call; it returns where `capacity` is full, and goes on from there in the next. */
+/* Rows of a trace, and how far it has come: `done` steps and `elapsed` seconds of the next one, 0 in
+ * the first call. */
+typedef struct {
+    size_t capacity, count; /* rows that there is room for; rows of this call */
+    double *outputs;        /* (capacity, output_count) */
+    size_t done;
+    double elapsed;
+} sm_trace;
+
+/* As sm_component_run, with outputs after each internal step. It returns when the steps are done or
+ * the rows are full; the next call goes on from there. */
 SM_API sm_status sm_component_trace(sm_component *component, size_t steps, const double *durations,
-                                    const sm_inputs *inputs, size_t capacity, double *outputs,
-                                    size_t *count, size_t *done, double *elapsed);
+                                    const sm_inputs *inputs, sm_trace *trace);
 
 /* State as doubles, position-independent: time, amplitudes, angles, energy, step, contacts. */
 SM_API size_t sm_component_state_count(const sm_component *component);

@@ -1,6 +1,6 @@
 """The structures of slipmode.h, as ctypes and as columns of arrays.
 
-They take no attribute but their fields and `owned`, which keeps alive what they point to.
+Their fields are declared in the order of the header.
 """
 
 from __future__ import annotations
@@ -17,132 +17,111 @@ COMBINATIONS = 8
 FORCED_CELLS = 1024
 
 
-class Contact(Structure):
+_TYPES = {
+    **{"int32": c_int32, "size_t": c_size_t, "double": c_double},
+    **{"pointer": c_void_p, "text": c_char_p},
+}
+
+
+def fields(declaration: str) -> list[tuple[str, Any]]:
+    """Return names and ctypes of fields that are declared as "double a b[2]; int32 c", as in C."""
+    found = []
+    for row in declaration.split(";"):
+        kind, *declared = row.split()
+        for name, *sizes in (field.replace("]", "").split("[") for field in declared):
+            array: Any = _TYPES[kind]
+            for size in reversed(sizes):
+                array *= int(size)
+            found.append((name, array))
+    return found
+
+
+class Owning(Structure):
+    """A structure that points to arrays: `owned` keeps them alive. It takes no other attribute."""
+
+    __slots__ = ("owned",)
+
+
+class Contact(Owning):
     """sm_contact."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("contacts", c_int32),
-        ("modes", c_int32),
-        ("law", c_int32),
-        ("alpha", c_double),
-        ("limit", c_void_p),
-        ("stiffness", c_void_p),
-        ("damping", c_void_p),
-        ("coupling", c_void_p),
-        ("mass", c_void_p),
-        ("response", c_void_p),
-        ("elastic", c_void_p),
+    _fields_ = fields(
+        "int32 contacts modes law; double alpha; pointer limit stiffness damping coupling "
+        "mass response elastic"
     )
 
 
-class Elastic(Structure):
+class Elastic(Owning):
     """sm_elastic."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("elements", c_int32),
-        ("sliders", c_int32),
-        ("element", c_void_p),
-        ("slider", c_void_p),
-        ("reference", c_void_p),
-    )
+    _fields_ = fields("int32 elements sliders; pointer element slider reference")
 
 
-class ModalResponse(Structure):
+class ModalResponse(Owning):
     """sm_modal_response."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("orders_count", c_int32),
-        ("orders", c_void_p),
-        ("asked", c_int32),
-        ("dynamic_stiffness", c_void_p),
-        ("marched", c_int32),
-        ("drawn", c_void_p),
-        ("advance", c_void_p),
-        ("periodic", c_void_p),
-        ("start", c_void_p),
-        ("held", c_void_p),
+    _fields_ = fields(
+        "int32 orders_count; pointer orders; int32 asked; pointer dynamic_stiffness; int32 "
+        "marched; pointer drawn advance periodic start held"
     )
 
 
 class Discretisation(Structure):
     """sm_discretisation."""
 
-    _fields_ = (
-        ("rates", c_void_p),
-        ("steps", c_int32),
-        ("lines", c_int32),
-        ("orders_count", c_int32),
-        ("orders", c_void_p),
-        ("tolerance", c_double),
-        ("smallest_scale", c_void_p),
-        ("max_periods", c_int32),
+    _fields_ = fields(
+        "pointer rates; int32 steps lines orders_count; pointer orders; double tolerance; "
+        "pointer smallest_scale; int32 max_periods"
     )
 
 
 class TorusPoints(Structure):
     """sm_torus_points."""
 
-    _fields_ = (("count", c_size_t), ("amplitudes", c_void_p), ("near", c_void_p))
+    _fields_ = fields("size_t count; pointer amplitudes near")
 
 
 class TorusMotion(Structure):
     """sm_torus_motion."""
 
-    _fields_ = (
-        ("harmonics", c_void_p),
-        ("mean_square", c_void_p),
-        ("residual", c_void_p),
-        ("marched", c_void_p),
-    )
+    _fields_ = fields("pointer harmonics mean_square residual marched")
 
 
-class Table(Structure):
+class Table(Owning):
     """sm_table."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("modes", c_int32),
-        ("combinations", c_int32),
-        ("power", c_int32),
-        ("count_a", c_int32),
-        ("count_b", c_int32),
-        ("node_a", c_void_p),
-        ("node_b", c_void_p),
-        ("values", c_void_p),
-        ("rate_correction", c_void_p),
-        ("detuning", c_void_p),
+    _fields_ = fields(
+        "int32 modes combinations power count_a count_b; pointer node_a node_b values "
+        "rate_correction detuning"
     )
 
 
-class Combination(Structure):
+class Combination(Owning):
     """sm_combination."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (("mode", c_int32), ("n", c_int32), ("m", c_int32))
+    _fields_ = fields("int32 mode n m")
 
 
-class SlowFlow(Structure):
+class SlowFlow(Owning):
     """sm_slow_flow."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
     _fields_ = (
-        ("paper", c_int32),
-        ("natural", c_double * MODES),
-        ("damping", c_double * MODES),
+        *fields("int32 paper; double natural[2] damping[2]"),
         ("table", Table),
-        ("carrier", c_double * MODES),
-        ("coupling_ratio", (c_double * 2 * 2) * MODES),
-        ("off_resonance", (c_double * 2) * MODES),
-        ("cross_response", (c_double * 2 * MODES) * MODES),
+        *fields("double carrier[2] coupling_ratio[2][2][2] off_resonance[2][2]"),
+        *fields("double cross_response[2][2][2]"),
         ("combination", Combination * COMBINATIONS),
     )
 
@@ -151,113 +130,93 @@ DOUBLES = POINTER(c_double)
 CurveRates = CFUNCTYPE(c_int32, c_void_p, DOUBLES, DOUBLES, DOUBLES)  # sm_curve_rates
 
 
-class Curve(Structure):
+class Curve(Owning):
     """sm_curve."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
     _fields_ = (
-        ("unknowns", c_int32),
-        ("largest_step", c_double),
+        *fields("int32 unknowns; double largest_step"),
         ("rates", CurveRates),
-        ("of", c_void_p),
+        *fields("pointer of"),
     )
 
 
 class Branch(Structure):
     """sm_branch."""
 
-    _fields_ = (("before", c_size_t), ("after", c_size_t), ("closed", c_int32))
+    _fields_ = fields("size_t before after; int32 closed")
 
 
-class Forced(Structure):
+class Forced(Owning):
     """sm_forced."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (("flow", c_void_p), ("inputs", c_void_p), ("scale", c_double * MODES))
+    _fields_ = fields("pointer flow inputs; double scale[2]")
 
 
-class Motion(Structure):
+class Motion(Owning):
     """sm_motion."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("wanted", c_int32),
-        ("elastic", c_int32),
-        ("modes_out", c_void_p),
-        ("forces_out", c_void_p),
-        ("contacts_out", c_void_p),
-        ("orders_count", c_int32),
-        ("orders", c_void_p),
-        ("reaction", c_void_p),
-        ("response", c_void_p),
-        ("steps_per_period", c_int32),
-        ("memory_periods", c_double),
+    _fields_ = fields(
+        "int32 wanted elastic; pointer modes_out forces_out contacts_out; int32 orders_count; "
+        "pointer orders reaction response; int32 steps_per_period; double memory_periods"
     )
 
 
-class Full(Structure):
+class Full(Owning):
     """sm_full."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("coordinates", c_int32),
-        ("contacts", c_int32),
-        ("modes", c_int32),
-        ("outputs", c_int32),
-        ("law", c_int32),
-        ("diagonal", c_int32),
-        ("alpha", c_double),
-        ("step", c_double),
-        ("limit", c_void_p),
-        ("stiffness", c_void_p),
-        ("damping", c_void_p),
-        ("directions", c_void_p),
-        ("patterns", c_void_p),
-        ("output", c_void_p),
-        ("inverse", c_void_p),
-        ("resistance", c_void_p),
-        ("elastic", c_void_p),
-        ("own", c_void_p),
-        ("ahead", c_void_p),
-        ("flexibility", c_void_p),
+    _fields_ = fields(
+        "int32 coordinates contacts modes outputs law diagonal; double alpha step; pointer "
+        "limit stiffness damping directions patterns output inverse resistance elastic own "
+        "ahead flexibility"
     )
 
 
 class FullSamples(Structure):
     """sm_full_samples."""
 
-    _fields_ = (
-        ("count", c_size_t),
-        ("every", c_size_t),
-        ("displacement", c_void_p),
-        ("velocity", c_void_p),
-        ("contact", c_void_p),
-        ("dissipated", c_void_p),
-    )
+    _fields_ = fields("size_t count every; pointer displacement velocity contact dissipated")
 
 
-class HarmonicSum(Structure):
+class ContactSamples(Structure):
+    """sm_contact_samples."""
+
+    _fields_ = fields("size_t count; pointer times displacement velocity force")
+
+
+class TrajectorySteps(Structure):
+    """sm_trajectory_steps."""
+
+    _fields_ = fields("size_t count; pointer inputs duration start end")
+
+
+class Trace(Structure):
+    """sm_trace."""
+
+    _fields_ = fields("size_t capacity count; pointer outputs; size_t done; double elapsed")
+
+
+class HarmonicSum(Owning):
     """sm_harmonic_sum."""
 
-    __slots__ = ("owned",)
+    __slots__ = ()
 
-    _fields_ = (
-        ("modes", c_int32),
-        ("orders_count", c_int32),
-        ("orders", c_void_p),
-        ("signals", c_size_t),
-        ("shape", c_void_p),
-        ("coefficient", c_void_p),
+    _fields_ = fields(
+        "int32 modes orders_count; pointer orders; size_t signals; pointer shape coefficient"
     )
 
 
 # sm_inputs and sm_segment are arrays of doubles: columns of a float64 array.
 INPUT_QUANTITIES = ("force", "frequency", "phase")
 INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
+ENDS = ("start", "end")  # of a segment
 SCALE_FIELDS = ("limit_scale", "limit_scale_rate")  # of all contacts, not of a mode
 INPUTS = np.dtype(
     [
@@ -268,32 +227,18 @@ INPUTS = np.dtype(
 )
 ELEMENT = np.dtype(
     [
-        ("law", np.int32),
-        ("column", np.int32, 3),
-        ("first_slider", np.int32),
-        ("sliders", np.int32),
-        ("tangents", np.int32),
-        ("friction", float),
-        ("preload", float),
-        ("tangential_stiffness", float),
-        ("normal_stiffness", float),
-        ("gap", float),
+        *(("law", np.int32), ("column", np.int32, 3), ("first_slider", np.int32)),
+        *(("sliders", np.int32), ("tangents", np.int32), ("friction", float), ("preload", float)),
+        *(("tangential_stiffness", float), ("normal_stiffness", float), ("gap", float)),
     ],
     align=True,
 )
 SEGMENT = np.dtype(
     [
-        ("start", float),
-        ("duration", float),
-        ("amplitude_start", complex, MODES),
-        ("amplitude_end", complex, MODES),
-        ("rate_start", complex, MODES),
-        ("rate_end", complex, MODES),
-        ("angle", float, MODES),
-        ("frequency", float, MODES),
-        ("frequency_rate", float, MODES),
-        ("reaction_start", np.uintp),
-        ("reaction_end", np.uintp),
+        *((name, float) for name in ("start", "duration")),
+        *((f"{name}_{end}", complex, MODES) for name in ("amplitude", "rate") for end in ENDS),
+        *((name, float, MODES) for name in ("angle", "frequency", "frequency_rate")),
+        *((f"reaction_{end}", np.uintp) for end in ENDS),
     ]
 )
 
@@ -315,6 +260,9 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
     "sm_full": Full,
     "sm_full_samples": FullSamples,
     "sm_harmonic_sum": HarmonicSum,
+    "sm_contact_samples": ContactSamples,
+    "sm_trajectory_steps": TrajectorySteps,
+    "sm_trace": Trace,
     "sm_inputs": INPUTS,
     "sm_segment": SEGMENT,
 }
@@ -323,16 +271,11 @@ STRUCTURES: dict[str, type[Structure] | np.dtype[np.void]] = {
 class LayoutRow(Structure):
     """sm_layout_row: a field of a structure as it was compiled, or the structure itself."""
 
-    _fields_ = (
-        ("structure", c_char_p),
-        ("field", c_char_p),
-        ("offset", c_size_t),
-        ("size", c_size_t),
-    )
+    _fields_ = fields("text structure field; size_t offset size")
 
 
 def layout(structure: type[Structure] | np.dtype[np.void]) -> dict[str, tuple[int, int]]:
-    """Offset and size of each field in bytes, in order; of the whole under the name ""."""
+    """Return offset and size of each field in bytes, in order; of the whole under the name ""."""
     if isinstance(structure, np.dtype):
         fields: Mapping[str, Any] = structure.fields or {}
         of_fields = {name: (fields[name][1], fields[name][0].itemsize) for name in fields}

@@ -9,19 +9,13 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.frictional_contact import FrictionalContact
-from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.laws.law_record import LAWS
 from slipmode.rom.structure.matrices import Matrix, as_dense
 
-_LAW_NAMES: dict[type[Any], str] = {
-    Tanh: "tanh",
-    Coulomb: "exact Coulomb",
-    Jenkins: "Jenkins",
-    Iwan: "Iwan",
-    Sliders: "sliders in parallel",
-    FrictionalContact: "frictional contact",
-}
+_NAMES = ("tanh", "exact Coulomb", "Jenkins", "Iwan", "sliders in parallel", "frictional contact")
+_LAW_NAMES = dict(zip(LAWS.values(), _NAMES, strict=True))
 _UNITS = {
     **dict.fromkeys(("limit", "preload", "force"), " N"),
     **dict.fromkeys(("stiffness", "tangential_stiffness", "normal_stiffness"), " N/m"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,20 +13,18 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import LARGEST, SMALLEST, fits
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 SLIDERS, FRICTIONAL = 0, 1  # sm_element_law
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Elements:
     """Elements of the elastic contacts of one structure."""
 
     element: NDArray[np.void]  # (elements,), as `sm_element`: the law and DOFs of each contact
     slider: Floats  # (sliders, 2), limit [N] and stiffness [N/m] of each slider
     reference: Floats  # (N_c,), stiffness in stick [N/m]; 0 if the contact is open at rest
-
-    __repr__ = short_repr
 
     @property
     def homogeneous(self) -> bool:

@@ -7,14 +7,12 @@ the Iwan law, slip if all of them do (macro-slip).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 STUCK, SLIPPING, OPEN = 0, 1, 2
 STATES = ("stuck", "slipping", "open")
@@ -22,15 +20,13 @@ STATES = ("stuck", "slipping", "open")
 _AT_LIMIT = 1.0 - 1e-9  # force at the friction limit but for rounding, relative to it
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ContactStates:
     """State of each contact (element), which may have several contact DOFs; all (n, elements)."""
 
     state: NDArray[np.int8]  # STUCK, SLIPPING or OPEN
     normal_force: Floats  # N with the preload [N]; NaN if the law has none
     gap: Floats  # clearance, 0 if the contact touches [m]; NaN if the law has none
-
-    __repr__ = short_repr
 
     def shares(self) -> Floats:
         """Return the share of the samples in each of STATES, (elements, 3)."""

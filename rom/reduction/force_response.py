@@ -8,7 +8,6 @@ that neither modes nor contact shapes represent.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Self
 
@@ -18,7 +17,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.reduced import Reduced, force_vectors
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 
 # One {DOF: amplitude} or (n,) array per mode: amplitudes [N], or a pattern, the force per unit of
@@ -36,14 +35,12 @@ def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
     return np.asarray(force * np.exp(1j * np.asarray(phase)), dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class AppliedForces:
     """Forces on a reduced structure, one per mode, and their effects per unit of modal force."""
 
     reduced: Reduced
     force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, force: Forces) -> Self:
@@ -95,9 +92,12 @@ class AppliedForces:
         """
         if self.reduced.formulation == "paper":
             return np.zeros_like(self.on_modes, dtype=complex)
-        modes = np.arange(self.modal.size)
-        force = 0.5 * self.on_modes[..., np.newaxis]
-        return self.reduced.others_response(modes, self.reduced.carrier, force)[..., 0]
+        return self.reduced.others_response(0.5 * self.on_modes[..., np.newaxis])[..., 0]
+
+    @property
+    def cross_response(self) -> Complexes:
+        """Displacement of mode k off resonance per unit of F_j, (modes, modes) [k, j]."""
+        return self.off_resonance[:, : self.modal.size].T
 
     @cached_property
     def through_dampers(self) -> Complexes:
@@ -133,28 +133,14 @@ class AppliedForces:
         return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ForceResponse:
-    """Effects of forces besides the excitation of their own mode, per unit of modal force F_j.
+    """Effects of forces besides the excitation of their own mode, per unit of modal force F_j."""
 
-    Attributes
-    ----------
-    modal, contact, shift
-        `on_modes`, `contact` and `shift` of `AppliedForces`.
-    static : (n, modes) ndarray
-        Displacement by the static flexibility besides that of modes and contact shapes
-        [kg^1/2 m/N]; 0 if the structure is not given.
-    cross_response : (modes, modes) complex ndarray
-        Displacement of mode k off resonance by the force on mode j, [k, j].
-    """
-
-    modal: Floats
-    contact: Floats
+    applied: AppliedForces
+    # (n, modes), displacement by the static flexibility besides modes and contact shapes
+    # [kg^1/2 m/N]; 0 if the structure is not given
     static: Floats
-    shift: Complexes
-    cross_response: Complexes
-
-    __repr__ = short_repr
 
     @classmethod
     def of(
@@ -171,17 +157,17 @@ class ForceResponse:
             omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
             shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
             static = reduced.held(structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
-        return cls(
-            modal=applied.on_modes,
-            contact=applied.contact,
-            static=static,
-            shift=applied.shift,
-            cross_response=cross_response(reduced, patterns),
-        )
+        return cls(applied, static)
 
-    def residual_force(self, reduced: Reduced) -> Complexes:
-        """Return the force on the contacts without the part that the shift has, (modes, N_c)."""
-        return np.asarray(self.contact + 2.0 * self.shift[:, np.newaxis] * reduced.coupling)
+    @property
+    def modal(self) -> Floats:
+        """`AppliedForces.on_modes`."""
+        return self.applied.on_modes
+
+    @property
+    def shift(self) -> Complexes:
+        """`AppliedForces.shift`."""
+        return self.applied.shift
 
     def free_vibration(
         self,
@@ -192,10 +178,10 @@ class ForceResponse:
     ) -> Complexes:
         """Return the amplitudes (..., modes) that a jump of the forces adds.
 
-        The motion of the modes is continuous in a jump, so free vibration makes up for the jump of
-        their forced response. The core does the same in a step that begins with a jump: see
-        rom/kernel/slow/discontinuity.h. `discontinuity` (..., modes) is the jump of the modal
-        F_j exp(i phase_j) [N kg^-1/2], frequency and angle are those of the carriers then.
+        The motion of the modes is continuous, so free vibration compensates the jump of their
+        forced response; the core does the same, see rom/kernel/slow/discontinuity.h.
+        `discontinuity` (..., modes) is the jump of the modal F_j exp(i phase_j) [N kg^-1/2],
+        frequency and angle belong to the carriers at the jump.
         """
         if reduced.formulation == "paper":
             return np.zeros_like(discontinuity)
@@ -204,20 +190,12 @@ class ForceResponse:
         damped = np.sqrt(np.maximum(omega**2 - 0.25 * gamma**2, 0.0))
         vibrates = damped > 0.0
         damped = np.where(vibrates, damped, 1.0)
-        q = self.cross_response * rotated[..., np.newaxis, :]
+        q = self.applied.cross_response * rotated[..., np.newaxis, :]
         displacement = q.real.sum(axis=-1)
         velocity = -(q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
         own = (rotated / (gamma + 2j * (frequency + damped))).real
         free = -displacement + 1j * (own + 0.5 * gamma * displacement + velocity) / damped
         return np.where(vibrates, free * np.exp(-1j * np.asarray(angle)), 0.0)
-
-
-def cross_response(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
-    """Return the displacement of mode k off resonance per unit of F_j, (modes, modes) [k, j].
-
-    At carrier j; 0 on the diagonal.
-    """
-    return AppliedForces.of(reduced, patterns).off_resonance[:, : len(reduced.modes)].T
 
 
 def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:

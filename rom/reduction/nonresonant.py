@@ -7,7 +7,7 @@ nu^4 m m^T / (omega^2 - nu^2 + i gamma nu) per displacement, m = phi^T M X.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
@@ -31,7 +31,7 @@ _DRIFT = 0.1  # distance of the forcing from the carriers, relative to them
 _ROUNDING = 1e-9  # matrix entry that is rounding, relative to the diagonal
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class StuckModes:
     """Modes of a structure with stuck contacts, from which those of a reduced model are chosen."""
 
@@ -39,8 +39,6 @@ class StuckModes:
     frequency: Floats  # (k,) [rad/s]
     shapes: Floats  # (n, k), mass-normalised [kg^-1/2]
     retained: tuple[int, ...]  # modes with a slow flow
-
-    __repr__ = short_repr
 
     def responses(self, X: Floats, stiffness: Floats) -> Floats:
         """Return the `response` (k,) of each mode to contacts with shapes X (n, N_c)."""

@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
@@ -185,29 +185,39 @@ class Reduced:
         The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
-        springs, inertia, dampers = self._coupling_parts
+        springs, inertia, dampers = self.coupling_parts
         return np.asarray(springs - nu**2 * inertia + 1j * nu * dampers, dtype=complex)
 
     @cached_property
-    def _coupling_parts(self) -> tuple[Floats, Floats, Floats]:
-        """Coupling of every mode to the contacts by springs, by inertia, by dampers."""
+    def coupling_parts(self) -> tuple[Floats, Floats, Floats]:
+        """Coupling of every mode to the contacts by springs, inertia and dampers, (..., N_c)."""
         return (
             np.vstack((self.spring, self.nonresonant_spring)),
             np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia)),
             np.vstack((self.damper, self.nonresonant_damper)),
         )
 
-    def others_response(
-        self, mode: ArrayLike, frequency: ArrayLike, force: Complexes | Floats
+    def response(
+        self, frequency: ArrayLike, force: Complexes | Floats, held: ArrayLike = False
     ) -> Complexes:
-        """Return displacements of all modes but one, due to modal forces at frequencies (...).
+        """Return displacements (..., modes + nonresonant, forces) due to modal forces at nu (...).
 
-        Forces and displacements are (..., modes + nonresonant, forces); the displacement of the
-        held `mode` (...) is 0.
+        `held` (..., modes) are retained modes whose displacement is 0.
         """
         D = self.modal_stiffness(frequency)
-        held = np.arange(D.shape[-1]) == np.asarray(mode)[..., np.newaxis]
-        return _response(D, held, force)
+        all_held = np.zeros(D.shape[:-1], dtype=bool)
+        all_held[..., : len(self.modes)] = held
+        decoupled = all_held[..., np.newaxis] | all_held[..., np.newaxis, :]
+        stiffness = np.where(decoupled, np.eye(D.shape[-1]), D)
+        on_others = np.where(all_held[..., np.newaxis], 0.0, force)
+        return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
+
+    def others_response(self, force: Complexes | Floats) -> Complexes:
+        """Return displacements of all modes but j due to modal forces at carrier j.
+
+        Forces and displacements are (modes, modes + nonresonant, forces).
+        """
+        return self.response(self.carrier, force, np.eye(len(self.modes), dtype=bool))
 
     def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
         """Return the force on the contacts per x_c exp(i nu t), (..., N_c, N_c), at nu (...).
@@ -216,9 +226,7 @@ class Reduced:
         the contacts.
         """
         B = self.modal_coupling(frequency)
-        all_held = np.zeros(B.shape[:-1], dtype=bool)
-        all_held[..., : len(self.modes)] = held
-        response = _response(self.modal_stiffness(frequency), all_held, B)
+        response = self.response(frequency, B, held)
         return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
@@ -242,8 +250,7 @@ class Reduced:
     @cached_property
     def response_by_dampers(self) -> Complexes:
         """Response of the other modes per a_j, by dampers; (modes, modes + nonresonant)."""
-        force = -self._at_carriers[0][..., np.newaxis]
-        return self.others_response(np.arange(len(self.modes)), self.carrier, force)[..., 0]
+        return self.others_response(-self._at_carriers[0][..., np.newaxis])[..., 0]
 
     @cached_property
     def response_to_contacts(self) -> Complexes:
@@ -251,8 +258,7 @@ class Reduced:
 
         Transposed: forces on the contacts per forces on these modes.
         """
-        B = self._at_carriers[1]
-        return self.others_response(np.arange(len(self.modes)), self.carrier, B)
+        return self.others_response(self._at_carriers[1])
 
     @cached_property
     def coupling(self) -> Complexes:
@@ -374,11 +380,3 @@ def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> F
             f"{n_dofs} numbers, got {in_one_line(forces)}"
         )
     return np.array([force_vector(each, n_dofs, key) for each in forces])
-
-
-def _response(D: Complexes, held: Flags, force: Complexes | Floats) -> Complexes:
-    """Return displacements due to modal forces (..., all modes, forces), some modes held."""
-    decoupled = held[..., np.newaxis] | held[..., np.newaxis, :]
-    stiffness = np.where(decoupled, np.eye(held.shape[-1]), D)
-    on_others = np.where(held[..., np.newaxis], 0.0, force)
-    return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)

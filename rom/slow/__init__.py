@@ -1,9 +1,16 @@
 """Slow time: the amplitude equations, their steady states, and the fast motion with them.
 
-Start with slow_flow.py: Eqs. (18), (19), which the core evaluates. steady.py solves them at rest,
-Eqs. (22)-(25), in a table, by steady_problem.py, and steady_points.py under many loads at once;
-direct/ one of them without a table; branches/ follows them, limit_cycle.py finds those of modes
-that excite themselves. trajectory.py holds what a run did;
-motion.py makes contact and elastic motion, Eqs. (12), (14), of it, with the response of the modes
-that nonresonant/ computes. units.py: Hz and micrometres for pictures and tables.
+slow_flow.py      Eqs. (18), (19), which the core evaluates. Start here.
+steady.py         Eqs. (22)-(25): steady states, resonance curves and surfaces
+steady_points.py  steady states of many loads
+steady_motion.py  displacement of DOFs in steady states
+limit_cycle.py    limit cycles of self-excited modes
+answer_error.py   errors of steady states due to the friction table
+branches/         response curves, backbones, performance curves
+direct/           steady states without a table
+trajectory.py     amplitudes of a run
+motion.py         contact and elastic motion of a run, Eqs. (12), (14)
+nonresonant/      response of the other modes
+transient.py      estimate of the error in transients
+units.py          units of pictures and tables
 """

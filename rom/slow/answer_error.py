@@ -1,4 +1,4 @@
-"""Errors of steady answers, by linearisation from the stated error of the friction table.
+"""Errors of steady states, by linearisation from the stated error of the friction table.
 
 An error delta S_j of the friction terms changes the slow flow da/dt = G(a, p) by
 
@@ -14,13 +14,12 @@ curve while p changes by delta p. On a backbone
 
     delta Omega = |delta S| / (2 Omega |a|),    delta zeta = |delta S| / (2 Omega^2 |a|).
 
-Beside what the table states, delta S_j has the error of forcing off the table's carriers, which is
-measured: contact problems are solved at the forcing frequencies at a few points of the answer.
+In addition to the error that the table states, delta S_j has the error of forcing off the table's
+carriers. It is measured: contact problems are solved at the forcing frequencies at a few points.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Self
 
@@ -31,33 +30,22 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
-_AT_CARRIER = 1e-9  # relative distance that is rounding
-# Distances from the carriers, relative to the largest, between which one point is measured.
+# Distances from the carriers, relative to the largest: one point is measured between two.
 _LEVELS = (1.0, 0.6, 0.3, 0.1)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class TableError:
-    """The error of S_j along an answer.
+    """The error of S_j at points of a curve."""
 
-    Attributes
-    ----------
-    size : (points, modes) ndarray
-        |delta S_j| [N kg^-1/2].
-    measured : (some,) ndarray of int
-        Points at which the error of forcing off the carriers is measured.
-    off_carriers : (some, modes) complex ndarray
-        That error of S_j [N kg^-1/2]; NaN where the contact motion does not converge.
-    """
-
-    size: Floats
+    size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]
+    # (some,), points at which the error of forcing off the carriers is measured
     measured: NDArray[np.intp]
+    # (some, modes), that error of S_j [N kg^-1/2]; NaN where the contact motion does not converge
     off_carriers: Complexes
-
-    __repr__ = short_repr
 
     @classmethod
     def of(
@@ -70,26 +58,17 @@ class TableError:
     ) -> Self:
         """Return the error of S_j at points.
 
-        Parameters
-        ----------
-        model : Model
-        effective : (points, modes) ndarray
-            Amplitudes at which the table is looked up, over `limit_scale` [kg^1/2 m].
-        frequency : (points, modes) ndarray
-            Omega_j [rad/s].
-        limit_scale : (points,) ndarray
-            Friction limits over those of the model.
-        weight : (points,) ndarray or None
-            The larger, the more the answer depends on S_j: such points are measured. None: the
-            error of forcing off the carriers is left out.
+        The table is looked up at amplitudes `effective` (points, modes), relative to `limit_scale`
+        (points,), with forcing `frequency` (points, modes). Points whose steady state is sensitive
+        to S_j have a large `weight` (points,) and are measured. With None the error of forcing off
+        the carriers is left out.
         """
         r = np.minimum(effective, model.table.amplitude_range)
         scale = model.error_scale(r)
         apart = frequency / model.reduced.carrier - 1.0
         off = np.abs(apart).max(axis=1)
         measured = np.zeros(0, dtype=np.intp) if weight is None else _most_apart(apart, weight)
-        beyond = np.array([_off_carriers(model, r[k], apart[k]) for k in measured])
-        beyond = beyond.reshape(-1, model.modes).astype(complex)
+        beyond = _off_carriers(model, r[measured], apart[measured])
         share = np.zeros(r.shape)
         if measured.size:
             stated = model.accuracy
@@ -104,41 +83,42 @@ class TableError:
 
 
 def _most_apart(apart: Floats, weight: Floats) -> NDArray[np.intp]:
-    """Points on both sides of the carriers, at several distances, where the weight is largest."""
+    """Return points on both sides of the carriers, at several distances, of largest weight."""
     furthest = np.take_along_axis(apart, np.abs(apart).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
     largest = float(np.abs(furthest).max(initial=0.0))
     found: list[int] = []
-    if largest <= _AT_CARRIER:
-        return np.array(found, dtype=np.intp)
-    for sign in (1.0, -1.0):
-        part = sign * furthest / largest
-        for upper, lower in pairwise(_LEVELS):
-            (within,) = np.nonzero((part > lower) & (part <= upper))
-            if within.size:
-                found.append(int(within[weight[within].argmax()]))
+    rounding = 1e-9
+    if largest > rounding:
+        for part in (furthest / largest, -furthest / largest):
+            for upper, lower in pairwise(_LEVELS):
+                (within,) = np.nonzero((part > lower) & (part <= upper))
+                if within.size:
+                    found.append(int(within[weight[within].argmax()]))
     return np.array(found, dtype=np.intp)
 
 
 def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
-    """Return the error of S_j (modes,) at frequencies so far from the carriers (modes,).
+    """Return errors of S_j (points, modes) at frequencies off the carriers (points, modes).
 
-    NaN where the contact motion does not converge.
+    `apart` is the relative distance. NaN where the contact motion does not converge.
     """
-    reduced = model.reduced
-    if reduced.formulation == "paper":
-        return np.zeros(model.modes, dtype=complex)
+    found = np.zeros(apart.shape, dtype=complex)
+    if model.reduced.formulation == "paper" or not found.size:
+        return found
     torus = model.contact_problem(SMALLEST_SHARE * model.table.amplitude_range)
-    at = effective[np.newaxis]
-    try:
-        at_carriers = Detuned.of(torus, np.zeros(model.modes))
-        known = at_carriers.solve(at)
-        detuned = Detuned.of(torus, apart)
-        moved = detuned.friction(detuned.solve(at, known.P))
-    except SlipmodeError:
-        return np.full(model.modes, np.nan, dtype=complex)
-    has = np.clip(apart, -MOST_DETUNING, MOST_DETUNING) * reduced.carrier
-    slope = model.table.detuning_at(effective) @ has
-    return np.asarray((moved - at_carriers.friction(known))[0] - slope)
+    at_carriers = Detuned.of(torus, np.zeros(model.modes))
+    for k, (amplitude, off) in enumerate(zip(effective[:, np.newaxis], apart, strict=True)):
+        try:
+            known = at_carriers.solve(amplitude)
+            detuned = Detuned.of(torus, off)
+            moved = detuned.friction(detuned.solve(amplitude, known.P))
+        except SlipmodeError:
+            found[k] = np.nan
+            continue
+        distance = np.clip(off, -MOST_DETUNING, MOST_DETUNING) * model.reduced.carrier
+        tabulated = model.table.detuning_at(amplitude[0]) @ distance
+        found[k] = (moved - at_carriers.friction(known))[0] - tabulated
+    return found
 
 
 def off_carrier_findings(
@@ -159,12 +139,8 @@ def off_carrier_findings(
 def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:
     """Return the distance of the true curve, in a_j (points, modes) and in p (points,).
 
-    Parameters
-    ----------
-    linear : (points, 2 modes, 2 modes + 1) ndarray
-        dG/da, dG/dp. Without the last column: at constant p.
-    change : (points, modes) ndarray
-        |delta G_j|, of any phase.
+    `linear` (points, 2 modes, 2 modes + 1) is dG/da, dG/dp; without the last column the distance
+    is at constant p. `change` (points, modes) is |delta G_j|, of any phase.
     """
     points, unknowns, _ = linear.shape
     known = np.isfinite(linear).all(axis=(1, 2))
@@ -216,20 +192,16 @@ def error_at_constant(
     displacement: tuple[Floats, Floats],
     at_end: Floats,
 ) -> Floats:
-    """Return the error of values (points, modes) at constant parameter, see above.
+    """Return the error of values (points, modes) at constant parameter.
 
-    Parameters
-    ----------
-    displacement : ((points, modes), (points,)) ndarray
-        Of the true curve, in the values and in the parameter.
-    at_end : (points, modes) ndarray
-        The error where the branch ends nearby.
+    `displacement` is the distance of the true curve in the values (points, modes) and in the
+    parameter (points,); `at_end` (points, modes) is the error where the branch ends nearby.
     """
-    aside, width = displacement
+    own, width = displacement
     along = change_along(parameter, values, branch, width)
-    error = np.where(np.isfinite(along), aside + along, at_end)
+    error = np.where(np.isfinite(along), own + along, at_end)
     known = np.isfinite(error).all(axis=1)
-    if known.any() and not known.all():  # beside the end of the table
+    if known.any() and not known.all():  # at the end of the table
         at = np.arange(error.shape[0])
         for column in error.T:
             column[:] = np.interp(at, at[known], column[known])

@@ -1,11 +1,11 @@
-"""Limit cycles of self-excited modes: friction takes what aerodynamics put in.
+"""Limit cycles of self-excited modes, in which friction dissipates the aerodynamic power.
 
-An unforced mode oscillates at a frequency of its own, which is an unknown beside its amplitude:
+The amplitude and the frequency of an unforced mode are both unknown:
 
-    omega_j^2 - Omega_j^2 + i gamma_j Omega_j = Q_j(|a_A|, |a_B|),
+    omega_j^2 - Omega_j^2 + i gamma_j Omega_j = Q_j(|a_A|, |a_B|).
 
-the imaginary part says how large it grows, the real part how fast it turns. A forced mode beside
-it has its amplitude equation as in any steady state.
+The imaginary part determines the amplitude, the real part the frequency. A forced mode has its
+amplitude equation as in a steady state.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import AppliedForces, Forces
-from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, inputs_of, rate_and_jacobian, shifted_flow
+from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
+from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import (
@@ -35,12 +35,11 @@ from slipmode.rom.validity import (
 
 _SCANNED = {1: 400, 2: 64}  # amplitudes of each self-excited mode, by their number
 _PASSES = 60
-_INSIDE = 0.998  # of the table, so that the coupling ratio has room
-_CONVERGED = 1e-9  # of the elastic force at the largest amplitudes
-_SAME = 1e-6  # relative distance of limit cycles that are one
+_CONVERGED = 1e-9  # residual relative to the elastic force at the largest amplitudes
+_SAME = 1e-6  # relative distance of equal limit cycles
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class LimitCycle:
     """x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) plus the contacts' share.
 
@@ -51,18 +50,16 @@ class LimitCycle:
     frequency : (modes,) ndarray
         Omega_j [rad/s]: of the force, or of its own.
     growth : float
-        Of a small deviation [1/s], of that which grows fastest or decays slowest.
+        Largest growth rate of small deviations [1/s].
     """
 
     amplitude: Complexes
     frequency: Floats
     growth: float
 
-    __repr__ = short_repr
-
     @property
     def stable(self) -> bool:
-        """Whether motion near it tends to it; from an unstable one it decays or grows away."""
+        """Whether motion nearby tends to the limit cycle."""
         return self.growth < 0.0
 
 
@@ -72,7 +69,7 @@ def limit_cycles(
     force: Forces | None = None,
     phase: ArrayLike = 0.0,
 ) -> tuple[LimitCycle, ...]:
-    """Every limit cycle within the friction table, by ascending amplitude.
+    """Return every limit cycle within the friction table, by ascending amplitude.
 
     Friction that slips freely no longer grows with the amplitude: past a stable limit cycle there
     often is an unstable one, beyond which the mode grows without bound.
@@ -80,10 +77,10 @@ def limit_cycles(
     Parameters
     ----------
     model : Model
-        Of which an unforced mode is self-excited: reduced with `aerodynamics`. The nearer its
-        carrier to the frequency of the limit cycle, the more exact: `rom.reduce(..., carrier=)`.
+        With an unforced self-excited mode: reduced with `aerodynamics`. Its carrier should be
+        near the frequency of the limit cycle: `rom.reduce(..., carrier=)`.
     frequency : sequence of float, optional
-        Forcing frequencies [rad/s], one per mode; those of unforced modes do not matter.
+        Forcing frequencies [rad/s], one per mode; ignored for unforced modes.
     force : one {DOF: amplitude} or (n,) array_like per mode, optional
         Force amplitudes [N] as in `steady`; {} of an unforced mode. Default: nothing is forced.
     phase : float or (modes,) array_like
@@ -92,20 +89,19 @@ def limit_cycles(
     Returns
     -------
     tuple of LimitCycle
-        Where two modes are self-excited also those in which one of them is at rest. Empty if none
-        is inside the table. Of a forced mode that has several steady states, with the one that is
-        reached from rest.
+        If two modes are self-excited, also limit cycles with one of them at rest. A forced mode
+        with several steady states has the one that is reached from rest. Empty if none is inside
+        the table.
 
     Raises
     ------
     SlipmodeError
-        If no unforced mode is self-excited, or the frequency of a forced one is none that its
-        slow flow can follow.
+        If no unforced mode is self-excited, or the slow flow cannot follow a forcing frequency.
 
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes.
+        Where friction or the force violates an assumption of the method.
     """
     force = [{}] * model.modes if force is None else force
     applied = AppliedForces.of(model.reduced, force)
@@ -119,15 +115,9 @@ def limit_cycles(
         )
     Omega = _frequencies(model, frequency, forced)
     warn(forcing_findings(model.reduced, Omega, forced))
-    flow = shifted_flow(model, applied.shift)
+    flow = ForcedFlow.of(model, Omega[np.newaxis], excitation, applied.shift)
     some = chain.from_iterable(combinations(excited, n) for n in range(1, excited.size + 1))
-    found = [
-        cycle
-        for moving in some
-        for cycle in _Cycling(
-            model, flow, excitation, applied.shift * excitation, Omega, np.array(moving)
-        ).solutions()
-    ]
+    found = [cycle for moving in some for cycle in _Cycling(flow, np.array(moving)).solutions()]
     if found:
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
         amplitude = np.array([cycle.amplitude for cycle in found])
@@ -139,7 +129,7 @@ def limit_cycles(
 
 
 def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced: Flags) -> Floats:
-    """Forcing frequencies, natural ones of unforced modes (modes,)."""
+    """Return forcing frequencies, and natural ones of unforced modes (modes,)."""
     natural = model.reduced.frequency
     if frequency is None and not forced.any():
         return natural.copy()
@@ -156,20 +146,16 @@ def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced:
 
 @dataclass(frozen=True, eq=False)
 class _Cycling:
-    """Some modes in limit cycles, forced ones beside them, the others at rest."""
+    """Some modes in limit cycles, with forced ones, and the others at rest."""
 
-    model: Model
-    flow: kernel.SlowFlow
-    excitation: Complexes
-    off_resonance: Complexes  # (modes,), what the forces add to the amplitudes at the contacts
-    Omega: Floats
-    moving: np.ndarray  # numbers of the modes in limit cycles
+    flow: ForcedFlow  # at one point
+    moving: NDArray[np.intp]  # numbers of the modes in limit cycles
 
     def solutions(self) -> Iterator[LimitCycle]:
-        """Each once."""
+        """Yield each limit cycle once."""
         known: list[Complexes] = []
         for amplitude, Omega in self._starts():
-            solved = self._polished(amplitude, Omega)
+            solved = self._solved(amplitude, Omega)
             if solved is None:
                 continue
             a, frequency = solved
@@ -178,11 +164,11 @@ class _Cycling:
                 yield LimitCycle(a, frequency, self._growth(a, frequency))
 
     def _starts(self) -> Iterator[tuple[Complexes, Floats]]:
-        """Amplitudes and frequencies (modes,) near which no mode gains or loses energy."""
+        """Yield amplitudes and frequencies (modes,) near which no mode gains or loses energy."""
         n, modes = _SCANNED[self.moving.size], self.moving.size
         axes = [self._range[j] * np.arange(1, n + 1) / n for j in self.moving]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, modes)
-        a, Omega, net = self._settled(points)
+        a, Omega, net = self._with_forced_modes(points)
         cells = net.reshape(*[n] * modes, modes)
         for axis in range(modes):  # least and largest of the corners of each cell
             first, last = (np.delete(cells, k, axis=axis) for k in (-1, 0))
@@ -193,47 +179,39 @@ class _Cycling:
         for k in corner[crossed]:
             yield a[k], Omega[k]
 
-    def _settled(self, moduli: Floats) -> tuple[Complexes, Floats, Floats]:
-        """Forced modes and frequencies for amplitudes (points, moving) that are held.
+    def _with_forced_modes(self, moduli: Floats) -> tuple[Complexes, Floats, Floats]:
+        """Return amplitudes and frequencies for amplitudes (points, moving) in limit cycles.
 
-        Returns
-        -------
-        amplitude : (points, modes) complex ndarray
-        Omega : (points, modes) ndarray
-        net : (points, moving) ndarray
-            Net damping force per amplitude of the modes in limit cycles [rad^2/s^2].
+        Forced modes are relaxed from rest to (stiffness - Q) a = F / 2 + Q shift F, see
+        `steady_points`. The third result (points, moving) is the net damping force per amplitude
+        of the modes in limit cycles [rad^2/s^2].
         """
-        count, omega = len(moduli), self.model.reduced.frequency[self.moving]
-        forced = self.excitation != 0.0
-        a = np.zeros((count, self.model.modes), dtype=complex)
+        model, (force,) = self.flow.model, self.flow.force
+        omega, forced = model.reduced.frequency[self.moving], force != 0.0
+        room = np.maximum(self._range - np.abs(self.flow.shift * force), 0.0)
+        a = np.zeros((len(moduli), model.modes), dtype=complex)
         a[:, forced] = 1e-6 * self._range[forced]
         a[:, self.moving] = moduli
-        Omega = np.tile(self.Omega, (count, 1))
+        Omega = np.tile(self.flow.frequency[0], (len(moduli), 1))
         low, high = np.array([carrier_range(float(each)) for each in omega]).T
         for _ in range(_PASSES):
-            now = balance(self.flow, inputs_of(self._forces(count), Omega), a)
+            flow = self._at(Omega)
+            now = flow.balance(a)
             Q = now.friction[:, self.moving] / moduli
             square = np.nan_to_num(omega**2 - Q.real)
             Omega[:, self.moving] = np.clip(np.sqrt(np.maximum(square, 0.0)), low, high)
-            a[:, forced] = self._relaxed(now.stiffness, now.friction, a)[:, forced]
-        net = now.stiffness[:, self.moving].imag - Q.imag
-        return a, Omega, net
+            balanced = flow.secant_response(now, a)
+            modulus = 0.5 * (np.abs(a) + np.minimum(np.abs(balanced), self._range))
+            relaxed = phasor(np.minimum(modulus, room), np.angle(balanced))
+            a[:, forced] = relaxed[:, forced]
+        return a, Omega, now.stiffness[:, self.moving].imag - Q.imag
 
-    def _relaxed(self, stiffness: Complexes, friction: Complexes, a: Complexes) -> Complexes:
-        """Half a step towards (stiffness - Q) a = F / 2 + Q shift F."""
-        effective = a + self.off_resonance
-        Q = np.divide(friction, effective, out=np.zeros_like(a), where=effective != 0.0)
-        balanced = (0.5 * self.excitation + Q * self.off_resonance) / (stiffness - Q)
-        modulus = 0.5 * (np.abs(a) + np.minimum(np.abs(balanced), self._range))
-        room = np.maximum(self._range - np.abs(self.off_resonance), 0.0)
-        return np.asarray(np.minimum(modulus, room) * np.exp(1j * np.angle(balanced)))
-
-    def _polished(self, a: Complexes, Omega: Floats) -> tuple[Complexes, Floats] | None:
-        """A solution close by, amplitudes and frequencies (modes,); None: there is none."""
+    def _solved(self, a: Complexes, Omega: Floats) -> tuple[Complexes, Floats] | None:
+        """Return a solution nearby, amplitudes and frequencies (modes,); None if there is none."""
         from scipy.optimize import root  # takes a while to import
 
-        natural, most = self.model.reduced.frequency, self._range
-        solved = self.moving.tolist() + np.flatnonzero(self.excitation).tolist()
+        natural, most = self.flow.model.reduced.frequency, self._range
+        solved = self.moving.tolist() + np.flatnonzero(self.flow.force[0]).tolist()
         cycles = self.moving.size
 
         def unpacked(z: Floats) -> tuple[Complexes, Floats]:
@@ -243,31 +221,30 @@ class _Cycling:
             frequency[self.moving] = natural[self.moving] * pairs[:cycles, 1]
             return now, frequency
 
-        def unbalanced(z: Floats) -> Floats:
+        def residual(z: Floats) -> Floats:
             now, frequency = unpacked(z)
-            inputs = inputs_of(self._forces(1), frequency[np.newaxis])
-            found = balance(self.flow, inputs, now[np.newaxis])
+            found = self._at(frequency[np.newaxis]).balance(now[np.newaxis])
             force = ((found.mass * found.rate)[0] / (natural**2 * most))[solved]
             return np.stack((force.real, force.imag), axis=-1).ravel()
 
         start = np.stack(((a / most).real, (a / most).imag), axis=-1)
         start[self.moving, 1] = (Omega / natural)[self.moving]
-        z = root(unbalanced, start[solved].ravel(), options={"xtol": 1e-13}).x
+        z = root(residual, start[solved].ravel(), options={"xtol": 1e-13}).x
         now, frequency = unpacked(z)
-        if not np.abs(unbalanced(z)).max() <= _CONVERGED or np.any(now[self.moving].real <= 0.0):
+        if not np.abs(residual(z)).max() <= _CONVERGED or np.any(now[self.moving].real <= 0.0):
             return None
         return now, frequency
 
     def _growth(self, a: Complexes, Omega: Floats) -> float:
-        """Of small deviations; a shift of phase of the cycling modes neither grows nor decays."""
-        inputs = inputs_of(self._forces(1), Omega[np.newaxis])
-        _, jacobian = rate_and_jacobian(self.flow, inputs, a[np.newaxis])
+        """Return the growth of small deviations but for a phase shift, which is neutral."""
+        _, jacobian = self._at(Omega[np.newaxis]).rate_and_jacobian(a[np.newaxis])
         kept = np.delete(np.arange(2 * a.size), 2 * self.moving + 1)
         return float(np.linalg.eigvals(jacobian[0][np.ix_(kept, kept)]).real.max())
 
-    def _forces(self, points: int) -> Complexes:
-        return np.tile(self.excitation, (points, 1))
+    def _at(self, Omega: Floats) -> ForcedFlow:
+        force = np.tile(self.flow.force, (len(Omega), 1))
+        return self.flow.with_inputs(inputs_of(force, Omega))
 
     @property
     def _range(self) -> Floats:
-        return _INSIDE * self.model.table.amplitude_range
+        return INSIDE * self.flow.model.table.amplitude_range

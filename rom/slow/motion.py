@@ -1,20 +1,19 @@
 """Contact and elastic motion from the slow amplitudes, in two ways.
 
-Marched: the contact problem (12) along the slow trajectory, with the reaction of the modal
-response to its harmonics. Right at every corner of the motion; the cost is that of the time
-marched.
+`reconstruct` marches the contact problem (12) along the slow trajectory, with the reaction of the
+modal response to its harmonics. It resolves every corner of the motion; the cost is proportional
+to the time.
 
-Summed: the tabulated harmonics (14), each with the modal response to it. Any instant by itself, at
-a cost that does not depend on the time between them; blind to what the harmonics leave out.
+`sum_harmonics` sums the tabulated harmonics (14), each with the modal response to it. The cost is
+proportional to the number of instants; the neglected harmonics are missing.
 
-Friction forgets within a few periods, so either has any window without going through t = 0.
+Friction forgets its past within a few periods, so both compute any window of a run by itself.
 """
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,16 +23,18 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, modal_response
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0
-_STEPS, _ELASTIC_STEPS = 128, 64
+# Least time steps per period of the faster carrier: elastic contacts have no motion of their own
+# within a step.
+_STEPS = {"rigid": 128, "elastic": 64}
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Motion:
     """Fast motion at given times.
 
@@ -44,12 +45,11 @@ class Motion:
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
     modal : (n, modes + nonresonant) ndarray
-        Modal displacements q_j [kg^1/2 m], those of nonresonant modes last.
+        Modal displacements q_j [kg^1/2 m], nonresonant modes last.
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
-        Displacement of the structure per unit of them that neither modes nor contacts have:
-        ForceResponse.static.
+        Displacement of the structure per unit of load besides modes and contacts.
     """
 
     time: Floats
@@ -60,17 +60,13 @@ class Motion:
     load: Floats
     static: Floats
 
-    __repr__ = short_repr
-
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
-        """Displacement of DOFs of the structure, (n, dofs) [m]."""
-        rows = list(dofs)
-        shapes = model.reduced.all_shapes[rows], model.reduced.contact_shapes[rows]
-        contacts = model.reduced.contacts
+        """Return the displacement of DOFs of the structure, (n, dofs) [m]."""
+        rows, reduced = list(dofs), model.reduced
         moved = self.displacement
-        if contacts is not None:  # they draw at the structure with what they lack in force
-            moved = contacts.reference * self.displacement - self.force
-        x = self.modal @ shapes[0].T + moved @ shapes[1].T
+        if reduced.contacts is not None:  # the contact shapes belong to the force deficit
+            moved = reduced.contacts.reference * self.displacement - self.force
+        x = self.modal @ reduced.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
         return np.asarray(x + self.load @ self.static[rows].T)
 
 
@@ -82,7 +78,7 @@ def reconstruct(
     steps_per_period: int | None = None,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
-    """Contact and modal motion at increasing times inside a slow trajectory, marched.
+    """March contact and modal motion at increasing times inside a slow trajectory.
 
     Parameters
     ----------
@@ -92,11 +88,11 @@ def reconstruct(
     times : (n,) array_like
         [s]
     steps_per_period : int, optional
-        Least number of time steps per period of the faster carrier. Default: 128, of elastic
-        contacts, which have no motion of their own within a step, 64.
+        Least number of time steps per period of the faster carrier. Default: 128, or 64 for
+        elastic contacts.
     spin_up : float
-        Periods of the slower carrier, as it is at the times, marched before the first of them, at
-        most from the trajectory's start, where the contacts rest.
+        Periods of the slower carrier that are marched before the first of the times, at most
+        from the trajectory's start, where the contacts rest.
 
     Raises
     ------
@@ -115,33 +111,24 @@ def reconstruct(
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
-        steps_per_period = _STEPS if model.reduced.contacts is None else _ELASTIC_STEPS
+        steps_per_period = _STEPS["rigid" if model.reduced.contacts is None else "elastic"]
+    samples = kernel.ContactSamples(
+        sample.size, *(array.ctypes.data for array in (sample, x, v, f))
+    )
     status = kernel.lib.sm_contact_motion(
-        ctypes.byref(problem),
-        len(effective),
-        effective.ctypes.data,
-        None,
-        steps_per_period,
-        sample.size,
-        sample.ctypes.data,
-        x.ctypes.data,
-        v.ctypes.data,
-        f.ctypes.data,
+        problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
     )
     kernel.check(status, "contact motion")
     scale = part.scale_at(sample)[:, np.newaxis]
-    x, v, f = scale * x, scale * v, scale * f
-    coefficients = np.concatenate((response.modal, _loads(response, part)), axis=2)
-    signals = _summed(segments, response, coefficients, _carriers(model, 0), sample)
-    modal, load = np.split(signals, [response.modal.shape[2]], axis=1)
-    return Motion(sample, x, v, f, modal, load, _static(model, part))
+    modal, load = _summed(model, part, response, [], segments, sample)
+    return Motion(sample, scale * x, scale * v, scale * f, modal, load, _static(model, part))
 
 
 def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
-    """Contact and modal motion at increasing times inside a slow trajectory, summed.
+    """Sum the harmonics of contact and modal motion at increasing times inside a slow trajectory.
 
-    `model.harmonics.truncation` says what is left out of the displacement. Velocity and force
-    have corners, and miss more of them.
+    `model.harmonics.truncation` states the error of the displacement. The errors of velocity and
+    force, which have corners, are larger.
 
     Parameters
     ----------
@@ -161,20 +148,14 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     sample = _sample_times(trajectory, times)
     part = trajectory.between(sample[0], sample[-1]).resolved(model)
     response = modal_response(model, part)
-    velocity = 1j * response.frequency[..., np.newaxis] * response.contact
-    force = _friction_force(model, part, response)
-    displacement = response.contact
+    displacement, force = response.contact, _friction_force(model, part, response)
     if model.reduced.contacts is not None:
-        # what balances the lack of force is the displacement
-        displacement, lack = force, displacement
-        velocity = 1j * response.frequency[..., np.newaxis] * displacement
-        force = model.reduced.contacts.reference * displacement - lack
-    parts = (displacement, velocity, force, response.modal, _loads(response, part))
-    coefficients = np.concatenate(parts, axis=2)
-    contacts = model.reduced.n_contacts
-    segments, shape = part.segments(model), _carriers(model, 3 * contacts)
-    signals = _summed(segments, response, coefficients, shape, sample)
-    x, v, f, modal, load = np.split(signals, np.cumsum([p.shape[2] for p in parts[:-1]]), axis=1)
+        # In the dual problem `contact` is the force deficit, and the force the displacement.
+        deficit, displacement = displacement, force
+        force = model.reduced.contacts.reference * displacement - deficit
+    velocity = 1j * response.frequency[..., np.newaxis] * displacement
+    contact = [displacement, velocity, force]
+    x, v, f, modal, load = _summed(model, part, response, contact, part.segments(model), sample)
     return Motion(sample, x, v, f, modal, load, _static(model, part))
 
 
@@ -188,17 +169,8 @@ def _sample_times(trajectory: SlowTrajectory, times: ArrayLike) -> Floats:
     return sample
 
 
-def _carriers(model: Model, before: int) -> Floats:
-    """Which signals have a carrier, (modes, signals).
-
-    `before` of them have none, then come the modal displacements and the loads.
-    """
-    signals = before + model.reduced.all_shapes.shape[1] + model.modes
-    return np.eye(model.modes, signals, before)
-
-
 def _loads(response: ModalResponse, part: SlowTrajectory) -> Complexes:
-    """Harmonics of the modal forces (points, orders, modes): that of its carrier for each."""
+    """Return harmonics of the modal forces (points, orders, modes): each at its carrier."""
     loads = np.zeros((*response.contact.shape[:2], part.force.shape[1]), dtype=complex)
     for j, own in enumerate(CARRIERS[: loads.shape[2]]):
         if own in response.orders:
@@ -212,7 +184,7 @@ def _static(model: Model, part: SlowTrajectory) -> Floats:
 
 
 def _friction_force(model: Model, part: SlowTrajectory, response: ModalResponse) -> Complexes:
-    """Harmonics of the friction force (points, orders, N_c): it balances all others, Eq. (12)."""
+    """Return harmonics of the friction force (points, orders, N_c), by the balance of Eq. (12)."""
     reduced, nu = model.reduced, response.frequency[..., np.newaxis]
     P = response.contact
     force = response.reaction - P @ reduced.stiffness - 1j * nu * (P @ reduced.damping)
@@ -224,20 +196,25 @@ def _friction_force(model: Model, part: SlowTrajectory, response: ModalResponse)
 
 
 def _summed(
-    segments: np.ndarray,
+    model: Model,
+    part: SlowTrajectory,
     response: ModalResponse,
-    coefficients: Complexes,
-    shape: Floats,
+    contact: Sequence[Complexes],
+    segments: np.ndarray,
     times: Floats,
-) -> Floats:
-    """Signals 2 Re(shape^T a exp(i theta) + sum_nm c_nm exp(i (n theta_A + m theta_B))).
+) -> list[Floats]:
+    """Return signals at times: of the contacts, modal displacements, and loads; (times, ...) each.
 
-    coefficients (points, orders, signals), shape (modes, signals); returns (times, signals).
+    A signal is 2 Re(shape^T a exp(i theta) + sum_nm c_nm exp(i (n theta_A + m theta_B))) with
+    coefficients c (points, orders, ...), which `contact` are for the contacts. Only modal
+    displacements have carriers.
     """
-    by_signal = coefficients.transpose(0, 2, 1)
+    parts = [*contact, response.modal, _loads(response, part)]
+    ends = np.cumsum([each.shape[2] for each in parts])
+    weights = np.eye(model.modes, ends[-1], ends[-3] if contact else 0)
+    by_signal = np.concatenate(parts, axis=2).transpose(0, 2, 1)
     rows = kernel.contiguous(np.stack((by_signal.real, by_signal.imag), axis=2))
     orders = np.ascontiguousarray(response.orders, dtype=np.int32)
-    weights = kernel.contiguous(shape)
     harmonic_sum = kernel.HarmonicSum(
         modes=len(weights),
         orders_count=len(response.orders),
@@ -256,4 +233,4 @@ def _summed(
         motion.ctypes.data,
     )
     kernel.check(status, "sum of harmonics")
-    return motion
+    return np.split(motion, ends[:-1], axis=1)

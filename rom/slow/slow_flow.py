@@ -1,4 +1,4 @@
-"""The slow flow, Eqs. (18) and (19), in the frame of the forcing: the core's, at many points.
+"""The slow flow, Eqs. (18) and (19), in the frame of the forcing, at many points.
 
 mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 """
@@ -6,33 +6,30 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import (
-    ForcePatterns,
-    cross_response,
-    off_resonance_shift,
-)
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
+from slipmode.rom.reduction.reduced import coupling_factor
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 
 def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.SlowFlow:
-    """The amplitude equations as the core reads them; forces act as `off_resonance_shift` says."""
-    shift = off_resonance = None
-    if force_patterns is not None:
-        shift = off_resonance_shift(model.reduced, force_patterns)
-        off_resonance = cross_response(model.reduced, force_patterns)
-    return _slow_flow(model, shift, off_resonance)
+    """Return the slow flow as the core reads it, with shift and cross response of the forces."""
+    if force_patterns is None:
+        return _slow_flow(model, np.zeros(model.modes, dtype=complex), None)
+    applied = AppliedForces.of(model.reduced, force_patterns)
+    return _slow_flow(model, applied.shift, applied.cross_response)
 
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
-    """The same with effective amplitudes a_j + shift_j F_j exp(i phase_j), no other response."""
+    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
     return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
 
 
@@ -43,16 +40,10 @@ def inputs_of(
     frequency_rate: ArrayLike = 0.0,
     angle: ArrayLike = 0.0,
 ) -> NDArray[np.void]:
-    """The core's inputs, one for each row of arrays (points, modes).
+    """Return the inputs of the core, one for each row of arrays (points, modes).
 
-    Parameters
-    ----------
-    force, force_rate : complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2], and its rate.
-    frequency, frequency_rate : ndarray
-        Omega_j [rad/s], [rad/s^2].
-    angle : ndarray
-        theta_j of the carriers [rad]; combination resonances depend on it.
+    `force` is F_j exp(i phase_j), modal [N kg^-1/2], with its rate; `frequency` Omega_j [rad/s],
+    with its rate; `angle` theta_j [rad] of the carriers, on which combination resonances depend.
     """
     modes = force.shape[1]
     inputs = kernel.inputs(len(force))
@@ -75,7 +66,7 @@ def inputs_of(
 
 
 def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
-    """da/dt (points, modes) at amplitudes (points, modes), all terms of the slow flow in it.
+    """Return da/dt (points, modes) at amplitudes (points, modes), with all terms of the slow flow.
 
     Raises
     ------
@@ -91,34 +82,21 @@ def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes)
     return rate
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Balance:
     """The amplitude equations of steady motion, at points; NaN outside the friction table.
 
     Without a'', and without the combination resonances, whose mean over time is zero.
-
-    Attributes
-    ----------
-    mass : (points, modes) complex ndarray
-        Factor of da_j/dt [rad/s].
-    stiffness : (points, modes) complex ndarray
-        Factor of a_j [rad^2/s^2].
-    friction : (points, modes) complex ndarray
-        Q_j a_j [N kg^-1/2], tending to 0 with a_j.
-    rate : (points, modes) complex ndarray
-        da_j/dt [kg^1/2 m/s].
     """
 
-    mass: Complexes
-    stiffness: Complexes
-    friction: Complexes
-    rate: Complexes
-
-    __repr__ = short_repr
+    mass: Complexes  # (points, modes), factor of da_j/dt [rad/s]
+    stiffness: Complexes  # (points, modes), factor of a_j [rad^2/s^2]
+    friction: Complexes  # (points, modes), Q_j a_j [N kg^-1/2], tending to 0 with a_j
+    rate: Complexes  # (points, modes), da_j/dt [kg^1/2 m/s]
 
 
 def balance(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Balance:
-    """What balances in steady motion at amplitudes (points, modes)."""
+    """Return the terms of the amplitude equations at amplitudes (points, modes)."""
     parts, _ = _balance(flow, inputs, amplitude, None)
     return Balance(*np.moveaxis(parts, 1, 0))
 
@@ -126,12 +104,80 @@ def balance(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexe
 def rate_and_jacobian(
     flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes
 ) -> tuple[Floats, Floats]:
-    """da/dt of `balance` as reals (points, 2 modes), its Jacobian (points, 2 modes, 2 modes)."""
+    """Return da/dt of `balance` as reals (points, 2 modes), and the Jacobian."""
     unknowns = 2 * amplitude.shape[1]
     parts, jacobian = _balance(
         flow, inputs, amplitude, np.empty((len(amplitude), unknowns, unknowns))
     )
     return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
+
+
+@frozen
+class ForcedFlow:
+    """The slow flow at points with a frequency and a constant force each."""
+
+    model: Model
+    # (modes,), shift of the amplitudes at the contacts per force, see `AppliedForces.shift`
+    shift: Complexes
+    flow: kernel.SlowFlow
+    inputs: NDArray[np.void]  # (points,)
+
+    @classmethod
+    def of(
+        cls,
+        model: Model,
+        frequency: Floats,
+        force: Complexes | float = 0.0,
+        shift: Complexes | float = 0.0,
+    ) -> Self:
+        """Return the flow at frequencies [rad/s] and modal forces [N kg^-1/2] (points, modes)."""
+        shifts = np.full(model.modes, shift, dtype=complex)
+        forces = np.broadcast_to(force, frequency.shape).astype(complex)
+        return cls(model, shifts, shifted_flow(model, shifts), inputs_of(forces, frequency))
+
+    def with_inputs(self, inputs: NDArray[np.void]) -> Self:
+        """Return the flow at points with other inputs."""
+        return replace(self, inputs=inputs)
+
+    def with_frequency(self, frequency: Floats) -> Self:
+        """Return the flow with the same forces at other frequencies (points, modes) [rad/s]."""
+        return self.with_inputs(inputs_of(self.force, frequency))
+
+    @property
+    def frequency(self) -> Floats:
+        """Omega_j (points, modes) [rad/s]."""
+        return np.asarray(self.inputs["frequency"][:, : self.model.modes])
+
+    @property
+    def force(self) -> Complexes:
+        """F_j exp(i phase_j), modal, (points, modes) [N kg^-1/2]."""
+        return phasor(self.inputs["force"], self.inputs["phase"])[:, : self.model.modes]
+
+    def balance(self, amplitude: Complexes) -> Balance:
+        """Return the terms of the amplitude equations at amplitudes (points, modes)."""
+        return balance(self.flow, self.inputs, amplitude)
+
+    def rate_and_jacobian(self, amplitude: Complexes) -> tuple[Floats, Floats]:
+        """Return da/dt as reals (points, 2 modes), and the Jacobian."""
+        return rate_and_jacobian(self.flow, self.inputs, amplitude)
+
+    def secant_response(self, now: Balance, amplitude: Complexes) -> Complexes:
+        """Return a of (stiffness - Q) a = F / 2 + Q shift F, with the secant friction Q `now`."""
+        shifted = self.shift * self.force
+        effective = amplitude + shifted
+        Q = np.divide(
+            now.friction, effective, out=np.zeros_like(effective), where=effective != 0.0
+        )
+        return np.asarray((0.5 * self.force + Q * shifted) / (now.stiffness - Q))
+
+    def effective(self, amplitude: Complexes) -> Complexes:
+        """Return the amplitudes at which the friction table is looked up, (points, modes).
+
+        They include the direct action of the forces on the contacts, and the change of the
+        coupling with the forcing frequency.
+        """
+        factor = coupling_factor(self.model.reduced, self.frequency)
+        return np.asarray(factor * (amplitude + self.shift * self.force))
 
 
 def _balance(
@@ -156,7 +202,7 @@ def _balance(
 
 
 def _slow_flow(
-    model: Model, shift: Complexes | None, off_resonance: Complexes | None
+    model: Model, shift: Complexes, cross_response: Complexes | None
 ) -> kernel.SlowFlow:
     table, reduced = model.table.kernel(), model.reduced
     flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
@@ -167,10 +213,9 @@ def _slow_flow(
         flow.damping[mode] = reduced.modal_damping[mode]
         for power, coefficient in enumerate(coupling_ratio[mode]):
             flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
-        if shift is not None:
-            flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
-        if off_resonance is not None:
-            for other, response in enumerate(off_resonance[mode]):
+        flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
+        if cross_response is not None:
+            for other, response in enumerate(cross_response[mode]):
                 flow.cross_response[mode][other][:] = (response.real, response.imag)
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,16 +12,15 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
-from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
-from slipmode.rom.slow.steady_problem import SteadyProblem
+from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
-    check_carriers,
     forcing_findings,
     friction_findings,
     warn,
@@ -31,10 +29,10 @@ from slipmode.rom.validity import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_CURVE_PASSES = 12
+_CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ResonanceCurve:
     """Forcing frequencies at which a mode vibrates with given amplitudes, Eq. (23) or (25).
 
@@ -44,18 +42,16 @@ class ResonanceCurve:
         |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
         Frequency on the branch below and above the peak [rad/s]; NaN where the force does not
-        reach the amplitude, or only at a frequency that a slow flow cannot follow, or where the
-        friction table ends before the amplitude.
+        reach the amplitude, the slow flow cannot follow the frequency, or the amplitude is
+        outside the friction table.
     """
 
     amplitude: Floats
     below: Floats
     above: Floats
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class ResonanceSurface:
     """Steady amplitudes over a grid of both forcing frequencies.
 
@@ -78,8 +74,6 @@ class ResonanceSurface:
     mode_shapes: Floats
     motion: SteadyMotion
 
-    __repr__ = short_repr
-
     @property
     def euclidean(self) -> Floats:
         """sqrt(|a_A|^2 + |a_B|^2), (n_A, n_B)."""
@@ -95,7 +89,7 @@ class ResonanceSurface:
         dof: int | None = None,
         units: Units = SI,
     ) -> Any:
-        """|a_A| and |a_B|, or what they move a DOF, as colours over both frequencies."""
+        """Draw |a_A| and |a_B|, or the amplitude of a DOF, as colours over both frequencies."""
         if axes is None:
             shared = {"sharex": True, "sharey": True, "layout": "constrained"}
             axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
@@ -110,7 +104,7 @@ class ResonanceSurface:
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """By name, with the amplitude of a DOF in each mode where one is given."""
+        """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
         grid = np.meshgrid(
             units.of_frequency(self.frequency_A),
             units.of_frequency(self.frequency_B),
@@ -129,7 +123,7 @@ class ResonanceSurface:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per pair of frequencies; see `columns`."""
+        """Return a table with a row per pair of frequencies; see `columns`."""
         return dataframe(self.columns(dof, units))
 
 
@@ -139,7 +133,7 @@ def steady(
     force: Forces,
     phase: ArrayLike = 0.0,
 ) -> Complexes:
-    """Steady complex amplitudes under constant forcing, on the branch reached from rest.
+    """Return steady complex amplitudes under constant forcing, on the branch reached from rest.
 
     Parameters
     ----------
@@ -147,8 +141,7 @@ def steady(
     frequency : (..., modes) array_like
         Forcing frequencies [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N] on the DOFs: magnitude times pattern, which `fmu.Component` takes
-        apart (`force_patterns`, and the inputs force_A and force_B).
+        Force amplitudes [N] on the DOFs.
     phase : float or (modes,) array_like
         Phases of the forces [rad].
 
@@ -160,14 +153,13 @@ def steady(
     Raises
     ------
     SlipmodeError
-        If the frequency of a mode that is forced is none that its slow flow can follow, an
-        amplitude would leave the table, or the slow flow does not come to rest: a self-excited
-        mode only does where its force holds it.
+        If the slow flow cannot follow the frequency of a forced mode, an amplitude leaves the
+        table, or the slow flow does not come to rest: the force must hold a self-excited mode.
 
     Warns
     -----
     ValidityWarning
-        Where friction, the force or its frequency strain what the method assumes.
+        Where friction, the force or its frequency violates an assumption of the method.
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
@@ -177,12 +169,11 @@ def steady(
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     points = Omega.reshape(-1, model.modes)
-    check_carriers(model.reduced, points, excitation != 0.0)
     every = np.tile(excitation, (len(points), 1))
-    problem = SteadyProblem.of(model, applied.shift, points, every)
-    amplitude = problem.polish(problem.relax())
-    for point in np.flatnonzero(~problem.is_steady(amplitude)):
-        amplitude[point] = problem.only(slice(point, point + 1)).from_rest()
+    found = steady_points(model, points, list(applied.force), every)
+    if found.refusals:
+        raise found.refusals[min(found.refusals)]
+    amplitude = found.amplitude
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
     check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
@@ -193,7 +184,7 @@ def steady(
 def resonance(
     model: Model, force: Forces, frequency_A: ArrayLike, frequency_B: ArrayLike
 ) -> ResonanceSurface:
-    """Steady amplitudes over a grid of both forcing frequencies, each reached from rest.
+    """Return steady amplitudes over a grid of both forcing frequencies, reached from rest.
 
     Parameters
     ----------
@@ -237,7 +228,7 @@ def resonance_curve(
     mode : int
         0 for A, 1 for B.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N] on this mode; what they do to the contacts directly is left out.
+        Force amplitudes [N] on this mode; their direct effect on the contacts is neglected.
     amplitudes : (n, modes) array_like
         Amplitudes of all modes [kg^1/2 m]: > 0 of this mode, >= 0 of the other. With one mode
         (n,) is allowed too.
@@ -266,22 +257,18 @@ def resonance_curve(
     omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
     paper = model.reduced.formulation == "paper"
 
-    flow, still = shifted_flow(model, 0.0), np.zeros(points.shape, dtype=complex)
-
-    def reach_at(Omega: Floats) -> tuple[Complexes, Floats]:
-        """Q, and the square of the detuning that the force affords, at frequencies Omega."""
-        frequencies = np.tile(model.reduced.carrier, (r.size, 1))
-        lost = np.isnan(Omega)  # the table did not reach so far
-        frequencies[:, mode] = np.where(lost, omega, Omega)
-        friction = balance(flow, inputs_of(still, frequencies), points.astype(complex)).friction
-        Q = np.where(lost, np.nan, friction[:, mode] / r)
-        loss = Q.imag - gamma * (omega if paper else Omega)
-        return Q, half_force**2 - loss**2
+    frequency = np.tile(model.reduced.carrier, (r.size, 1))
+    flow = ForcedFlow.of(model, frequency)
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        for _ in range(_CURVE_PASSES):  # friction and damping move with Omega, weakly
-            Q, square = reach_at(Omega)
+        for _ in range(_CURVE_PASSES):  # friction and damping depend weakly on Omega
+            outside = np.isnan(Omega)  # of the friction table
+            frequency[:, mode] = np.where(outside, omega, Omega)
+            friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction
+            Q = np.where(outside, np.nan, friction[:, mode] / r)
+            loss = Q.imag - gamma * (omega if paper else Omega)
+            square = half_force**2 - loss**2  # of the detuning
             reach = sign * np.sqrt(np.maximum(square, 0.0))
             Omega = (
                 omega - (Q.real - reach) / (2 * omega)

@@ -1,18 +1,17 @@
-"""Displacement of degrees of freedom in steady states, the share of the contacts included.
+"""Displacement of degrees of freedom in steady states.
 
 In a steady state with amplitudes a_j the harmonic of the displacement at carrier j is
 
     x_j = phi_j a_j + sum_k phi_k q_kj + X P_j + static_j F_j / 2,
 
-q_kj the response of the other modes, P_j the carrier harmonic of the contacts (of elastic ones:
-of their force deficit), X the contact shapes, and the last term the quasi-static response to the
-force. A friction table has the force of P_j on the modes alone, so the contact problem is solved
-again at the amplitudes that are shown.
+with the response q_kj of the other modes, the carrier harmonic P_j of the contacts (for elastic
+contacts: of their force deficit), the contact shapes X, and the quasi-static response to the
+force. A friction table only has the force of P_j on the modes, so the contact problem is solved
+again at the amplitudes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,45 +20,28 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 
-_SMALLEST = 0.1  # of the table's range: as in a table, marches repeat relative to that at least
+_SMALLEST = 0.1  # amplitude relative to the table's range that is the least scale of a march
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SteadyMotion:
-    """Steady states of a model, at points.
-
-    Attributes
-    ----------
-    model : Model
-    amplitude : (points, modes) complex ndarray
-        a_j [kg^1/2 m].
-    frequency : (points, modes) ndarray
-        Omega_j [rad/s].
-    force : (points, modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2]; 0 where the force is not known.
-    applied : AppliedForces or None
-        Where the forces act. None: there are no forces.
-    scale : (points,) ndarray
-        Friction limits and preloads over those of the model.
-    structure : Structure or None
-        What was reduced. None: the quasi-static response to the forces is left out.
-    """
+    """Steady states of a model, at points."""
 
     model: Model
-    amplitude: Complexes
-    frequency: Floats
+    amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]
+    frequency: Floats  # (points, modes), Omega_j [rad/s]
+    # (points, modes), F_j exp(i phase_j), modal [N kg^-1/2]; 0 where the force is not known
     force: Complexes
-    applied: AppliedForces | None
-    scale: Floats
+    applied: AppliedForces | None  # Where the forces act. None: there are no forces.
+    scale: Floats  # (points,), friction limits and preloads relative to the model's
+    # What was reduced. None: the quasi-static response to the forces is left out.
     structure: Structure | None = None
-
-    __repr__ = short_repr
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].
@@ -87,9 +69,9 @@ class SteadyMotion:
 
     @cached_property
     def _response(self) -> ModalResponse:
-        """Carriers of the contacts and the response of the modes: the points, the last twice."""
+        """Carriers of the contacts and response of the modes at the points, the last one twice."""
         points, modes = self.amplitude.shape
-        trajectory = SlowTrajectory(  # of one step per point: what is computed is of each alone
+        trajectory = SlowTrajectory(  # a step per point, each computed by itself
             time=np.arange(points + 1.0),
             amplitude=np.vstack((self.amplitude, self.amplitude[-1:])),
             angle=np.zeros((points + 1, modes)),
@@ -106,7 +88,7 @@ class SteadyMotion:
         return response_to(self.model, trajectory, CARRIERS[:modes], P)
 
     def _contact_carriers(self, effective: Complexes) -> Complexes:
-        """P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
+        """Return P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
         model, scale = self.model, self.scale[:, np.newaxis]
         modulus = np.abs(effective)
         torus = model.contact_problem(_SMALLEST * model.table.amplitude_range)

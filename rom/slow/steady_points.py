@@ -1,108 +1,222 @@
-"""Steady states of many loads on one model, each by itself: one may be refused, others not."""
+"""Steady motion at many points, each under a constant load.
+
+Relaxation and Newton's method solve all points at once. Where they do not converge, the slow flow
+of the point is integrated from rest.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import field
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift
-from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.steady_problem import SteadyProblem
+from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers
 
+INSIDE = 0.998  # of the table's range, so that the coupling ratio has room
+_RELAXATION_PASSES, _NEWTON_PASSES = 60, 25
+_RELAXED = 1e-4  # change relative to the table's range, at which Newton's method continues
+_ROUNDING = 1e-11  # update of Newton's method, relative to the table's range
+_CONVERGED = 1e-10  # residual relative to the forces in the amplitude equations
 
-@dataclass(frozen=True, eq=False)
+
+@frozen
 class SteadyPoints:
-    """Steady amplitudes where there are any, and why there are none elsewhere.
+    """Steady amplitudes of many loads, and refusals."""
 
-    Attributes
-    ----------
-    amplitude : (points, modes) complex ndarray
-        a_j [kg^1/2 m]; NaN where there is none.
-    reason : list of str
-        Of each point; empty where there is an amplitude.
-    outside : (points,) ndarray of bool
-        Whether the friction table ends before the point, so that a larger one would help.
-    """
+    amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]; NaN where the load is refused
+    refusals: dict[int, Exception] = field(default_factory=dict)  # By point
 
-    amplitude: Complexes
-    reason: list[str]
-    outside: Flags
+    @property
+    def reason(self) -> list[str]:
+        """Why each point is refused; "" where there is an amplitude."""
+        return [str(self.refusals.get(k, "")) for k in range(len(self.amplitude))]
 
-    __repr__ = short_repr
+    @property
+    def outside(self) -> Flags:
+        """Whether each point (points,) is outside the friction table: a larger one would help."""
+        refusals = (self.refusals.get(k) for k in range(len(self.amplitude)))
+        return np.array([isinstance(each, OutsideTableError) for each in refusals], dtype=bool)
 
 
 def steady_points(
     model: Model, frequency: Floats, patterns: Forces, excitation: Complexes
 ) -> SteadyPoints:
-    """`rom.steady` of many loads.
+    """Return the steady states of many loads, reached from rest.
 
-    Parameters
-    ----------
-    model : Model
-    frequency : (points, modes) ndarray
-        [rad/s]
-    patterns : one {DOF: amplitude} or (n,) array_like per mode
-        Where the forces act; their scale does not matter.
-    excitation : (points, modes) complex ndarray
-        F_j exp(i phase_j), modal [N kg^-1/2].
+    A load is a `frequency` (modes,) [rad/s] and an `excitation` F_j exp(i phase_j) (modes,), modal
+    [N kg^-1/2]. All loads have the force `patterns`, one {DOF: amplitude} or (n,) array per mode
+    in any scale.
     """
-    found = SteadyPoints(
-        np.full(frequency.shape, np.nan, dtype=complex),
-        [""] * len(frequency),
-        np.zeros(len(frequency), dtype=bool),
-    )
-    followed = []
+    found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
     for k in range(len(frequency)):
         try:
             check_carriers(model.reduced, frequency[k], excitation[k] != 0.0)
         except SlipmodeError as refusal:
-            found.reason[k] = str(refusal)
-        else:
-            followed.append(k)
-    if followed:
+            found.refusals[k] = refusal
+    (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
+    if places.size:
         shift = off_resonance_shift(model.reduced, patterns)
-        problem = SteadyProblem.of(model, shift, frequency[followed], excitation[followed])
-        _solve(problem, np.array(followed), found)
+        problem = _SteadyFlow.of(model, frequency[places], excitation[places], shift)
+        _solve(problem, places, found)
     return found
 
 
-def _solve(problem: SteadyProblem, places: np.ndarray, found: SteadyPoints) -> None:
-    """Fill in the points of a problem; one that spoils the passes of the others goes alone."""
+def _solve(problem: _SteadyFlow, places: NDArray[np.intp], found: SteadyPoints) -> None:
+    """Solve for points; where one stops the iterations of all, each by itself."""
     try:
-        amplitude = problem.polish(problem.relax())
-        stands = problem.is_steady(amplitude)
+        amplitude = problem.newton(problem.relaxed())
+        steady = problem.is_steady(amplitude)
     except (SlipmodeError, np.linalg.LinAlgError) as refusal:
-        if len(places) == 1:
-            _refuse(int(places[0]), refusal, found)
+        if places.size == 1:
+            found.refusals[int(places[0])] = refusal
             return
-        for k in range(len(places)):
-            _solve(problem.only(slice(k, k + 1)), places[k : k + 1], found)
+        for k in range(places.size):
+            _solve(problem.only(k), places[[k]], found)
         return
-    edge = np.asarray(problem.at_edge(amplitude).any(axis=1))
-    effective = problem.effective_modulus(amplitude, problem.inputs)
-    for k, place in enumerate(places.tolist()):
-        if stands[k]:
-            found.amplitude[place] = amplitude[k]
-        elif edge[k]:
-            found.outside[place] = True
-            found.reason[place] = str(outside_table(effective[k], problem.model.table))
-        else:
-            _from_rest(problem.only(slice(k, k + 1)), place, found)
+    found.amplitude[places[steady]] = amplitude[steady]
+    for k in np.flatnonzero(~steady).tolist():
+        place = int(places[k])
+        try:
+            found.amplitude[place] = problem.only(k).from_rest()
+        except (SlipmodeError, np.linalg.LinAlgError) as refusal:
+            found.refusals[place] = refusal
 
 
-def _from_rest(problem: SteadyProblem, place: int, found: SteadyPoints) -> None:
-    try:
-        found.amplitude[place] = problem.from_rest()
-    except (SlipmodeError, np.linalg.LinAlgError) as refusal:
-        _refuse(place, refusal, found)
+class _SteadyFlow(ForcedFlow):
+    """da/dt = 0 at points."""
+
+    def only(self, point: int) -> Self:
+        """Return the problem at one of the points."""
+        return self.with_inputs(self.inputs[[point]])
+
+    def balance(self, amplitude: Complexes) -> Balance:
+        """Return the terms of the amplitude equations; refuse amplitudes outside the table."""
+        found = super().balance(amplitude)
+        outside = np.isnan(found.rate).any(axis=-1)
+        if outside.any() and self._excited.any():
+            raise SlipmodeError(
+                f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how "
+                "far friction holds it"
+            )
+        if outside.any():
+            raise outside_table(np.abs(self.effective(amplitude))[outside], self.model.table)
+        return found
+
+    def relaxed(self) -> Complexes:
+        """Return amplitudes near (stiffness - Q) a = F / 2 + Q shift F, half steps from rest."""
+        force = self.force
+        moving = np.arange(len(force))
+        start = np.broadcast_to(1e-6 * self._range, force.shape)
+        amplitude = self._inside(start.astype(complex))
+        for _ in range(_RELAXATION_PASSES):
+            part = self.with_inputs(self.inputs[moving])
+            before = amplitude[moving]
+            balanced = part.secant_response(part.balance(before), before)
+            step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
+            modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
+            amplitude[moving] = part._inside(phasor(modulus, np.angle(balanced)))
+            moving = moving[(np.abs(step) > _RELAXED * self._range).any(axis=-1)]
+            if moving.size == 0:
+                break
+        return np.where(force == 0.0, 0.0, amplitude)  # an unforced mode is at rest
+
+    def newton(self, start: Complexes) -> Complexes:
+        """Return amplitudes at which da/dt = 0, by Newton's method inside the table."""
+        moving = np.arange(len(start))
+        found = self._inside(start)
+        for _ in range(_NEWTON_PASSES):
+            part, before = self.with_inputs(self.inputs[moving]), found[moving]
+            rate, jacobian = part.rate_and_jacobian(before)
+            update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]
+            after = part._inside(before - np.ascontiguousarray(update).view(complex))
+            found[moving] = after
+            moving = moving[np.abs(after - before).max(axis=-1) > _ROUNDING * self._range.max()]
+            if moving.size == 0:
+                break
+        return found
+
+    def _is_balanced(self, amplitude: Complexes) -> Flags:
+        """Return where the residual is rounding against the forces, (points,)."""
+        now = self.balance(amplitude)
+        elastic = np.abs(now.stiffness * amplitude).max(axis=-1)
+        scale = 0.5 * np.abs(self.force).max(axis=-1) + elastic + 1e-300
+        return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) <= _CONVERGED * scale)
+
+    def is_steady(self, amplitude: Complexes) -> Flags:
+        """Return where amplitudes are steady and, with self-excited modes, stable, (points,)."""
+        steady = self._is_balanced(amplitude)
+        if self._excited.any():
+            _, jacobian = self.rate_and_jacobian(amplitude)
+            steady &= np.linalg.eigvals(jacobian).real.max(axis=-1) < 0.0
+        return steady
+
+    def from_rest(self) -> Complexes:
+        """Return the steady state (modes,) of the one point, by integration from rest."""
+        from scipy.integrate import solve_ivp  # takes longer to import than many a table
+
+        slowest = np.abs(self.model.reduced.modal_damping).min()
+        if slowest <= 0.0:
+            slowest = 1e-3 * self.model.reduced.frequency.min()
+        y = np.zeros(2 * self.model.modes)
+        free = self._excited & (self.force[0] == 0.0)
+        outside = np.zeros((1, self.model.modes), dtype=complex)
+
+        def rate(_: float, z: Floats) -> Floats:
+            # NaN where a trial stage leaves the table: a shorter step follows.
+            if np.isnan(z).any():
+                return z
+            amplitude = z.view(complex)[np.newaxis]
+            now: Floats = ForcedFlow.balance(self, amplitude).rate[0].view(float)
+            if np.isnan(now).any():
+                outside[:] = amplitude
+            return now
+
+        for _ in range(20):
+            path = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12)
+            if not path.success:
+                self.balance(outside)  # refuses a path that leaves the table
+            y = path.y[:, -1]
+            point = self.newton(y.view(complex)[np.newaxis])
+            if self.is_steady(point)[0]:
+                return np.asarray(point[0])
+            if free.any() and self._is_balanced(point)[0]:
+                raise SlipmodeError(
+                    f"aerodynamics: mode {_named(free)} is self-excited and not forced: it does "
+                    "not stay at rest; rom.limit_cycles finds its limit cycles"
+                )
+        held = ""
+        if self._excited.any():
+            held = f": self-excited mode {_named(self._excited)} is not held by its force there"
+        raise SlipmodeError(f"frequency: no steady state found at {self.frequency[0]} rad/s{held}")
+
+    def _inside(self, amplitude: Complexes) -> Complexes:
+        """Return amplitudes scaled back where the effective ones would leave the table."""
+        shifted = self.shift * self.force
+        modulus = np.abs(amplitude + shifted)
+        over = modulus > self._range
+        factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
+        return np.where(over, factor * (amplitude + shifted) - shifted, amplitude)
+
+    @property
+    def _excited(self) -> Flags:
+        """Self-excited modes, (modes,)."""
+        return np.asarray(self.model.reduced.modal_damping < 0.0)
+
+    @property
+    def _range(self) -> Floats:
+        return INSIDE * self.model.table.amplitude_range
 
 
-def _refuse(place: int, why: Exception, found: SteadyPoints) -> None:
-    found.outside[place] = isinstance(why, OutsideTableError)
-    found.reason[place] = str(why)
+def _named(modes: Flags) -> str:
+    """Return A, B, or both."""
+    return " and ".join("AB"[j] for j in np.flatnonzero(modes))

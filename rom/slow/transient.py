@@ -19,7 +19,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 # Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
 # that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
@@ -41,32 +41,17 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
     return np.asarray(threshold.min(axis=1))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class TransientError:
-    """Error of the amplitudes of a reduced model while they change.
+    """Error of the amplitudes of a reduced model while they change."""
 
-    Attributes
-    ----------
-    load : (modes, parts) ndarray
-        Peak force on each slider, or contact DOF, per amplitude while it sticks [N kg^-1/2 m^-1].
-    slip_load : (modes, parts) ndarray
-        The peak force that is compared with `onset`; under a varying normal load it includes the
-        loss of friction.
-    onset : (parts,) ndarray
-        Force at which slip begins [N].
-    largest : (parts,) ndarray
-        Bound of the mean force [N].
-    displacement : (modes, parts) ndarray
-        Amplitude error per mean force [kg^1/2 m/N].
-    """
-
-    load: Floats
+    load: Floats  # (modes, parts), peak force on stuck parts per amplitude [N kg^-1/2 m^-1]
+    # (modes, parts), peak force that is compared with `onset`: under a varying normal load it
+    # includes the loss of friction
     slip_load: Floats
-    onset: Floats
-    largest: Floats
-    displacement: Floats
-
-    __repr__ = short_repr
+    onset: Floats  # (parts,), force at which slip begins [N]
+    largest: Floats  # (parts,), bound of the mean force [N]
+    displacement: Floats  # (modes, parts), amplitude error per mean force [kg^1/2 m/N]
 
     @classmethod
     def of(cls, reduced: Reduced, law: Friction) -> Self:
@@ -94,16 +79,9 @@ class TransientError:
     ) -> Floats:
         """Return the estimated error of the amplitudes, (points, modes) [kg^1/2 m].
 
-        All arguments are divided by the scale of the friction limits where these are scripted.
-
-        Parameters
-        ----------
-        rate : (points, modes) ndarray
-            da/dt [kg^1/2 m/s].
-        frequency : (points, modes) or (modes,) ndarray
-            Of the carriers [rad/s]; not divided.
-        amplitude : (points, modes) ndarray
-            Effective amplitudes at the contacts [kg^1/2 m].
+        `rate` is da/dt [kg^1/2 m/s] and `amplitude` the effective amplitude at the contacts, both
+        (points, modes) and divided by the scale of the friction limits; `frequency`
+        (points, modes) or (modes,) are the carriers [rad/s].
         """
         growth = 2.0 * np.pi * np.abs(rate) / np.min(frequency, axis=-1, keepdims=True)
         slips = (np.abs(amplitude) + growth) @ self.slip_load >= self.onset
@@ -113,23 +91,13 @@ class TransientError:
 
 @dataclass(frozen=True, eq=False)
 class _FrictionParts:
-    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each.
+    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each."""
 
-    Attributes
-    ----------
-    column : (parts,) ndarray of int
-        The contact DOF.
-    stiffness, onset, largest : (parts,) ndarray
-        [N/m], and as in `TransientError` [N].
-    slip_load : (N_c, parts) ndarray
-        Force that is compared with `onset`, per displacement of each contact DOF [N/m].
-    """
-
-    column: NDArray[np.int64]
-    stiffness: Floats
-    onset: Floats
-    largest: Floats
-    slip_load: Floats
+    column: NDArray[np.int64]  # contact DOF
+    stiffness: Floats  # [N/m]
+    onset: Floats  # force at which slip begins [N]
+    largest: Floats  # bound of the mean force [N]
+    slip_load: Floats  # (N_c, parts), force compared with `onset` per contact displacement [N/m]
 
     @classmethod
     def of(cls, contacts: Elements) -> Self:

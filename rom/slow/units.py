@@ -1,4 +1,4 @@
-"""Units in which curves are drawn and listed; what they hold is in rad/s and m."""
+"""Units of pictures and tables of curves, which hold values in rad/s and m."""
 
 from __future__ import annotations
 
@@ -45,23 +45,23 @@ class Units:
 
     @property
     def per_frequency(self) -> float:
-        """[rad/s] in one."""
+        """The unit of frequencies in rad/s."""
         return PER_UNIT[self.frequency]
 
     def of_frequency(self, omega: ArrayLike) -> Floats:
-        """An angular frequency [rad/s] in these units."""
+        """Return an angular frequency [rad/s] in these units."""
         return np.asarray(omega, dtype=float) / self.per_frequency
 
     def of_displacement(self, x: ArrayLike) -> Floats:
-        """A displacement [m] in these units."""
+        """Return a displacement [m] in these units."""
         return np.asarray(x, dtype=float) / _PER_LENGTH[self.displacement]
 
     def named(self, name: str) -> str:
-        """A column of frequencies: with its unit where that is not rad/s."""
+        """Return the name of a column of frequencies, with a unit other than rad/s."""
         return name if self.frequency == "rad/s" else f"{name} [{self.frequency}]"
 
     def of_dof(self, name: str, dof: int) -> str:
-        """A column of the amplitude of a DOF, with its unit."""
+        """Return the name of a column of amplitudes of a DOF, with the unit."""
         return f"{name} at DOF {dof} [{self.displacement}]"
 
 
@@ -70,14 +70,11 @@ SI = Units()
 
 @dataclass(frozen=True)
 class Shown:
-    """How pictures and tables show amplitudes: those of a DOF where one is given, and units.
-
-    `modal` is how the unit of modal amplitudes is written.
-    """
+    """How pictures and tables show amplitudes: of modes or of a DOF, in which units."""
 
     dof: int | None = None
     units: Units = SI
-    modal: str = MODAL
+    modal: str = MODAL  # the unit of modal amplitudes, as written
 
     def size(self, motion: SteadyMotion) -> Floats:
         """Return |a_j| of steady states, or the amplitude of the DOF at each carrier."""
@@ -86,5 +83,5 @@ class Shown:
         return self.units.of_displacement(motion.displacement(self.dof))
 
     def named(self, name: str) -> str:
-        """An amplitude with its unit."""
+        """Return the name of an amplitude with its unit."""
         return f"{name} [{self.modal}]" if self.dof is None else self.units.of_dof(name, self.dof)

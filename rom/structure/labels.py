@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,12 +11,12 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Labels:
     """Nodes and directions of the DOFs.
 
@@ -36,8 +35,6 @@ class Labels:
 
     node: NDArray[np.int64]
     direction: NDArray[np.int64]
-
-    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if len(self._index) < self.node.size:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -12,7 +11,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import (
     TOLERANCE,
     Matrix,
@@ -26,7 +25,7 @@ from slipmode.rom.structure.matrices import (
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Partition:
     """A structure in elastic coordinates x_e and contact displacements x_c = W^T x.
 
@@ -42,8 +41,6 @@ class Partition:
     mass: Matrix  # (n, n), and so are damping and stiffness
     damping: Matrix
     stiffness: Matrix
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, mass: Matrix, damping: Matrix, stiffness: Matrix, directions: Matrix) -> Self:

@@ -114,7 +114,7 @@ class Table:
         if points.ndim == 0 or points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
-        status = kernel.lib.sm_table_lookup_many(
+        status = kernel.lib.sm_table_lookup(
             ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
         )
         if status == kernel.OUTSIDE_TABLE:

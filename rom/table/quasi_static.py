@@ -8,7 +8,7 @@ and without that response.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -20,7 +20,7 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 _ROUNDING = 1e-9  # relative difference of forces that are the same
@@ -30,7 +30,7 @@ _PASSES = 2  # the force follows from the friction term, which it changes by per
 _SHARES = np.array([[1.0, 1.0], [0.5, 0.5]])
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SteadyStates:
     """Steady states of a slow flow, and the forces that hold them.
 
@@ -45,8 +45,6 @@ class SteadyStates:
 
     amplitude: Complexes
     excitation: Complexes
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, applied: AppliedForces, amplitude: Complexes, excitation: Complexes) -> Self:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -36,7 +35,7 @@ from slipmode.rom.reduction.nonresonant import (
 )
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
@@ -209,7 +208,7 @@ class _Refined(NamedTuple):
     neglected_modes: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class _Task:
     """The arguments of `tabulate`, and the threads that solve it."""
 
@@ -220,8 +219,6 @@ class _Task:
     time_budget: TimeBudget
     mapped: Mapped
     bar: tqdm[Any]
-
-    __repr__ = short_repr
 
     @property
     def budget(self) -> ErrorBudget:

@@ -1,1 +1,27 @@
-"""Behind the command line: mode_table.py: `slipmode modes`; command_words.py: messages."""
+"""Behind the command line: what commands share.
+
+recordings.py      replay, info, doctor, recover, export
+curves.py          curve, backbone, design
+study.py           study
+mode_table.py      modes
+command_words.py   messages in the words of the command line
+"""
+
+from argparse import ArgumentParser
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+class Argument:
+    """An argument of a command, from the parameters of `ArgumentParser.add_argument`."""
+
+    def __init__(self, *names: str, **options: Any) -> None:
+        self.names, self.options = names, options
+
+
+# `add(name, function, summary, example, *arguments)` adds a command and returns its parser
+AddCommand = Callable[..., ArgumentParser]
+
+SCENE = Argument("scene", help="a scene file, or the name of a shipped scene")
+OUTPUT = Argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")

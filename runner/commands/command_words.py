@@ -22,12 +22,8 @@ _ADVICE = (
 def command_words(message: str, options: Container[str] = ()) -> str:
     """Return a message that names command-line options and scene keys, not Python arguments.
 
-    Parameters
-    ----------
-    message : str
-        One line; it may begin with the name of an argument, followed by a colon.
-    options : container of str
-        Names of the options of the command.
+    The message may begin with the name of an argument, followed by a colon; `options` are the
+    names of the options of the command.
     """
     for advice, instead in _ADVICE:
         message = re.sub(advice, instead, message)

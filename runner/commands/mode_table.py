@@ -13,8 +13,6 @@ from slipmode.rom.laws.friction import RigidFriction
 from slipmode.runner.scene.contacts import law_of, preloaded
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
-_NODES = re.compile(r"(\d+)(?:-(\d+))?:(\w+)")
-
 
 def mode_table(
     file: str,
@@ -23,18 +21,10 @@ def mode_table(
     stiffness: float | None = None,
     number: int = 10,
 ) -> rom.ModeTable:
-    """Return the modes of a scene, or of a structure with some contacts.
+    """Return the modes of a scene (file or shipped name), or of matrices with some contacts.
 
-    Parameters
-    ----------
-    file : str
-        A scene file, the name of a shipped scene, or matrices.
-    contact : sequence of str, optional
-        DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION.
-    stiffness : float, optional
-        Stiffness of elastic contacts [N/m]; without it they are rigid.
-    number : int
-        Number of modes.
+    Contacts are DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION; without a stiffness [N/m]
+    they are rigid.
     """
     if file in shipped_scenes() or Path(file).suffix == ".toml":
         if mass or contact or stiffness:
@@ -55,7 +45,7 @@ def mode_table(
 def _contacts(words: Sequence[str]) -> Any:
     if all(word.isdecimal() for word in words):
         return [int(word) for word in words]
-    found = [_NODES.fullmatch(word) for word in words]
+    found = [re.fullmatch(r"(\d+)(?:-(\d+))?:(\w+)", word) for word in words]
     if not all(found):
         wrong = words[found.index(None)]
         raise SlipmodeError(

@@ -2,5 +2,4 @@
 
 scene_curves.py    the model of a scene over all that a curve reaches, and its curves
 curve_charts.py    curves as recordings in Rerun
-commands.py        the command line
 """

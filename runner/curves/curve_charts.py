@@ -11,8 +11,6 @@ from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts import Axis, Chart, Layer
 from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
 
-_COLORS = (BLUE, ORANGE)
-
 
 def curve_charts(
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
@@ -55,7 +53,7 @@ def _response(curve: rom.ResponseCurve, j: int, shown: Shown, sizes: CurveSizes)
     ends = np.flatnonzero(np.diff(curve.branch)) + 1  # NaN there separates the branches
     layers = []
     for part, color, name in (
-        (curve.stable, _COLORS[j], "stable"),
+        (curve.stable, (BLUE, ORANGE)[j], "stable"),
         (~curve.stable, GREY, "unstable"),
     ):
         if part.any():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar, cast
 
 import numpy as np
@@ -14,7 +14,7 @@ from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
@@ -30,12 +30,11 @@ _GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times is more than 
 # onset of slip: the curve has the same range of limits. Contacts that slide much farther than they
 # stick may not settle; the range is then halved.
 _DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
-_DEFAULT_SPAN = (0.95, 1.05)  # of the natural frequency
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SceneForcing:
     """The forces at the end of a scene."""
 
@@ -43,8 +42,6 @@ class SceneForcing:
     frequency: Floats  # (modes,) [rad/s]
     force: list[Floats]  # [N]
     phase: Floats  # (modes,) [rad]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
@@ -80,7 +77,7 @@ def scene_response_curve(
         if not which.startswith("frequency_"):
             raise SlipmodeError(f"span: give the first and last value of {vary}")
         natural = excited.reduced.frequency["AB".index(which[-1])]
-        span = [part * natural for part in _DEFAULT_SPAN]
+        span = [0.95 * natural, 1.05 * natural]
 
     def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
         """Return the curve on a table, and the largest amplitudes in the table (modes,)."""

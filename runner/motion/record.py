@@ -6,17 +6,30 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from slipmode.rom import Reduced
 from slipmode.rom.arrays import Floats
-from slipmode.rom.laws.elements import SLIDERS, Elements
-from slipmode.rom.laws.states import STATES, ContactStates, contact_states
+from slipmode.rom.laws.elements import SLIDERS
+from slipmode.rom.laws.states import STATES, contact_states
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
-from slipmode.runner.transients.full_order import FastMotion
 
-SAMPLES_PER_BATCH = 16384
+
+@frozen
+class FastMotion:
+    """Motion at given times, in slow time or at full order."""
+
+    time: Floats  # (n,) [s]
+    # displacement, velocity, force: (n, N_c): Motion of the contacts [m], [m/s], and force on them
+    # [N]
+    displacement: Floats
+    velocity: Floats
+    force: Floats
+    modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
+    elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
 
 
 def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
@@ -31,12 +44,8 @@ def record_points(
 ) -> None:
     """Record the slow channels of communication points from number `first` on.
 
-    Parameters
-    ----------
-    amplitude : (points, 2 modes) ndarray
-        Real and imaginary part of each a_j.
-    energy : (points, 3) ndarray
-        Input power, dissipated power, dissipated energy.
+    `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` (points, 3)
+    input power, dissipated power and dissipated energy.
     """
     schedule, points = plan.schedule, slice(first, first + len(amplitude))
     time = schedule.time(points)
@@ -47,107 +56,68 @@ def record_points(
     recorder.write("/energy", time, energy)
 
 
-class WindowRecord:
-    """Records the fast motion of a window and the states of the contacts in it.
+def record_window(
+    plan: Plan,
+    recorder: Recorder,
+    window: Window,
+    batches: Iterable[tuple[FastMotion, Floats | float]],
+) -> None:
+    """Record the fast motion of a window, and the share that contacts spent in each state.
 
-    Attributes
-    ----------
-    of_contacts : bool
-        Whether it is a [[contact]] window.
-    samples : int
-        Samples recorded so far.
+    Each batch is a motion and the factor on limits and preloads.
     """
-
-    def __init__(self, plan: Plan, recorder: Recorder, window: Window) -> None:
-        reduced = plan.excited.reduced
-        self._contacts = ContactRecord(reduced.contacts, reduced.n_contacts)
-        self._recorder = recorder
-        self._window = window
-        self._elastic = bool(plan.scene.output.elastic)
-        self._shares: list[Floats] = []  # of the states, times the samples of a batch
-        self.of_contacts = window in plan.scene.contact
-        self.samples = 0
-
-    def add(self, motion: FastMotion, scale: Floats | float = 1.0) -> None:
-        """Record the next samples; limits and preloads are multiplied by `scale`."""
-        if self.of_contacts:
-            moved = motion.displacement, motion.velocity, motion.force
-            rows = self._contacts.rows(*moved, scale)
-            for channel, values in zip(self._contacts.channels, rows, strict=True):
-                self._recorder.write(channel.topic, motion.time, values)
-            states = self._contacts.states(motion.displacement, motion.force, scale)
-            if states is not None:
-                self._shares.append(motion.time.size * states.shares())
-        if self._elastic:
-            self._recorder.write("/elastic", motion.time, motion.elastic)
-        self.samples += motion.time.size
-
-    def finish(self) -> None:
-        """Record the share of the window that contacts spent in each state."""
-        if not self._shares:
-            return
-        start, end = self._window.start, self._window.end
-        shares = np.sum(self._shares, axis=0) / self.samples
-        self._recorder.write(channels.SHARE, np.array([end]), shares.reshape(1, -1))
-        self._recorder.event(end, "info", f"{start:g} to {end:g} s: {_in_words(shares)}")
+    shares, samples = [], 0
+    for motion, scale in batches:
+        samples += motion.time.size
+        if window in plan.scene.contact:
+            share = record_contacts(recorder, plan.excited.reduced, motion, scale)
+            shares += [] if share is None else [motion.time.size * share]
+        if plan.scene.output.elastic:
+            recorder.write("/elastic", motion.time, motion.elastic)
+    if shares:
+        start, end = window.start, window.end
+        mean = np.sum(shares, axis=0) / samples
+        recorder.write(channels.SHARE, np.array([end]), mean.reshape(1, -1))
+        recorder.event(end, "info", f"{start:g} to {end:g} s: {_in_words(mean)}")
 
 
-class ContactRecord:
-    """Channels of the contacts of a structure, and rows for them.
+def contact_channels(reduced: Reduced, prefix: str = "") -> list[channels.Channel]:
+    """Return the channels of the contacts: contact DOFs if rigid, elements of an elastic law."""
+    if reduced.contacts is None:
+        return [channels.contact(i, prefix) for i in range(reduced.n_contacts)]
+    return [
+        channels.elastic_contact(i, _tangents(element), prefix)
+        for i, element in enumerate(reduced.contacts.element)
+    ]
 
-    A contact is a contact DOF with rigid friction, an element of the law with elastic friction.
 
-    Parameters
-    ----------
-    elements : Elements or None
-        None: rigid contacts.
-    contacts : int
-        Number of contact DOFs.
-    prefix : str
-        In front of the topics.
-    """
-
-    def __init__(self, elements: Elements | None, contacts: int, prefix: str = "") -> None:
-        self._elements = elements
-        if elements is None:
-            self.channels = [channels.contact(i, prefix) for i in range(contacts)]
-            return
-        self.channels = [
-            channels.elastic_contact(i, _tangents(element), prefix)
-            for i, element in enumerate(elements.element)
-        ]
-
-    def rows(
-        self,
-        displacement: Floats,
-        velocity: Floats,
-        force: Floats,
-        scale: Floats | float = 1.0,
-    ) -> list[Floats]:
-        """Return the samples of each channel from motion (n, N_c); see `WindowRecord.add`."""
-        if self._elements is None:
-            every = (displacement, velocity, force)
-            return [np.stack([part[:, i] for part in every], axis=1) for i in range(len(force.T))]
-        states = contact_states(self._elements, displacement, force, scale)
-        rows = []
-        for k, element in enumerate(self._elements.element):
-            tangents = _tangents(element)
-            along = element["column"][: max(tangents, 1)].tolist()
-            columns = [part[:, i] for i in along for part in (displacement, velocity, force)]
-            if tangents:
-                normal = element["column"][tangents]
-                columns += [displacement[:, normal], velocity[:, normal]]
-                columns += [states.normal_force[:, k], states.gap[:, k]]
-            rows.append(np.stack([*columns, states.state[:, k]], axis=1))
-        return rows
-
-    def states(
-        self, displacement: Floats, force: Floats, scale: Floats | float = 1.0
-    ) -> ContactStates | None:
-        """Return the states of elastic contacts; None for rigid contacts."""
-        if self._elements is None:
-            return None
-        return contact_states(self._elements, displacement, force, scale)
+def record_contacts(
+    recorder: Recorder,
+    reduced: Reduced,
+    motion: FastMotion,
+    scale: Floats | float = 1.0,
+    prefix: str = "",
+) -> Floats | None:
+    """Record the motion of contacts; return the shares of the states of elastic ones."""
+    moved, elements = (motion.displacement, motion.velocity, motion.force), reduced.contacts
+    listed = contact_channels(reduced, prefix)
+    if elements is None:
+        for i, channel in enumerate(listed):
+            rows = np.stack([part[:, i] for part in moved], axis=1)
+            recorder.write(channel.topic, motion.time, rows)
+        return None
+    states = contact_states(elements, motion.displacement, motion.force, scale)
+    for k, (channel, element) in enumerate(zip(listed, elements.element, strict=True)):
+        tangents = _tangents(element)
+        along = element["column"][: max(tangents, 1)].tolist()
+        columns = [part[:, i] for i in along for part in moved]
+        if tangents:
+            normal = element["column"][tangents]
+            columns += [motion.displacement[:, normal], motion.velocity[:, normal]]
+            columns += [states.normal_force[:, k], states.gap[:, k]]
+        rows = np.stack([*columns, states.state[:, k]], axis=1)
+        recorder.write(channel.topic, motion.time, rows)
+    return states.shares()
 
 
 def _tangents(element: np.void) -> int:

@@ -3,21 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from slipmode.fmu import Steppable
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import ForceResponse, phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
 
-_SCRIPTED = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
+
+@frozen
+class OutputColumns:
+    """Columns of the outputs of a component."""
+
+    parts: list[int]  # Real and imaginary part of the amplitude of each mode in turn
+    angle: list[int]
+    power: list[int]  # Input power, dissipated power, dissipated energy
+
+    @classmethod
+    def of(cls, names: Sequence[str], modes: Sequence[str]) -> OutputColumns:
+        """Return the columns of outputs with these names."""
+        column = {name: k for k, name in enumerate(names)}
+        return cls(
+            [column[f"{mode}_{part}"] for mode in modes for part in ("re", "im")],
+            [column[f"theta_{mode}"] for mode in modes],
+            [column[name] for name in ("input_power", "dissipated_power", "dissipated_energy")],
+        )
+
+    def amplitudes(self, outputs: Floats) -> Complexes:
+        """Return the amplitudes (rows, modes) of outputs (rows, names)."""
+        return np.ascontiguousarray(outputs[:, self.parts]).view(complex)
+
+
+def output_row(component: Steppable) -> Floats:
+    """Return the present outputs of a component as a row, (1, names)."""
+    now = component.outputs()
+    return np.array([[now[name] for name in component.output_names]])
 
 
 def slow_trajectory(
@@ -26,35 +53,35 @@ def slow_trajectory(
     """Return the trajectory of a component's outputs (steps + 1, names) from point `first` on."""
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
-    column = {name: k for k, name in enumerate(names)}
-
-    def of_modes(pattern: str) -> Floats:
-        return outputs[:, [column[pattern.format(mode)] for mode in excited.modes]]
-
+    columns = OutputColumns.of(names, excited.modes)
     force_response = ForceResponse.of(model.reduced, excited.force_patterns, plan.structure)
-    script, angle = scripted(excited, schedule, steps), of_modes("theta_{}")
+    script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)
     onset = start[1:] - end[:-1]
+    scale = schedule.inputs((LIMIT_SCALE, rate_of(LIMIT_SCALE)), steps)
     if first == 0:
         onset = np.vstack((np.zeros_like(start[:1]), onset))
+    varying = {}
+    if np.any(scale != (1.0, 0.0)):  # limits and preloads
+        varying = {"scale": scale[:, 0], "scale_rate": scale[:, 1]}
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
-        amplitude=of_modes("{}_re") + 1j * of_modes("{}_im"),
+        amplitude=columns.amplitudes(outputs),
         angle=angle,
         frequency=script.frequency,
         frequency_rate=script.frequency_rate,
         force=script.force,
         force_rate=script.force_rate,
         force_response=force_response,
-        **_limit_scale(schedule, steps),
+        **varying,
         discontinuity=force_response.free_vibration(
             model.reduced, onset, script.frequency, angle[:-1]
         ),
     )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Script:
     """Forcing at the start of each step, (steps, modes); see `SlowTrajectory`."""
 
@@ -63,26 +90,17 @@ class Script:
     frequency: Floats
     frequency_rate: Floats
 
-    __repr__ = short_repr
 
-
-def scripted(excited: Excited, schedule: Schedule, steps: slice) -> Script:
+def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -> Script:
     """Return the forcing of the modes by the script of the scene."""
-    names = [f"{quantity}_{mode}" for quantity in _SCRIPTED for mode in excited.modes]
-    found = np.split(schedule.inputs(names, steps), len(_SCRIPTED), axis=1)
+    quantities = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
+    names = [f"{quantity}_{mode}" for quantity in quantities for mode in excited.modes]
+    found = np.split(schedule.inputs(names, steps), len(quantities), axis=1)
     size, size_rate, phase, phase_rate, frequency, frequency_rate = found
-    factor = [excited.reduced.modal_force(j, f) for j, f in enumerate(excited.force_patterns)]
-    per_unit = phasor(factor, phase)
+    per_unit = phasor(excited.modal_force, phase)
     force = size * per_unit
     force_rate = size_rate * per_unit + 1j * phase_rate * force
     return Script(force, force_rate, frequency, frequency_rate)
-
-
-def _limit_scale(schedule: Schedule, steps: slice) -> dict[str, Floats]:
-    """Return the scale of limits and preloads and its rate; nothing if it is always 1."""
-    names = (LIMIT_SCALE, rate_of(LIMIT_SCALE))
-    scale, rate = schedule.inputs(names, steps).T
-    return {} if np.all(scale == 1.0) and not rate.any() else {"scale": scale, "scale_rate": rate}
 
 
 def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
@@ -93,12 +111,8 @@ def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
 def window_times(window: Window, time: Floats, frequency: Floats, rate: Floats) -> Floats:
     """Return times over a window with `samples_per_period` of its highest frequency.
 
-    Parameters
-    ----------
-    time : (steps + 1,) ndarray
-        Communication points [s].
-    frequency, rate : (steps, modes) ndarray
-        Carrier frequencies [rad/s] at the start of each step, and their rates [rad/s^2].
+    From communication points (steps + 1,) [s], and carrier frequencies [rad/s] at the start of
+    each step, with their rates [rad/s^2], (steps, modes).
     """
     inside = (time[1:] >= window.start) & (time[:-1] <= window.end)
     later = frequency + rate * np.diff(time)[:, None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
 from slipmode.rom.representable import round_up
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited
@@ -31,7 +30,7 @@ _PATH_TOLERANCE = 5e-10
 _LARGEST_GROWTH, _LARGEST_FLUTTER = 2.0**40, 2.0**8
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class DryRun:
     """Results of a run on a coarse table."""
 
@@ -48,8 +47,6 @@ class DryRun:
     # `reached` [kg^1/2 m]
     transient_error: Floats
 
-    __repr__ = short_repr
-
 
 def dry_run(
     excited: Excited,
@@ -61,13 +58,8 @@ def dry_run(
     """Run a schedule on a coarse table, whose range is doubled until the run stays inside.
 
     If contacts do not settle at amplitudes of the first guess, which the run need not reach, the
-    range is halved instead.
-
-    Raises
-    ------
-    SlipmodeError
-        If the amplitudes grow without bound, a step cannot be taken on any table, or contacts do
-        not settle at amplitudes that the run reaches.
+    range is halved instead. Raises SlipmodeError if the amplitudes grow without bound, a step
+    cannot be taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(0.5 * tried / _FIRST_GUESS, np.abs(excited.amplitude))
@@ -139,14 +131,8 @@ def _path(
 ) -> tuple[Floats, tuple[Floats, Floats], bool]:
     """Follow a schedule on a coarse table.
 
-    Returns
-    -------
-    reached : (modes,) ndarray
-        The largest effective amplitudes, relative to the limits at their time.
-    transient : tuple of ndarray
-        `time` and `transient_error` of `DryRun`.
-    complete : bool
-        Whether the run stayed inside the table.
+    Returns the largest effective amplitudes (modes,), relative to the limits at their time;
+    `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
     """
     component = excited.component(model, _PATH_TOLERANCE)
     names = component.input_names

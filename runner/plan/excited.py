@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -12,12 +12,12 @@ from slipmode.fmu import Component
 from slipmode.rom import Friction, Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import ForceResponse
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Excited:
     """The modes of a scene that move, and the forces on them."""
 
@@ -29,8 +29,6 @@ class Excited:
     initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
     # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]
-
-    __repr__ = short_repr
 
     @cached_property
     def modal_force(self) -> Floats:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,17 +12,15 @@ from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.sections import Scene, Window
 
 ORDERS = (RESPONSE_ORDER, RESPONSE_ORDER + 2, RESPONSE_ORDER + 4)
-_GRID = Discretisation(128, 16)  # coarse: the error needs one digit
-_PARTS = (1.0, 0.5)  # of the largest amplitudes
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Truncation:
     """Errors of sums of harmonics at the amplitudes of a scene."""
 
@@ -33,8 +30,6 @@ class Truncation:
     # (orders,): The relative RMS of the neglected part of the displacement of output DOFs; 0
     # without any
     elastic: Floats
-
-    __repr__ = short_repr
 
     def order_within(self, tolerance: float) -> int | None:
         """Return the lowest order with an elastic error of at most `tolerance`, or None."""
@@ -51,8 +46,8 @@ def measure_truncation(
     """Solve the contact problem at and below the largest amplitudes (modes,)."""
     reduced, rows = excited.reduced, list(dofs)
     modes = len(excited.modes)
-    grid = _GRID if modes == 2 else Discretisation(_GRID.steps, 1)
-    points = np.array(np.meshgrid(*(np.multiply(_PARTS, a) for a in amplitude)))
+    grid = Discretisation(128, 16 if modes == 2 else 1)  # coarse: the error needs one digit
+    points = np.array(np.meshgrid(*((a, 0.5 * a) for a in amplitude)))
     points = points.reshape(modes, -1).T
     problem = ContactProblem.of(reduced, excited.law, combinations, ORDERS[-1])
     terms = problem.on(grid, 1e-3).solve(points)
@@ -79,10 +74,7 @@ def plan_fast_motion(
 ) -> tuple[int | None, list[Finding]]:
     """Return the order of the harmonics summed in elastic windows, if any, and the decisions.
 
-    Parameters
-    ----------
-    truncation : Truncation or None
-        None if no window needs it: there is none, or all of the scene is integrated.
+    `truncation` is None if no window needs it: there is none, or all of the scene is integrated.
     """
     if not scene.windows:
         return None, [Finding("fast motion", "none", "no [[contact]] or [[elastic]] window")]

@@ -39,11 +39,9 @@ class Plan:
 
     Attributes
     ----------
-    scene : Scene
-    structure : Structure
+    scene, structure, schedule : Scene, Structure, Schedule
     excited : Excited
         What is modelled: modes, reduced matrices, friction law, force patterns.
-    schedule : Schedule
     decisions : list of Finding
     amplitude : tuple of float
         Range of the friction table [kg^1/2 m]; empty if all of the scene is integrated.
@@ -108,7 +106,6 @@ class Plan:
             Range of the table relative to `amplitude`.
         detuning : bool
             Let friction follow frequencies off the carriers, even if they are constant.
-        progress : bool
         """
         self.scene.check_tabulated()
         low, high = self.schedule.frequency_range(self.excited.modes)
@@ -141,6 +138,8 @@ class Plan:
 def make_plan(scene: Scene, *, structure: Structure | None = None, progress: bool = False) -> Plan:
     """Decide what the scene needs.
 
+    Raises SlipmodeError if the scene and its structure do not fit together.
+
     Parameters
     ----------
     scene : Scene
@@ -148,11 +147,6 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         The structure of the scene, if it is built already: it keeps the modes that were solved.
     progress : bool, default False
         Whether to report the work on a large structure on standard error.
-
-    Raises
-    ------
-    SlipmodeError
-        If the scene and its structure do not fit together.
     """
     modes, mode_decisions = _modes(scene)
     structure = scene.structure.build() if structure is None else structure
@@ -163,7 +157,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     check_scale(scene, law, structure.n_contacts)
     reduced = kept_reduction(
         structure,
-        [scene.modes.numbers["AB".index(mode)] for mode in modes],
+        [scene.modes.numbers[mode] for mode in modes],
         scene.model.formulation,
         None if isinstance(law, RigidFriction) else law,
         [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
@@ -255,7 +249,7 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
     modes: list[Mode] = []
     decisions = []
     moves = False
-    for mode in MODES[: len(scene.modes.numbers)]:
+    for mode in scene.modes.numbers:
         forcing = scene.forcing.get(mode)
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
         moved = forced or scene.initial.get(mode, 0.0) != 0.0

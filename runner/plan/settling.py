@@ -9,14 +9,13 @@ move faster: the amplitudes are steady all along.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule, is_rate, rate_of
 
@@ -32,21 +31,9 @@ def shortened(
 ) -> tuple[Floats, Floats]:
     """Return the stretches of a schedule, none longer than its motion changes.
 
-    A ramp that is shortened goes as far as before, but faster.
-
-    Parameters
-    ----------
-    modes : sequence of str
-        The modes of the model.
-    names : sequence of str
-        Inputs of its component.
-
-    Returns
-    -------
-    durations : (stretches,) ndarray
-        [s]
-    inputs : (stretches, len(names)) ndarray
-        At their starts.
+    A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
+    model's component. Returns the durations (stretches,) [s], and the inputs at their starts,
+    (stretches, names).
     """
     straight = schedule.stretches()
     lengths, inputs = straight.durations(), straight.inputs(names)
@@ -56,7 +43,7 @@ def shortened(
     return shorter, inputs
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Stretches:
     """Shortened stretches that follow one another from t = 0."""
 
@@ -64,8 +51,6 @@ class Stretches:
     inputs: Floats  # (stretches, names): Inputs of the component at their starts
     scene: Floats  # (stretches,): Their durations in the scene [s]
     names: Sequence[str]  # Names of the inputs
-
-    __repr__ = short_repr
 
     def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the numbers of the stretches just before and just after times (n,)."""

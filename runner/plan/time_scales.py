@@ -27,13 +27,7 @@ _EULER_ERROR, _LEAST_DAMPED = 0.05, 0.01
 
 
 def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> None:
-    """Refuse a scene whose forcing, steps or windows no run can follow.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the key and what is allowed.
-    """
+    """Refuse a scene whose forcing, steps or windows no run can follow, naming the key."""
     reached = schedule.frequency_range(excited.modes)
     natural = zip(excited.modes, excited.reduced.frequency, *reached, strict=True)
     for mode, omega, *values in natural:

@@ -16,7 +16,6 @@ from slipmode.runner.scene.sections import Scene
 # Part of the allowed error below which slow time goes on after a stretch at full order: an error
 # that stays close to the allowed one does not switch back and forth.
 SETTLED = 0.6
-_LEAST_CYCLES = 4.0  # of the slowest carrier in a stretch: the window of `demodulation`
 
 Intervals = tuple[tuple[float, float], ...]
 
@@ -26,14 +25,8 @@ def plan_transients(
 ) -> tuple[Intervals, Finding]:
     """Return start and end of the stretches at full order [s], and the decision.
 
-    Parameters
-    ----------
-    seen : DryRun or None
-        None if the amplitude range is given, so that there is no dry run.
-    amplitude : (modes,) ndarray
-        Amplitude range of the friction table [kg^1/2 m].
-    carrier : (modes,) ndarray
-        [rad/s]
+    `seen` is None if the amplitude range is given, so that there is no dry run. `amplitude`
+    (modes,) is the range of the friction table [kg^1/2 m], `carrier` (modes,) is in rad/s.
     """
     allowed = scene.model.transient_error
     limit = f"{100 * allowed:g} %"
@@ -47,7 +40,7 @@ def plan_transients(
         return (), Finding("transients", "slow time", f"{largest}, allowed: {limit}")
     if not scene.switches:
         return (), slow_time_error(scene, largest)
-    least = _LEAST_CYCLES * 2.0 * np.pi / float(carrier.min())
+    least = 4.0 * 2.0 * np.pi / float(carrier.min())  # the window of `demodulation`
     found = _intervals(seen.time, error, allowed, least)
     listed = short_list(f"{start:.4g} to {end:.4g} s" for start, end in found)
     reason = f"{largest} in slow time, allowed: {limit}; times as in the dry run"

@@ -6,13 +6,13 @@ in every message, so a numpy structured array has the bytes of a whole batch.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
-from google.protobuf import descriptor_pool, message_factory, text_format, timestamp_pb2
+from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import (
     DescriptorProto,
     FieldDescriptorProto,
@@ -33,12 +33,11 @@ EVENTS = "/events"
 FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
-OTHER = "/other"  # prefix of what other programs recorded, whose topics may equal ours
-EVENT_MESSAGE_TYPE = "foxglove.Log"
+OTHER = "/other"  # prefix of the topics of other programs, which may equal ours
 
 NANOSECONDS = 1_000_000_000  # in a second
-_LEVELS: tuple[Level, ...] = ("info", "warning", "error")
-_FIRST_LEVEL = 2  # of foxglove.Log.Level: INFO, WARNING, ERROR
+# By their numbers in foxglove.Log.Level
+_LEVELS: dict[int, Level] = {2: "info", 3: "warning", 4: "error"}
 
 
 @dataclass(frozen=True)
@@ -51,48 +50,32 @@ class Field:
 
 @dataclass(frozen=True)
 class Event:
-    """Words about what happened at a simulation time.
+    """What happened at a simulation time, in one line for the reader."""
 
-    Parameters
-    ----------
-    time : float
-        Simulation time [s].
-    level : {"info", "warning", "error"}
-        Importance.
-    message : str
-        One line for the reader.
-    """
-
-    time: float
+    time: float  # [s]
     level: Level
     message: str
 
 
 @dataclass(frozen=True)
 class Channel:
-    """Fields that are sampled together.
+    """Fields that are sampled together."""
 
-    Parameters
-    ----------
-    topic : str
-        Name of the channel, ``/modes`` or ``/contact/0``.
-    fields : tuple of Field
-        Columns of every batch of this channel, in order.
-    description : str
-        Contents, for a reader of the file.
-    kind : str
-        Name of the messages, if the fields do not follow from the topic.
-    """
-
-    topic: str
-    fields: tuple[Field, ...]
-    description: str
+    topic: str  # Name of the channel, "/modes" or "/contact/0"
+    fields: tuple[Field, ...]  # Columns of every batch of this channel
+    description: str  # Contents, for a reader of the file
+    # Name of the messages, if the fields do not follow from the topic
     kind: str = field(default="", compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fields, in column order."""
         return tuple(field.name for field in self.fields)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each field, by its name."""
+        return {field.name: field.unit for field in self.fields}
 
     @property
     def message_type(self) -> str:
@@ -155,52 +138,50 @@ class Channel:
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 
 
+_CONTACT = {"x": "m", "v": "m/s", "f": "N"}
+_PHASES = {"A_phase": "rad", "B_phase": "rad"}
+
+
+def _fields(units: Mapping[str, str]) -> tuple[Field, ...]:
+    return tuple(Field(name, unit) for name, unit in units.items())
+
+
 def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
     """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
-    parts = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
-    moduli = [f"{mode}_abs" for mode in present]
-    fields = tuple(Field(name, "kg^0.5 m") for name in parts + moduli)
+    names = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
+    names += [f"{mode}_abs" for mode in present]
+    fields = _fields(dict.fromkeys(names, "kg^0.5 m"))
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
 
 def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
     """Return the channel of force amplitude, frequency and phase of each mode."""
     units = {"force": "N", "frequency": "rad/s", "phase": "rad"}
-    fields = tuple(
-        Field(f"{mode}_{name}", unit) for mode in present for name, unit in units.items()
-    )
-    return Channel("/forcing", fields, "Harmonic forcing near each resonance")
+    named = {f"{mode}_{name}": unit for mode in present for name, unit in units.items()}
+    return Channel("/forcing", _fields(named), "Harmonic forcing near each resonance")
 
 
 def contact(index: int, prefix: str = "") -> Channel:
     """Return the channel of displacement, velocity and friction force of a contact DOF."""
-    fields = (Field("x", "m"), Field("v", "m/s"), Field("f", "N"))
     topic = f"{prefix}/contact/{index}"
-    return Channel(topic, fields, f"Motion of contact {index}")
+    return Channel(topic, _fields(_CONTACT), f"Motion of contact {index}")
 
 
 def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
     """Return the channel of the motion, forces and state of elastic contact number `index`.
 
     x, v, f along its tangent; y, v_y, f_y along a second tangent; x_n, v_n along its normal,
-    positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open.
-
-    Parameters
-    ----------
-    tangents : int
-        Tangential directions of a frictional contact; 0 for a law without a normal.
+    positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open. A
+    law without a normal has 0 `tangents`.
     """
-    named = list(contact(index).fields)
-    kind = "ElasticContact"
+    named = dict(_CONTACT)
+    if tangents == 2:
+        named |= {"y": "m", "v_y": "m/s", "f_y": "N"}
     if tangents:
-        kind = "FrictionalContact"
-        if tangents == 2:
-            kind = "FrictionalContact2d"
-            named += [Field("y", "m"), Field("v_y", "m/s"), Field("f_y", "N")]
-        named += [Field("x_n", "m"), Field("v_n", "m/s"), Field("N", "N"), Field("gap", "m")]
-    named.append(Field("state", "1"))
+        named |= {"x_n": "m", "v_n": "m/s", "N": "N", "gap": "m"}
+    kind = ("ElasticContact", "FrictionalContact", "FrictionalContact2d")[tangents]
     words = f"Motion of contact {index}; state: 0 stuck, 1 slipping, 2 open"
-    return Channel(f"{prefix}/contact/{index}", tuple(named), words, kind)
+    return Channel(f"{prefix}/contact/{index}", _fields(named | {"state": "1"}), words, kind)
 
 
 def contact_share(contacts: int) -> Channel:
@@ -211,15 +192,14 @@ def contact_share(contacts: int) -> Channel:
 
 def phases() -> Channel:
     """Return the channel of the carrier angles at the samples of contact motion."""
-    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"))
-    return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
+    words = "Phases of both carriers at the samples of contact motion"
+    return Channel(PHASES, _fields(_PHASES), words)
 
 
 def torus() -> Channel:
     """Return the channel of the motion of contact 0 over both phases, at a window's end."""
-    fields = (Field("A_phase", "rad"), Field("B_phase", "rad"), *contact(0).fields)
     words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
-    return Channel(TORUS, fields, words)
+    return Channel(TORUS, _fields(_PHASES | _CONTACT), words)
 
 
 def elastic(dofs: Sequence[int]) -> Channel:
@@ -230,12 +210,8 @@ def elastic(dofs: Sequence[int]) -> Channel:
 
 def energy() -> Channel:
     """Return the channel of the forcing's power and what friction and damping dissipate."""
-    fields = (
-        Field("input_power", "W"),
-        Field("dissipated_power", "W"),
-        Field("dissipated_energy", "J"),
-    )
-    return Channel("/energy", fields, "Energy balance, averaged over the fast cycles")
+    units = {"input_power": "W", "dissipated_power": "W", "dissipated_energy": "J"}
+    return Channel("/energy", _fields(units), "Energy balance, averaged over the fast cycles")
 
 
 def control() -> Channel:
@@ -245,7 +221,28 @@ def control() -> Channel:
 
 def event_descriptor() -> FileDescriptorSet:
     """Return the protobuf schema of an event: ``foxglove.Log``, which viewers show as text."""
-    log = text_format.Parse(_LOG_PROTO, FileDescriptorProto())
+    log = FileDescriptorProto(
+        name="foxglove/Log.proto",
+        package="foxglove",
+        syntax="proto3",
+        dependency=["google/protobuf/timestamp.proto"],
+    )
+    message = log.message_type.add(name="Log")
+    levels = message.enum_type.add(name="Level")
+    for number, name in enumerate(("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")):
+        levels.value.add(name=name, number=number)
+    kind = FieldDescriptorProto
+    types = {"timestamp": kind.TYPE_MESSAGE, "level": kind.TYPE_ENUM, "line": kind.TYPE_FIXED32}
+    type_names = {"timestamp": ".google.protobuf.Timestamp", "level": ".foxglove.Log.Level"}
+    names = ("timestamp", "level", "message", "name", "file", "line")
+    for number, name in enumerate(names, start=1):
+        message.field.add(
+            name=name,
+            number=number,
+            label=kind.LABEL_OPTIONAL,
+            type=types.get(name, kind.TYPE_STRING),
+            type_name=type_names.get(name),
+        )
     timestamp = FileDescriptorProto()
     timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
     return FileDescriptorSet(file=[timestamp, log])
@@ -253,9 +250,8 @@ def event_descriptor() -> FileDescriptorSet:
 
 def encode_event(event: Event, time_ns: int) -> bytes:
     """Return the protobuf message of an event; `time_ns` is its time in nanoseconds."""
-    message = _log_message()(
-        level=_FIRST_LEVEL + _LEVELS.index(event.level), message=event.message, name="slipmode"
-    )
+    (level,) = (number for number, name in _LEVELS.items() if name == event.level)
+    message = _log_message()(level=level, message=event.message, name="slipmode")
     message.timestamp.seconds, message.timestamp.nanos = divmod(time_ns, NANOSECONDS)
     return bytes(message.SerializeToString())
 
@@ -263,33 +259,7 @@ def encode_event(event: Event, time_ns: int) -> bytes:
 def decode_event(data: bytes, time_ns: int) -> Event:
     """Return the event of a protobuf message logged at `time_ns`; see `encode_event`."""
     message = _log_message().FromString(data)
-    return Event(time_ns / NANOSECONDS, _LEVELS[message.level - _FIRST_LEVEL], message.message)
-
-
-_LOG_PROTO = """
-name: "foxglove/Log.proto" package: "foxglove" syntax: "proto3"
-dependency: "google/protobuf/timestamp.proto"
-message_type {
-  name: "Log"
-  field { name: "timestamp" number: 1 label: LABEL_OPTIONAL type: TYPE_MESSAGE
-          type_name: ".google.protobuf.Timestamp" }
-  field { name: "level" number: 2 label: LABEL_OPTIONAL type: TYPE_ENUM
-          type_name: ".foxglove.Log.Level" }
-  field { name: "message" number: 3 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "name" number: 4 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "file" number: 5 label: LABEL_OPTIONAL type: TYPE_STRING }
-  field { name: "line" number: 6 label: LABEL_OPTIONAL type: TYPE_FIXED32 }
-  enum_type {
-    name: "Level"
-    value { name: "UNKNOWN" number: 0 }
-    value { name: "DEBUG" number: 1 }
-    value { name: "INFO" number: 2 }
-    value { name: "WARNING" number: 3 }
-    value { name: "ERROR" number: 4 }
-    value { name: "FATAL" number: 5 }
-  }
-}
-"""
+    return Event(time_ns / NANOSECONDS, _LEVELS[message.level], message.message)
 
 
 @cache
@@ -298,7 +268,7 @@ def _log_message() -> type[Any]:
     pool = descriptor_pool.DescriptorPool()
     for file in event_descriptor().file:
         pool.Add(file)
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName(EVENT_MESSAGE_TYPE))
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName("foxglove.Log"))
 
 
 def _tag(number: int) -> bytes:

@@ -13,7 +13,7 @@ import numpy as np
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.load import Signals, chosen, read
+from slipmode.runner.recording.load import Signals, read
 from slipmode.runner.recording.mcap_reader import naming
 
 
@@ -22,31 +22,19 @@ def export(
 ) -> list[Path]:
     """Write the samples of a recording as .npz, .csv or .parquet; return the files.
 
-    Parameters
-    ----------
-    path : path
-        A recording.
-    output : path
-        Its ending chooses the format. ``.npz``: arrays ``/modes.time`` and ``/modes.A_abs``, and
-        ``units``, a mapping in JSON. ``.csv`` and ``.parquet``: a table of each channel, with the
-        units in the header or in the fields' metadata; several channels go to files of their own,
-        ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``.
-    topics : sequence of str
-        Channels to write; all of them if empty.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such recording, channel or format.
-    OSError
-        If a file cannot be written.
+    The ending of `output` chooses the format. ``.npz``: arrays ``/modes.time`` and
+    ``/modes.A_abs``, and ``units``, a mapping in JSON. ``.csv`` and ``.parquet``: a table of each
+    channel, with the units in the header or in the fields' metadata; several channels go to files
+    of their own, ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``. Without `topics` all
+    channels are written. Raises SlipmodeError if there is no such recording, channel or format,
+    OSError if a file cannot be written.
     """
     target = Path(output)
     if target.suffix not in (".npz", *_TABLES):
         raise SlipmodeError(f"{target}: the name must end in .npz, .csv or .parquet")
     channels = read(path).channels
     with naming(path):
-        wanted = chosen(channels, topics)
+        wanted = {topic: channels[topic] for topic in topics or channels}
     if target.exists() and target.samefile(path):
         raise SlipmodeError(f"{target} is the recording itself: give another name")
     if target.suffix == ".npz":

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
@@ -19,10 +18,9 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
 from mcap import records
 
-from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.load import RecordingData, Signals, kind_of, truncation
+from slipmode.runner.recording.load import Channels, RecordingData, Signals, kind_of
 from slipmode.runner.recording.mcap_reader import (
     WALL_CLOCK,
     DamagedError,
@@ -34,14 +32,12 @@ from slipmode.runner.recording.mcap_reader import (
 from slipmode.runner.recording.record import Header
 
 _LONGEST_LIST = 16  # of numbers that are shown as curves; longer lists are pictures and the like
-_DEEPEST = 8  # messages within messages
-_CLOCKS = ("google.protobuf.Timestamp", "google.protobuf.Duration")
 
 Numbers = dict[str, float]
 Decoder = Callable[[bytes], Numbers]
 
 
-class UnreadableError(Exception):
+class _UnreadableError(Exception):
     """Why a message cannot be read."""
 
 
@@ -62,24 +58,58 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
 
     Members of messages are called ``pose.x``, items of short lists ``gains[0]``; a number that a
     message does not have is NaN. Times count from the first message if the file has wall times,
-    else they are its log times.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, it is not MCAP, its clocks are mixed, or it has no numbers.
+    else they are its log times. Raises SlipmodeError if there is no such file, it is not MCAP, its
+    clocks are mixed, or it has no numbers.
     """
     inventory = Inventory()
-    tables: dict[int, _Table] = {}
+    decoders: dict[int, Decoder] = {}
+    times: dict[int, list[int]] = defaultdict(list)
+    rows: dict[int, list[Numbers]] = defaultdict(list)
+    refused: Counter[tuple[int, str]] = Counter()
 
     def take(number: int, messages: Messages) -> None:
-        if number not in tables:
-            tables[number] = _Table(_decoder(inventory, number))
-        tables[number].extend(messages)
+        if number not in decoders:
+            decoders[number] = _decoder(inventory, number)
+        for time_ns, data in messages.each():
+            try:
+                rows[number].append(decoders[number](data))
+                times[number].append(time_ns)
+            except _UnreadableError as fault:
+                refused[number, str(fault)] += 1
 
     with opened(path) as file:
         inventory.read(file, take)
-        return _recording(Path(path).name, inventory, tables)
+        if complaint := inventory.mixed_clocks():
+            raise SlipmodeError(complaint)
+        begin = min(inventory.first.values(), default=0)
+        origin = begin if begin >= WALL_CLOCK else 0
+        channels = Channels()
+        left_out = []
+        for number in decoders:
+            record, kind = inventory.channels[number], kind_of(inventory, number)
+            faults = [(fault, count) for (k, fault), count in refused.items() if k == number]
+            left_out += [f"{count} of {kind}: {fault}" for fault, count in faults]
+            names = list(dict.fromkeys(name for row in rows[number] for name in row))
+            if names:
+                again = f" ({number})" if record.topic in channels else ""
+                fields = tuple(Field(name, record.metadata.get(name, "")) for name in names)
+                time = (np.array(times[number], np.int64) - origin) / NANOSECONDS
+                values = [[row.get(name, math.nan) for name in names] for row in rows[number]]
+                channel = Channel(record.topic, fields, record.topic)
+                channels[record.topic + again] = Signals(channel, time, np.array(values))
+            elif rows[number]:
+                left_out.append(f"{len(rows[number])} of {kind}: no numbers")
+        if not channels:
+            damage = [inventory.damage] if inventory.damage else []
+            seen = [*left_out, *damage] or ["no messages at all"]
+            raise SlipmodeError(f"no numbers to show: {'; '.join(seen)}")
+    words = "not a recording of slipmode"
+    if origin:
+        words += f"; t = 0 is {datetime.fromtimestamp(origin / NANOSECONDS, UTC).isoformat()}"
+    events = [Event(0.0, "info", words)]
+    events += [Event(0.0, "warning", f"not shown: {each}") for each in left_out]
+    found = Header(Path(path).name, ""), channels, events, inventory.damage, tuple(left_out), True
+    return RecordingData(*found).with_its_end()
 
 
 def as_curves(channels: Mapping[str, Signals]) -> dict[str, Signals]:
@@ -94,68 +124,8 @@ def as_curves(channels: Mapping[str, Signals]) -> dict[str, Signals]:
     return curves
 
 
-@dataclass
-class _Table:
-    """Messages of a channel as rows of numbers by their names."""
-
-    decode: Decoder
-    times: list[int] = field(default_factory=list)
-    rows: list[Numbers] = field(default_factory=list)
-    refused: Counter[str] = field(default_factory=Counter)
-
-    def extend(self, messages: Messages) -> None:
-        """Add the messages that can be read; count the others by their fault."""
-        for time_ns, data in messages.each():
-            try:
-                self.rows.append(self.decode(data))
-                self.times.append(time_ns)
-            except UnreadableError as fault:
-                self.refused[str(fault)] += 1
-
-    def values(self) -> tuple[list[str], Floats]:
-        """Return the names in the order of their appearance, and values (n, names)."""
-        names = list(dict.fromkeys(name for row in self.rows for name in row))
-        values = [[row.get(name, math.nan) for name in names] for row in self.rows]
-        return names, np.array(values).reshape(len(self.rows), len(names))
-
-
-def _recording(title: str, inventory: Inventory, tables: dict[int, _Table]) -> RecordingData:
-    if complaint := inventory.mixed_clocks():
-        raise SlipmodeError(complaint)
-    begin = min(inventory.first.values(), default=0)
-    origin = begin if begin >= WALL_CLOCK else 0
-    channels: dict[str, Signals] = {}
-    left_out = []
-    for number, table in tables.items():
-        record, kind = inventory.channels[number], kind_of(inventory, number)
-        left_out += [f"{count} of {kind}: {fault}" for fault, count in table.refused.items()]
-        names, values = table.values()
-        if names:
-            again = f" ({number})" if record.topic in channels else ""
-            fields = tuple(Field(name, record.metadata.get(name, "")) for name in names)
-            time = (np.array(table.times, np.int64) - origin) / NANOSECONDS
-            channel = Channel(record.topic, fields, record.topic)
-            channels[record.topic + again] = Signals(channel, time, values)
-        elif table.rows:
-            left_out.append(f"{len(table.rows)} of {kind}: no numbers")
-    if not channels:
-        damage = [inventory.damage] if inventory.damage else []
-        seen = [*left_out, *damage] or ["no messages at all"]
-        raise SlipmodeError(f"no numbers to show: {'; '.join(seen)}")
-    words = "not a recording of slipmode"
-    if origin:
-        words += f"; t = 0 is {datetime.fromtimestamp(origin / NANOSECONDS, UTC).isoformat()}"
-    events = [Event(0.0, "info", words)]
-    events += [Event(0.0, "warning", f"not shown: {each}") for each in left_out]
-    header = Header(title, "")
-    data = RecordingData(header, channels, events, inventory.damage, tuple(left_out), True)
-    if data.damage:
-        events.append(truncation(data.end_time))
-    return data
-
-
 def _decoder(inventory: Inventory, number: int) -> Decoder:
-    """Return what finds the numbers in a message of a channel, or raises UnreadableError."""
+    """Return what finds the numbers in a message of a channel, or raises _UnreadableError."""
     channel = inventory.channels[number]
     match channel.message_encoding:
         case "json":
@@ -167,7 +137,7 @@ def _decoder(inventory: Inventory, number: int) -> Decoder:
 
 def _refuse(reason: str) -> Decoder:
     def decode(data: bytes) -> Numbers:
-        raise UnreadableError(reason)
+        raise _UnreadableError(reason)
 
     return decode
 
@@ -176,7 +146,7 @@ def _decode_json(data: bytes) -> Numbers:
     try:
         return dict(_numbers("", json.loads(data)))
     except (ValueError, RecursionError) as error:
-        raise UnreadableError("not JSON") from error
+        raise _UnreadableError("not JSON") from error
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
@@ -200,9 +170,9 @@ def _protobuf_decoder(schema: records.Schema | None) -> Decoder:
 
     def decode(data: bytes) -> Numbers:
         try:
-            return dict(_members("", message_class.FromString(data), _DEEPEST))
+            return dict(_members("", message_class.FromString(data), 8))
         except DecodeError as error:
-            raise UnreadableError("not of their schema") from error
+            raise _UnreadableError("not of their schema") from error
 
     return decode
 
@@ -226,8 +196,9 @@ def _message_class(schema: records.Schema | None) -> type[Message]:
 
 
 def _members(name: str, message: Message, depth: int) -> Iterator[tuple[str, float]]:
-    """Yield the numbers within a protobuf message, with their names."""
-    if depth == 0 or message.DESCRIPTOR.full_name in _CLOCKS:
+    """Yield the numbers within a protobuf message, and its messages up to a depth, by names."""
+    clocks = ("google.protobuf.Timestamp", "google.protobuf.Duration")
+    if depth == 0 or message.DESCRIPTOR.full_name in clocks:
         return
     for member in message.DESCRIPTOR.fields:
         if member.has_presence and not message.HasField(member.name):

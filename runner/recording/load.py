@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
 from os import PathLike
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
@@ -52,7 +53,7 @@ class Signals(NamedTuple):
     @property
     def units(self) -> dict[str, str]:
         """Unit of each field, by its name."""
-        return {field.name: field.unit for field in self.channel.fields}
+        return self.channel.units
 
     def column(self, name: str) -> Floats:
         """Return the values of a field, shape (n,)."""
@@ -73,30 +74,14 @@ class Channels(dict[str, Signals]):
 
 @dataclass(frozen=True)
 class RecordingData:
-    """A recording in memory.
-
-    Parameters
-    ----------
-    header : Header
-        Title, scene and metadata of the run.
-    channels : dict of str to Signals
-        By topic.
-    events : list of Event
-        In order of writing.
-    damage : str
-        Why the file was not read to its end; "" for a sound file.
-    left_out : tuple of str
-        Channels that cannot be read: topic, encoding and schema.
-    external : bool
-        Whether another program wrote it.
-    """
+    """A recording in memory."""
 
     header: Header
-    channels: dict[str, Signals]
-    events: list[Event]
-    damage: str = ""
-    left_out: tuple[str, ...] = ()
-    external: bool = False
+    channels: dict[str, Signals]  # By topic
+    events: list[Event]  # In order of writing
+    damage: str = ""  # Why the file was not read to its end
+    left_out: tuple[str, ...] = ()  # Channels that cannot be read: topic, encoding and schema
+    external: bool = False  # Whether another program wrote it
 
     def __repr__(self) -> str:
         whole = "complete" if self.complete else "incomplete"
@@ -104,6 +89,14 @@ class RecordingData:
             f"RecordingData({self.header.title!r}: {short_list(self.channels) or 'no channels'}; "
             f"to t = {self.end_time:g} s; {whole})"
         )
+
+    def with_its_end(self) -> Self:
+        """Return this recording; if it is damaged, its last event says up to which time it is."""
+        if self.damage:
+            end = self.end_time
+            words = "the recording was cut short: it was read up to its last whole part"
+            self.events.append(Event(end, "warning", f"{words}, t = {end:g} s"))
+        return self
 
     @property
     def complete(self) -> bool:
@@ -124,23 +117,10 @@ class RecordingData:
 
 @dataclass(frozen=True)
 class Selection:
-    """A part of a recording.
+    """A part of a recording; SlipmodeError if the times are not in order."""
 
-    Parameters
-    ----------
-    topics : sequence of str
-        Channels; all of them if empty.
-    start, end : float
-        First and last simulation time [s].
-
-    Raises
-    ------
-    SlipmodeError
-        If the times are not in order.
-    """
-
-    topics: Sequence[str] = ()
-    start: float = -math.inf
+    topics: Sequence[str] = ()  # Channels; all of them if empty
+    start: float = -math.inf  # First and last simulation time [s]
     end: float = math.inf
 
     def __post_init__(self) -> None:
@@ -149,10 +129,13 @@ class Selection:
 
     def of(self, data: RecordingData) -> RecordingData:
         """Return the selected part; refuse unknown channels and times without samples."""
-        channels = chosen(data.channels, self.topics)
+        channels = {topic: data.channels[topic] for topic in self.topics or data.channels}
         header = data.header
         if self.start > -math.inf or self.end < math.inf:
-            channels = {topic: self._within(signals) for topic, signals in channels.items()}
+            for topic, signals in channels.items():
+                kept = (self.start <= signals.time) & (signals.time <= self.end)
+                part = signals._replace(time=signals.time[kept], values=signals.values[kept])
+                channels[topic] = part
             header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
             if not any(signals.time.size for signals in channels.values()):
                 raise SlipmodeError(
@@ -162,32 +145,13 @@ class Selection:
         events = [event for event in data.events if self.start <= event.time <= self.end]
         return replace(data, header=header, channels=channels, events=events)
 
-    def _within(self, signals: Signals) -> Signals:
-        kept = (self.start <= signals.time) & (signals.time <= self.end)
-        return signals._replace(time=signals.time[kept], values=signals.values[kept])
-
-
-def chosen(channels: Mapping[str, Signals], topics: Sequence[str]) -> dict[str, Signals]:
-    """Return the channels of some topics, all if there are none; refuse unknown topics."""
-    for topic in topics:
-        if topic not in channels:
-            raise SlipmodeError(f"no channel {topic}: {', '.join(channels)}")
-    return {topic: channels[topic] for topic in topics or channels}
-
 
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
     """Return the samples of a recording by topic: ``load("run.mcap")["/modes"].column("A_abs")``.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file written by slipmode. Of a damaged file the part before the damage is read.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not such a recording; and by a look-up of a topic that
-        is not in it. The message names the topics.
+    Of a damaged file the part before the damage is read. Raises SlipmodeError if `path` is no MCAP
+    file that slipmode has written; so does a look-up of a topic that is not in it, with the names
+    of the topics.
     """
     return read(path).channels
 
@@ -195,58 +159,27 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
 def read(path: str | PathLike[str]) -> RecordingData:
     """Read an MCAP recording, or the part of a damaged recording before the damage.
 
-    Parameters
-    ----------
-    path : path
-        An MCAP file written by slipmode.
-
-    Returns
-    -------
-    RecordingData
-        `complete` is false if the file is damaged (its last event has level "warning") or the run
-        stopped early (its last event has level "error").
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no such file, or it is not such a recording.
+    `complete` of the result is false if the file is damaged (its last event has level "warning")
+    or the run stopped early (its last event has level "error"). Raises SlipmodeError if `path` is
+    no MCAP file that slipmode has written.
     """
-    gathered = _Gathered()
-    with opened(path) as file:
-        gathered.inventory.read(file, gathered.take)
-        return gathered.recording()
+    inventory, events = Inventory(), list[Event]()
+    samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = {}
+    layout = cache(partial(sample_channel, inventory))
 
-
-@dataclass
-class _Gathered:
-    """Samples and events of a file as they are read."""
-
-    inventory: Inventory = field(default_factory=Inventory)
-    layouts: dict[int, Channel | None] = field(default_factory=dict)
-    times: dict[int, list[NDArray[np.uint64]]] = field(default_factory=dict)
-    values: dict[int, list[Floats]] = field(default_factory=dict)
-    events: list[Event] = field(default_factory=list)
-
-    def take(self, number: int, messages: Messages) -> None:
-        """Decode messages of a channel."""
-        if self.inventory.channels[number].topic == EVENTS:
+    def take(number: int, messages: Messages) -> None:
+        if inventory.channels[number].topic == EVENTS:
             for time_ns, data in messages.each():
                 try:
-                    self.events.append(decode_event(data, time_ns))
-                except (DecodeError, IndexError) as error:
+                    events.append(decode_event(data, time_ns))
+                except (DecodeError, KeyError) as error:
                     raise SlipmodeError(f"{EVENTS} holds something else than events") from error
-        elif (channel := self._layout(number)) is not None:
-            self.times.setdefault(number, []).append(messages.prefix["log_time"])
-            self.values.setdefault(number, []).append(channel.decode(messages.data()))
+        elif (channel := layout(number)) is not None:
+            batch = messages.prefix["log_time"], channel.decode(messages.data())
+            samples.setdefault(number, []).append(batch)
 
-    def _layout(self, number: int) -> Channel | None:
-        if number not in self.layouts:
-            self.layouts[number] = sample_channel(self.inventory, number)
-        return self.layouts[number]
-
-    def recording(self) -> RecordingData:
-        """Return the recording that the file describes."""
-        inventory = self.inventory
+    with opened(path) as file:
+        inventory.read(file, take)
         if "units" not in inventory.metadata:
             raise SlipmodeError("no slipmode recording")
         if complaint := inventory.mixed_clocks():
@@ -255,25 +188,19 @@ class _Gathered:
         for number, record in inventory.channels.items():
             if record.topic in (EVENTS, overview.TOPIC):
                 continue
-            channel = self._layout(number)
-            if channel is None:
+            if (channel := layout(number)) is None:
                 left_out.append(kind_of(inventory, number))
                 continue
-            none = np.empty((0, len(channel.fields)))
-            time = np.concatenate([none[:, 0], *self.times.get(number, [])])
-            values = np.concatenate([none, *self.values.get(number, [])])
+            none = np.empty(0), np.empty((0, len(channel.fields)))
+            batches = zip(none, *samples.get(number, []), strict=True)
+            time, values = (np.concatenate(parts) for parts in batches)
             channels[record.topic] = Signals(channel, time / NANOSECONDS, values)
         scene = inventory.metadata.get("scene", {})
-        header = Header(
-            title=scene.get("title", ""),
-            scene_text=inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace"),
-            run=inventory.metadata.get("run", {}),
-            scene_name=scene.get("name", ""),
-        )
-        data = RecordingData(header, channels, self.events, inventory.damage, tuple(left_out))
-        if data.damage:
-            data.events.append(truncation(data.end_time))
-        return data
+        text = inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace")
+        run = inventory.metadata.get("run", {})
+        header = Header(scene.get("title", ""), text, run, scene.get("name", ""))
+        found = header, channels, events, inventory.damage, tuple(left_out)
+        return RecordingData(*found).with_its_end()
 
 
 def sample_channel(inventory: Inventory, number: int) -> Channel | None:
@@ -303,9 +230,3 @@ def kind_of(inventory: Inventory, number: int) -> str:
     schema = inventory.schemas.get(record.schema_id)
     schema_name = "" if schema is None else f" {schema.name}"
     return f"{record.topic} ({record.message_encoding or 'no encoding'}{schema_name})"
-
-
-def truncation(end: float) -> Event:
-    """Return the event that says up to which time [s] a damaged recording was read."""
-    text = f"the recording was cut short: it was read up to its last whole part, t = {end:g} s"
-    return Event(end, "warning", text)

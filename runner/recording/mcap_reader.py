@@ -59,21 +59,11 @@ Record = records.McapRecord | MessageIndex | None  # None: of a kind that is unk
 
 @dataclass(frozen=True)
 class Messages:
-    """Messages of one channel within a chunk, in the order of the file.
+    """Messages of one channel within a chunk, in the order of the file."""
 
-    Attributes
-    ----------
-    raw : bytes
-        The decompressed chunk.
-    offsets : ndarray, shape (n,)
-        Where the records of the messages begin.
-    prefix : ndarray of MESSAGE_PREFIX, shape (n,)
-        Their lengths and times.
-    """
-
-    raw: bytes
-    offsets: NDArray[np.int64]
-    prefix: NDArray[np.void]
+    raw: bytes  # The decompressed chunk
+    offsets: NDArray[np.int64]  # (n,): Where the records of the messages begin
+    prefix: NDArray[np.void]  # (n,): Their MESSAGE_PREFIX, with lengths and times
 
     @classmethod
     def at(cls, raw: bytes, starts: list[int]) -> Messages:
@@ -87,6 +77,11 @@ class Messages:
         found = np.empty(len(self.offsets), INDEX_ENTRY)
         found["log_time"], found["offset"] = self.prefix["log_time"], self.offsets
         return found
+
+    def disordered(self, before: int) -> bool:
+        """Return whether log times run backwards, also from an earlier one [ns]."""
+        time_ns = self.prefix["log_time"]
+        return int(time_ns[0]) < before or bool(np.any(time_ns[1:] < time_ns[:-1]))
 
     def data(self) -> NDArray[np.void]:
         """Return the messages, shape (n,); raise DamagedError if their lengths differ."""
@@ -106,35 +101,20 @@ class Messages:
 
 @dataclass
 class Inventory:
-    """What has been read of a file.
-
-    Attributes
-    ----------
-    schemas, channels : dict
-        By number.
-    metadata : dict of str to dict
-    attachments : dict of str to bytes
-    counts : Counter
-        Messages of each channel, by its number.
-    first, last : dict of int to int
-        Earliest and latest log time of each channel that has messages [ns].
-    chunks : int
-    published_later : set of int
-        Channels whose log times count from the run's start and whose publish times from 1970.
-    damage : str
-        Why the file was not read to its end; "" if it was.
-    """
+    """The records of a file so far; schemas, channels and all about channels by their numbers."""
 
     schemas: dict[int, records.Schema] = field(default_factory=dict)
     channels: dict[int, records.Channel] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
-    counts: Counter[int] = field(default_factory=Counter)
+    counts: Counter[int] = field(default_factory=Counter)  # Messages
+    # Earliest and latest log time of the channels that have messages [ns]
     first: dict[int, int] = field(default_factory=dict)
     last: dict[int, int] = field(default_factory=dict)
     chunks: int = 0
+    # Channels whose log times count from the run's start and whose publish times from 1970
     published_later: set[int] = field(default_factory=set)
-    damage: str = ""
+    damage: str = ""  # Why the file was not read to its end
 
     def read(self, file: BinaryIO, take: Callable[[int, Messages], None]) -> None:
         """Read a file to its end or its first damage; `take` gets channel numbers and messages."""

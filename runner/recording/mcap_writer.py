@@ -54,12 +54,8 @@ class McapWriter:
 
     A chunk is written when it is full. An unfinished chunk is written after FLUSH_SECONDS, and
     later overwritten by the finished one, so that the bytes of the file do not depend on the
-    speed of the run.
-
-    Parameters
-    ----------
-    file : binary file
-        Opened for writing, at its beginning. The writer does not close it.
+    speed of the run. The file is opened for writing, at its beginning; the writer does not close
+    it.
     """
 
     def __init__(self, file: IO[bytes]) -> None:

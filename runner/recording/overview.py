@@ -13,7 +13,6 @@ from slipmode.runner.recording.channels import NANOSECONDS, Channel
 
 SOURCE = "/modes"
 TOPIC = "/overview/modes"
-MESSAGE_TYPE = "sensor_msgs/msg/JointState"  # ROS 2; what Rerun, Foxglove and PlotJuggler plot
 SCHEMA = f"""\
 std_msgs/Header header
 string[] name
@@ -30,16 +29,11 @@ int32 sec
 uint32 nanosec
 """
 
-_DENSE_ROWS = 4096  # all of which are kept; later one in 2, 4, 8... as the run gets so much longer
-
 
 class Overview:
     """Encodes the moduli of the modes as joint positions, thinned as the run gets longer.
 
-    Parameters
-    ----------
-    modes : Channel
-        ``/modes``, as `slipmode.runner.recording.channels.modes` makes it.
+    `modes` is the channel ``/modes``.
     """
 
     def __init__(self, modes: Channel) -> None:
@@ -57,7 +51,8 @@ class Overview:
         """
         number = np.arange(self._seen, self._seen + len(rows))
         self._seen += len(rows)
-        doublings = np.frexp(number // _DENSE_ROWS)[1]
+        # the first 4096 rows are kept, later one in 2, 4, 8... as the run gets so much longer
+        doublings = np.frexp(number // 4096)[1]
         kept = number % (1 << doublings.astype(np.int64)) == 0
         messages = np.full(np.count_nonzero(kept), self._empty)
         messages["sec"], messages["nanosec"] = np.divmod(time_ns[kept], NANOSECONDS)

@@ -29,7 +29,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
-    EVENT_MESSAGE_TYPE,
     EVENTS,
     NANOSECONDS,
     Channel,
@@ -42,27 +41,14 @@ from slipmode.runner.recording.mcap_writer import McapWriter
 
 SCENE_FILE = "scene.toml"
 
-_ROWS_AT_ONCE = 1024  # that are encoded: few enough to stay in a core's own memory
-
 
 @dataclass(frozen=True)
 class Header:
-    """Description of a recording within itself.
-
-    Parameters
-    ----------
-    title : str
-        Title of the scene.
-    scene_text : str
-        The scene as it was run, in TOML.
-    run : mapping of str to str
-        Metadata of the run: hashes, versions, wall clock.
-    scene_name : str
-        Short name of the scene.
-    """
+    """Description of a recording within itself."""
 
     title: str
-    scene_text: str
+    scene_text: str  # The scene as it was run, in TOML
+    # Metadata of the run: hashes, versions, wall clock
     run: Mapping[str, str] = field(default_factory=dict)
     scene_name: str = ""
 
@@ -103,7 +89,7 @@ def _revision() -> str:
 
 
 class Sink(ABC):
-    """A place where samples go: one file, or several.
+    """A place where samples go.
 
     Files are opened as ``McapSink(path, header, channels)``: an existing file is replaced. A
     directory, or a file that another run is writing, is refused with SlipmodeError, a file that
@@ -112,23 +98,11 @@ class Sink(ABC):
 
     @abstractmethod
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
-        """Append a batch of samples.
+        """Append samples to a channel that the sink was opened with.
 
-        Parameters
-        ----------
-        topic : str
-            A channel that the sink was opened with.
-        time : array_like, shape (n,)
-            Simulation time [s], from 0.
-        values : array_like, shape (n, n_fields)
-            One row per sample, in the units of the channel.
-
-        Raises
-        ------
-        SlipmodeError
-            If a value is not finite, a time negative, or the shape not that of the channel.
-        OSError
-            If the file cannot be written; it names the file. What the file holds stays readable.
+        Simulation times (n,) [s], from 0; values (n, n_fields), in the units of the channel.
+        Raises SlipmodeError if a value is not finite, a time is negative, or the shape is wrong;
+        OSError, which names the file, if it cannot be written. What was written stays readable.
         """
 
     @abstractmethod
@@ -161,15 +135,6 @@ class McapSink(Sink):
     Samples are in the file, where `slipmode recover` finds them after a kill, as soon as they
     fill a chunk (`CHUNK_BYTES`), or with the first sample written `FLUSH_SECONDS` after the
     previous flush.
-
-    Parameters
-    ----------
-    path : path
-        File to write.
-    header : Header
-        Description of the recording.
-    channels : sequence of Channel
-        Channels that can be written.
     """
 
     def __init__(self, path: str | Path, header: Header, channels: Sequence[Channel]) -> None:
@@ -181,22 +146,21 @@ class McapSink(Sink):
             self._writer = McapWriter(self._file)
             self._describe(header)
             for channel in channels:
-                units = {field.name: field.unit for field in channel.fields}
-                about = units | {"description": channel.description}
+                about = channel.units | {"description": channel.description}
                 self._register(channel.topic, channel.message_type, channel.descriptor(), about)
-            self._register(EVENTS, EVENT_MESSAGE_TYPE, event_descriptor(), {})
+            self._register(EVENTS, "foxglove.Log", event_descriptor(), {})
             if overview.SOURCE in self._channels:
                 self._overview = overview.Overview(self._channels[overview.SOURCE])
-                self._register(overview.TOPIC, overview.MESSAGE_TYPE, overview.SCHEMA, {})
+                kind = "sensor_msgs/msg/JointState"  # of ROS 2; viewers plot it without a layout
+                self._register(overview.TOPIC, kind, overview.SCHEMA, {})
             self._writer.flush()
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
-        channel = find_channel(self._channels, topic)
-        time_ns, rows = checked_batch(channel, time, values)
+        channel, time_ns, rows = checked_batch(self._channels, topic, time, values)
         with self._giving_up():
-            for start in range(0, len(rows), _ROWS_AT_ONCE):
-                part = slice(start, start + _ROWS_AT_ONCE)
+            for start in range(0, len(rows), 1024):  # few enough to stay in a core's own memory
+                part = slice(start, start + 1024)
                 messages = channel.encode(rows[part])
                 self._writer.add_messages(self._ids[topic], time_ns[part], messages)
             if topic == overview.SOURCE:
@@ -220,9 +184,9 @@ class McapSink(Sink):
 
     def _describe(self, header: Header) -> None:
         units = {
-            f"{topic}.{field.name}": field.unit
+            f"{topic}.{name}": unit
             for topic, channel in self._channels.items()
-            for field in channel.fields
+            for name, unit in channel.units.items()
         }
         scene = {"title": header.title, "name": header.scene_name}
         for name, data in {"run": dict(header.run), "scene": scene, "units": units}.items():
@@ -231,11 +195,7 @@ class McapSink(Sink):
         self._writer.add(records.Attachment(0, 0, SCENE_FILE, "application/toml", text))
 
     def _register(
-        self,
-        topic: str,
-        message_type: str,
-        schema: FileDescriptorSet | str,
-        about: dict[str, str],
+        self, topic: str, message_type: str, schema: FileDescriptorSet | str, about: dict[str, str]
     ) -> None:
         """Give a topic a channel and a schema, protobuf or ROS 2, both of the next number."""
         number = self._ids[topic] = len(self._ids) + 1
@@ -258,24 +218,14 @@ class McapSink(Sink):
 
 
 class Recorder(Sink):
-    """Writes one recording to several sinks.
+    """Writes one recording to several sinks, and closes them all.
 
     Left by an exception, the recording ends with an event that names it.
-
-    Parameters
-    ----------
-    sinks : sequence of Sink
-        Each gets every sample and every event; closing the recorder closes them all.
     """
 
     def __init__(self, sinks: Sequence[Sink]) -> None:
         self._sinks = tuple(sinks)
         self._now = 0.0  # latest simulation time that was written [s]
-
-    @property
-    def keeps(self) -> bool:
-        """Whether anything that is written is kept."""
-        return bool(self._sinks)
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples to every sink; see `Sink.write`."""
@@ -351,67 +301,51 @@ def create_file(path: Path) -> IO[bytes]:
     """Open a file for writing, emptied, and locked against other runs until it is closed.
 
     The lock ends with the process, however that ends. Without locks (Windows, some network
-    drives) the file is not locked.
-
-    Raises
-    ------
-    SlipmodeError
-        If the path is a directory, or another run is writing the file, which stays as it is.
-    OSError
-        If the file cannot be written.
+    drives) the file is not locked. Raises SlipmodeError if the path is a directory, or another
+    run is writing the file, which stays as it is; OSError if the file cannot be written.
     """
     if path.is_dir():
         raise SlipmodeError(f"{path} is a directory: give the name of a file to record to")
     binary = getattr(os, "O_BINARY", 0)  # on Windows
     file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | binary, 0o666), "wb")
-    try:
-        _lock(file)
-    except BlockingIOError:
-        file.close()
-        raise SlipmodeError(
-            f"{path}: another run is writing this file; wait until it ends, or write to another "
-            "folder"
-        ) from None
+    if sys.platform != "win32":
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            raise SlipmodeError(
+                f"{path}: another run is writing this file; wait until it ends, or write to "
+                "another folder"
+            ) from None
+        except OSError:
+            pass  # a file system without locks
     if os.fstat(file.fileno()).st_size > 0:
         file.truncate()
     return file
 
 
-def _lock(file: IO[bytes]) -> None:
-    """Lock a file; BlockingIOError if it is locked already."""
-    if sys.platform == "win32":
-        return
-    import fcntl
+def checked_batch(
+    channels: Mapping[str, Channel], topic: str, time: ArrayLike, values: ArrayLike
+) -> tuple[Channel, NDArray[np.int64], Floats]:
+    """Return the channel, times [ns] and values of a batch.
 
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise
-    except OSError:  # a file system without locks
-        return
-
-
-def find_channel(channels: Mapping[str, Channel], topic: str) -> Channel:
-    """Return the channel of a topic that the sink was opened with."""
+    Refuse topics that are not in `channels`, values that are not finite, and other shapes.
+    """
     if topic not in channels:
         raise SlipmodeError(f"{topic} is not recorded: channels are {', '.join(channels)}")
-    return channels[topic]
-
-
-def checked_batch(
-    channel: Channel, time: ArrayLike, values: ArrayLike
-) -> tuple[NDArray[np.int64], Floats]:
-    """Return the times [ns] and values of a batch; refuse what is not finite or of wrong shape."""
+    channel = channels[topic]
     seconds, rows = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     expected = (seconds.size, len(channel.fields))
     if seconds.ndim != 1 or rows.shape != expected:
-        raise SlipmodeError(f"{channel.topic}: values have shape {rows.shape}, not {expected}")
+        raise SlipmodeError(f"{topic}: values have shape {rows.shape}, not {expected}")
     finite = np.isfinite(rows)
     if not finite.all():
         row, column = np.argwhere(~finite)[0]
         name, value = channel.names[column], rows[row, column]
-        raise SlipmodeError(f"{channel.topic}: {name} is {value} at t = {seconds[row]:g} s")
-    return nanoseconds(channel.topic, seconds), rows
+        raise SlipmodeError(f"{topic}: {name} is {value} at t = {seconds[row]:g} s")
+    return channel, nanoseconds(topic, seconds), rows
 
 
 def nanoseconds(topic: str, seconds: Floats) -> NDArray[np.int64]:

@@ -29,33 +29,20 @@ from slipmode.runner.recording.mcap_reader import (
 from slipmode.runner.recording.mcap_writer import McapWriter
 from slipmode.runner.recording.record import SCENE_FILE
 
+_Lost = tuple[int, int, int]  # first and last time [ns] of a chunk, bytes before compression
 _CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, size uncompressed
 
 
 @dataclass(frozen=True)
 class Recovery:
-    """Messages that `recover` kept and lost.
-
-    Attributes
-    ----------
-    kept, lost : int
-        Messages.
-    exact : bool
-        Whether `lost` was counted; otherwise it is estimated from the size of the lost chunks.
-    end : float
-        Simulation time of the last message that was kept [s].
-    lost_seconds : float
-        Simulation time that the lost chunks covered [s].
-    duration : float or None
-        Duration of the scene [s], if the recording has its scene.
-    """
+    """Messages that `recover` kept and lost."""
 
     kept: int
     lost: int
-    exact: bool
-    end: float
-    lost_seconds: float
-    duration: float | None
+    exact: bool  # Whether `lost` was counted; else it is estimated from the size of lost chunks
+    end: float  # Simulation time of the last message that was kept [s]
+    lost_seconds: float  # Simulation time that the lost chunks covered [s]
+    duration: float | None  # Duration of the scene [s], if the recording has its scene
 
     def text(self) -> str:
         """Return lines for a reader."""
@@ -75,23 +62,11 @@ class Recovery:
 
 
 def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
-    """Write the whole chunks of a recording as a sound recording.
+    """Write the whole chunks of an MCAP file as a sound recording.
 
-    Chunks whose check sum is right are copied; an event says what was lost.
-
-    Parameters
-    ----------
-    path : path
-        An MCAP file, which is only read.
-    output : path
-        File to write.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` is no such file, or holds nothing that could be kept, or is `output`.
-    OSError
-        If `output` cannot be written.
+    Chunks whose check sum is right are copied; an event says what was lost. Raises SlipmodeError
+    if `path` is no such file, or holds nothing that could be kept, or is `output`; OSError if
+    `output` cannot be written.
     """
     source, target = Path(path), Path(output)
     if target.is_dir():
@@ -99,110 +74,77 @@ def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     if target.exists() and source.exists() and target.samefile(source):
         raise SlipmodeError(f"{target} is the file to recover from: give another name")
     with opened(source) as file, replacing(target) as out:
-        return _Salvage(file, McapWriter(out)).recover()
+        return _salvage(file, McapWriter(out))
 
 
-class _Salvage:
-    """Copies what is whole of a file, and counts what is not."""
-
-    def __init__(self, file: BinaryIO, writer: McapWriter) -> None:
-        self._file = file
-        self._writer = writer
-        self._inventory = Inventory()
-        self._whole = True
-        self._kept_bytes = 0  # before compression, as all sizes
-        self._lost_bytes = 0
-        self._lost_ns = 0
-
-    def recover(self) -> Recovery:
-        """Copy everything that is whole."""
-        for record in self._records():
-            self._copy(record)
-        inventory = self._inventory
-        if not inventory.channels:
-            raise SlipmodeError("cut before its first channel: nothing can be recovered")
-        kept = inventory.counts.total()
-        mean = self._kept_bytes / kept if kept else 64  # bytes of a message; 64 is a guess
-        lost, exact = round(self._lost_bytes / mean), not self._lost_bytes
-        for record in read_summary(self._file):
-            if isinstance(record, records.Statistics):
-                lost, exact = record.message_count - kept, True
-        found = Recovery(
-            kept=kept,
-            lost=lost,
-            exact=exact,
-            end=max(inventory.last.values(), default=0) / NANOSECONDS,
-            lost_seconds=self._lost_ns / NANOSECONDS,
-            duration=_duration(inventory),
-        )
-        if not self._whole:
-            self._add_event(found)
-        self._writer.finish()
-        return found
-
-    def _records(self) -> Iterator[Record]:
-        """Yield the records in their order; after damage, the chunks that a summary lists."""
-        end = self._file.tell()
-        try:
-            for _, record_end, record in scan(self._file):
-                end = record_end
-                yield record
-            return
-        except DamagedError:
-            self._whole = False
-        self._file.seek(end)
-        head = self._file.read(_CHUNK_HEAD.size)
-        if len(head) == _CHUNK_HEAD.size and head[0] == Opcode.CHUNK:
-            self._lose(*_CHUNK_HEAD.unpack(head)[2:])
-        for index in read_summary(self._file):
-            if isinstance(index, records.ChunkIndex) and index.chunk_start_offset > end:
-                self._file.seek(index.chunk_start_offset)
-                with suppress(DamagedError):
-                    yield next(scan(self._file))[2]
-
-    def _copy(self, record: Record) -> None:
-        inventory = self._inventory
+def _salvage(file: BinaryIO, writer: McapWriter) -> Recovery:
+    """Copy the whole records of a file, and count the others."""
+    inventory, kept_bytes = Inventory(), 0
+    lost: list[_Lost] = []
+    for record in _records(file, lost):
+        known = [*inventory.schemas.values(), *inventory.channels.values()]
         match record:
             case records.Chunk() as chunk:
-                self._copy_chunk(chunk)
-                return
+                try:
+                    messages = inventory.add(chunk)
+                except DamagedError:
+                    times = chunk.message_start_time, chunk.message_end_time
+                    lost.append((*times, chunk.uncompressed_size))
+                    continue
+                for each in (*inventory.schemas.values(), *inventory.channels.values()):
+                    if each not in known:  # readers look for them in the summary
+                        writer.add(each)
+                writer.add_chunk(chunk, {number: m.entries for number, m in messages.items()})
+                kept_bytes += chunk.uncompressed_size
+                continue
             case records.Message():
                 raise SlipmodeError("messages outside chunks are not recovered here")
             case records.Metadata() | records.Attachment():
-                self._writer.add(record)
+                writer.add(record)
             case records.Schema() if record.id not in inventory.schemas:
-                self._writer.add(record)
+                writer.add(record)
             case records.Channel() if record.id not in inventory.channels:
-                self._writer.add(record)
+                writer.add(record)
         inventory.add(record)
+    if not inventory.channels:
+        raise SlipmodeError("cut before its first channel: nothing can be recovered")
+    kept, lost_bytes = inventory.counts.total(), sum(size for *_, size in lost)
+    mean = kept_bytes / kept if kept else 64  # bytes of a message; 64 is a guess
+    count, exact = round(lost_bytes / mean), not lost_bytes
+    for record in read_summary(file):
+        if isinstance(record, records.Statistics):
+            count, exact = record.message_count - kept, True
+    end = max(inventory.last.values(), default=0) / NANOSECONDS
+    lost_seconds = sum(max(0, last - first) for first, last, _ in lost) / NANOSECONDS
+    found = Recovery(kept, count, exact, end, lost_seconds, _duration(inventory))
+    events = [each.id for each in inventory.channels.values() if each.topic == EVENTS]
+    if lost and events:
+        time_ns = np.array([round(end * NANOSECONDS)])
+        words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")
+        event = encode_event(Event(end, "warning", words), int(time_ns[0]))
+        writer.add_messages(events[0], time_ns, np.array([event], np.void))
+    writer.finish()
+    return found
 
-    def _copy_chunk(self, chunk: records.Chunk) -> None:
-        inventory = self._inventory
-        known = [*inventory.schemas.values(), *inventory.channels.values()]
-        try:
-            messages = inventory.add(chunk)
-        except DamagedError:
-            self._whole = False
-            self._lose(chunk.message_start_time, chunk.message_end_time, chunk.uncompressed_size)
-            return
-        for record in (*inventory.schemas.values(), *inventory.channels.values()):
-            if record not in known:  # readers look for them in the summary, which the writer makes
-                self._writer.add(record)
-        self._writer.add_chunk(chunk, {number: m.entries for number, m in messages.items()})
-        self._kept_bytes += chunk.uncompressed_size
 
-    def _lose(self, first: int, last: int, size: int) -> None:
-        """Count a chunk as lost: its first and last time [ns], its size before compression."""
-        self._lost_ns += max(0, last - first)
-        self._lost_bytes += size
-
-    def _add_event(self, found: Recovery) -> None:
-        for channel in self._inventory.channels.values():
-            if channel.topic == EVENTS:
-                time_ns = np.array([round(found.end * NANOSECONDS)])
-                words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")
-                event = encode_event(Event(found.end, "warning", words), int(time_ns[0]))
-                self._writer.add_messages(channel.id, time_ns, np.array([event], np.void))
+def _records(file: BinaryIO, lost: list[_Lost]) -> Iterator[Record]:
+    """Yield the records in their order; after damage, the chunks that a summary lists."""
+    end = file.tell()
+    try:
+        for _, record_end, record in scan(file):
+            end = record_end
+            yield record
+        return
+    except DamagedError:
+        file.seek(end)
+    head = file.read(_CHUNK_HEAD.size)
+    is_chunk = len(head) == _CHUNK_HEAD.size and head[0] == Opcode.CHUNK
+    lost.append(_CHUNK_HEAD.unpack(head)[2:] if is_chunk else (0, 0, 0))
+    for index in read_summary(file):
+        if isinstance(index, records.ChunkIndex) and index.chunk_start_offset > end:
+            file.seek(index.chunk_start_offset)
+            with suppress(DamagedError):
+                yield next(scan(file))[2]
 
 
 def _duration(inventory: Inventory) -> float | None:

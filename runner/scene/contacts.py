@@ -11,11 +11,11 @@ import numpy as np
 from slipmode.rom import Contacts, Coulomb, Friction, FrictionalContact, Structure, Tanh
 from slipmode.rom.contact.static_preload import Preload
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Elastic, ElasticLaw
-from slipmode.rom.laws.friction import is_homogeneous, limits
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import RigidFriction, is_homogeneous, limits
 from slipmode.runner.scene.kept import kept_preload
 from slipmode.runner.scene.keys import ELASTIC_LAWS, RIGID_LAWS
-from slipmode.runner.scene.sections import ContactGroup, RigidFriction, Scene, StaticForce
+from slipmode.runner.scene.sections import ContactGroup, Scene, StaticForce
 from slipmode.runner.scene.toml_table import Table
 from slipmode.runner.scene.values import NON_NEGATIVE, POSITIVE, number, numbers
 
@@ -55,7 +55,8 @@ def read_friction(table: Table) -> RigidFriction:
         table.required("alpha")
     elif "alpha" in table:
         raise table.error("alpha", 'goes with law = "tanh"; "coulomb" is not regularised')
-    return RigidFriction(**table.values())
+    limit, alpha = table["limit"], table["alpha"]
+    return Coulomb(limit) if alpha is None else Tanh(limit, alpha)
 
 
 def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
@@ -111,13 +112,14 @@ def read_preload(table: Table, groups: tuple[ContactGroup, ...], folder: Path) -
 def law_of(scene: Scene, contacts: int) -> Friction:
     """Return the law of a scene at so many contact DOFs.
 
-    Raises
-    ------
-    SlipmodeError
-        If numbers of parameters or of contact DOFs do not fit, naming the key.
+    Raises SlipmodeError, naming the key, if numbers of parameters or of contact DOFs do not fit.
     """
     if scene.friction is not None:
-        return _rigid(scene.friction, contacts)
+        try:
+            limits(scene.friction, contacts)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"friction.{error}") from None
+        return scene.friction
     for k, group in enumerate(scene.contacts):
         try:
             group.law.elements(contacts if group.contacts is None else len(group.contacts))
@@ -133,24 +135,10 @@ def law_of(scene: Scene, contacts: int) -> Friction:
     return law
 
 
-def _rigid(friction: RigidFriction, contacts: int) -> Friction:
-    law: Friction = Coulomb(friction.limit)
-    if friction.alpha is not None:
-        law = Tanh(friction.limit, friction.alpha)
-    try:
-        limits(law, contacts)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"friction.{error}") from None
-    return law
-
-
 def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
     """Return the state under the static force of a scene, or None without one.
 
-    Raises
-    ------
-    SlipmodeError
-        If the force does not fit, or the contacts do not hold the structure under it.
+    Raises SlipmodeError if the force does not fit, or the contacts do not hold the structure.
     """
     if scene.preload is None:
         return None
@@ -167,14 +155,14 @@ def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
         return
     against, instead = "tanh has a velocity alpha", 'law = "coulomb"'
     if not isinstance(law, Tanh):
-        gaps = [f"contacts[{k}].gap" for k, g in enumerate(scene.contacts) if _has_gap(g.law)]
+        gaps = [
+            f"contacts[{k}].gap"
+            for k, group in enumerate(scene.contacts)
+            if isinstance(group.law, FrictionalContact) and np.any(np.asarray(group.law.gap) > 0.0)
+        ]
         gap = gaps[0] if gaps else "the gap of contacts that [preload] opens"
         against, instead = f"{gap} is a length", "contacts without a gap"
     raise SlipmodeError(
         f"limits.scale: the motion has to scale with limits and preloads, and {against} that does "
         f"not; use {instead}, or a scene for each scale"
     )
-
-
-def _has_gap(law: ElasticLaw) -> bool:
-    return isinstance(law, FrictionalContact) and bool(np.any(np.asarray(law.gap) > 0.0))

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 import scipy.sparse
@@ -30,7 +30,6 @@ from slipmode.rom.table.model import OPTIONAL_ARRAYS, REDUCED_ARRAYS
 LARGE = 10_000  # DOFs from which the work takes longer than to read its result from disk
 
 _STATE = ("displacement", "contact_force", "state", "normal_force", "gap", "tangential_share")
-_DAMAGED = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, SlipmodeError)
 
 Arrays = Mapping[str, np.ndarray]
 Result = TypeVar("Result")
@@ -87,11 +86,13 @@ def _kept(key: str, compute: Callable[[], Arrays], read: Callable[[Arrays], Resu
     """Return the result stored under a key, or compute and store it; the same bits either way."""
     name = f"{key}.npz"
 
+    damaged = (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile, SlipmodeError)
+
     def load(path: Path) -> Result:
         try:
             with np.load(path, allow_pickle=False) as stored:
                 return read({each: stored[each] for each in stored.files})
-        except _DAMAGED as error:
+        except damaged as error:
             raise SlipmodeError(f"{path}: is damaged: {error}") from error
 
     def save(path: Path) -> None:

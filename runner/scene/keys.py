@@ -7,7 +7,7 @@ follow from `SCENE`.
 from __future__ import annotations
 
 import inspect
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, replace
 from typing import Any, get_args
 
 from slipmode.rom.error_budget import SLOW_FLOW
@@ -19,32 +19,27 @@ from slipmode.rom.structure.structure import two_mass
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.toml_table import Key, Section
 from slipmode.runner.scene.values import (
-    BOOLEAN,
     FINITE,
-    INTEGER_OR_INTEGERS,
-    INTEGERS,
     NON_NEGATIVE,
     POSITIVE,
-    TEXT,
-    TEXT_OR_NUMBERS,
     Kind,
     Rule,
     between,
+    boolean,
     choice,
+    either,
     integer,
+    integers,
     node_dofs,
     number,
     numbers,
     one_or_each,
     script,
+    text,
 )
 
-REQUIRED = MISSING
 RIGID_LAWS = ("tanh", "coulomb")
 ELASTIC_LAWS = {name: law for name, law in LAWS.items() if name not in RIGID_LAWS}
-MATRIX_KEYS = ("mass", "contacts", "rayleigh")
-_MODAL = "kg^1/2 m"
-_FORCE_AMPLITUDE = Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)
 
 
 def _two_mass(name: str, meaning: str, unit: str = "N/m") -> Key:
@@ -61,40 +56,12 @@ def _law(name: str, kind: Kind, unit: str, meaning: str, **role: Any) -> Key:
     return Key(name, kind, unit, default, f"{meaning} Of {laws}.", **role)
 
 
+_FORCE_AMPLITUDE = Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)
 # fmt: off
 # A table: each key in two lines, which formatted code would spread over eight.
-_STRUCTURE = (
-    Key("model", choice("two-mass"), "-", None,
-        "The model of Table 1 of the source paper. Exactly one of `model` and `matrices`."),
-    Key("matrices", TEXT, "-", None,
-        "File or folder of matrices that `rom.load_structure` reads, relative to the scene."),
-    Key("damping", number(NON_NEGATIVE), "s", None,
-        "beta of damping proportional to stiffness, C = beta K. Default: 0.01 for the two "
-        "masses, for matrices the damping in their files."),
-    Key("mass", TEXT, "-", None, "File of the mass matrix, if `matrices` has stiffness alone."),
-    Key("contacts", node_dofs("[node, direction] or [node, node, direction]", (2, 3)), "-", None,
-        "Contact DOFs by node; of two nodes: their relative motion. Overrides the file's."),
-    Key("rayleigh", numbers(NON_NEGATIVE, 2), "1/s, s", None,
-        "[alpha, beta] of C = alpha M + beta K, instead of `damping`."),
-    _two_mass("contact_mass", "Mass of each contact DOF, > 0.", "kg"),
-    _two_mass("m1", "First modal mass, > 0.", "kg"),
-    _two_mass("m2", "Second modal mass, > 0.", "kg"),
-    _two_mass("k1", "First mass to its contact DOF."),
-    _two_mass("k2", "Second mass to its contact DOF."),
-    _two_mass("k_c1", "First contact DOF to the ground."),
-    _two_mass("k_c2", "Second contact DOF to the ground."),
-    _two_mass("k_p", "Coupling of the contact DOFs, off the diagonal."),
-)
-_FRICTION = (
-    Key("law", choice(*RIGID_LAWS), "-", REQUIRED,
-        "Smoothed Coulomb friction mu N tanh(v / alpha), or exact Coulomb friction."),
-    Key("limit", one_or_each(NON_NEGATIVE), "N", REQUIRED, "Friction limit mu N.", "limit"),
-    Key("alpha", number(POSITIVE), "m/s", None,
-        'Velocity that smooths the law; required with `law = "tanh"`, refused with "coulomb".'),
-)
 CONTACT_KEYS = (
-    Key("law", choice(*ELASTIC_LAWS), "-", REQUIRED, "The law of the contacts of the group."),
-    Key("contacts", INTEGERS, "-", None,
+    Key("law", choice(*ELASTIC_LAWS), "-", MISSING, "The law of the contacts of the group."),
+    Key("contacts", integers(), "-", None,
         "Their contact DOFs, from 0. A single group may leave it out and has all of them."),
     _law("limit", one_or_each(NON_NEGATIVE), "N",
          "Friction limit mu N; of `sliders` a list.", role="limit"),
@@ -114,126 +81,144 @@ CONTACT_KEYS = (
     _law("tangents", integer(), "-",
          "Tangential directions of each contact, 1 or 2; its normal DOF follows them."),
 )
-_PRELOAD = (
-    Key("dof", INTEGER_OR_INTEGERS, "-", None,
-        "Where the force acts. Exactly one of `dof` and `vector`."),
-    Key("force", one_or_each(FINITE, "DOF"), "N", None, "The force; required with `dof`."),
-    Key("vector", TEXT_OR_NUMBERS, "N", None, "Force on every DOF, or the .npy file with it."),
-)
-_LIMITS = (
-    Key("scale", script(POSITIVE), "-", None, "Factor on all friction limits and preloads.",
-        "load"),
-)
-_MODES = (
-    Key("A", integer(), "-", REQUIRED, "Number of the first mode."),
-    Key("B", integer(), "-", None,
-        "Number of the second mode, another one; absent: a model of one mode."),
-)
 _FORCING = (
     Key("dof", integer(), "-", None, "The DOF that the force acts on."),
     Key("node", integer(FINITE), "-", None,
         "The node that it acts on, if the matrices name nodes; with `direction`."),
     Key("direction", choice(*DIRECTIONS), "-", None, "Its direction there."),
     Key("vector", numbers(), "-", None, "Force on every DOF, per unit of `amplitude`."),
-    Key("amplitude", script(_FORCE_AMPLITUDE), "N", REQUIRED, "Force amplitude over time.",
+    Key("amplitude", script(_FORCE_AMPLITUDE), "N", MISSING, "Force amplitude over time.",
         "load"),
-    Key("frequency", script(POSITIVE), "rad/s", REQUIRED,
+    Key("frequency", script(POSITIVE), "rad/s", MISSING,
         "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.", "load"),
     Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),
 )
-_INITIAL = tuple(
-    Key(mode, numbers(length=2), _MODAL, None, f"[re, im] of a_{mode} at t = 0; absent: 0.")
-    for mode in MODES
-)
-_AERODYNAMICS = tuple(
-    Key(mode, numbers(length=2), "rad^2/s^2", None,
-        f"[re, im] of the coefficient of mode {mode}; im < 0 feeds energy in.")
-    for mode in MODES
-)
-_RUN = (
-    Key("duration", number(POSITIVE), "s", REQUIRED, "End of the scene, which begins at 0."),
-    Key("step", number(POSITIVE), "s", REQUIRED,
-        "Communication step: how often amplitudes are recorded, at least duration / 1e7. The "
-        "solver has steps of its own."),
-    Key("tolerance", number(POSITIVE), "-", SLOW_FLOW,
-        "Relative tolerance of the slow flow's solver."),
-)
-_MODEL = (
-    Key("tolerance", number(POSITIVE), "-", 1e-3, "Relative tolerance of the friction table."),
-    Key("formulation", choice("consistent", "paper"), "-", "consistent",
-        "The source paper's, or with the terms that its expansion neglects at first order."),
-    Key("amplitude", numbers(POSITIVE).named("list of one number per mode"), _MODAL, None,
-        "Range of the friction table; if absent, a dry run finds it."),
-    Key("table", choice("whole", "none"), "-", "whole",
-        "A friction table, or none: the scene is integrated at full order."),
-    Key("transients", choice("auto", "slow", "hybrid"), "-", "auto",
-        "Full order where the estimated transient error of slow time exceeds the tolerance, "
-        "at least 1 %; nowhere; or where it exceeds 0.1 %."),
-    Key("budget", number(POSITIVE), "s", None,
-        "Longest time that the friction table may take; a refusal says what is possible in it."),
-)
 _WINDOW = (
-    Key("window", numbers(NON_NEGATIVE, 2), "s", REQUIRED,
+    Key("window", numbers(NON_NEGATIVE, 2), "s", MISSING,
         "[start, end], up to the scene's duration; start before end."),
     Key("samples_per_period", integer(between(8, 4096)), "-", 64,
         "Samples in a period of the fastest carrier."),
 )
-_OUTPUT = (
-    Key("elastic", INTEGERS, "-", [], "DOFs, from 0."),
-    Key("nodes", node_dofs("[node, direction]", (2,)), "-", [],
-        "DOFs by node, if the matrices name nodes."),
-)
-_LOG = (
-    Key("mcap", BOOLEAN, "-", True, "Write an MCAP file."),
-    Key("rerun", BOOLEAN, "-", True, "Write an .rrd file with views for Rerun."),
-)
-_UNITS = (
-    Key("frequency", choice(*get_args(FrequencyUnit)), "-", "rad/s",
-        "Of forcing frequencies here, and of curves, their pictures and studies."),
-    Key("displacement", choice(*get_args(LengthUnit)), "-", "m",
-        "Of DOFs in curves and their pictures."),
-)
-# [[contact]] and [[contacts]] look alike: what a key of one of them in the other means.
-_LAW_HINTS = {key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}
-_WINDOW_HINTS = {key.name: "windows of contact motion are [[contact]]" for key in _WINDOW}
 
 SCENE = Section("", "At the top of the file, before any table.", (
-    Key("title", TEXT, "-", "", "The name of recordings and pictures."),
+    Key("title", text(), "-", "", "The name of recordings and pictures."),
     Section("structure",
         "What vibrates: the model of two masses, with the parameters from `contact_mass` on, or "
-        "matrices from files.", _STRUCTURE),
+        "matrices from files.", (
+        Key("model", choice("two-mass"), "-", None,
+            "The model of Table 1 of the source paper. Exactly one of `model` and `matrices`."),
+        Key("matrices", text(), "-", None,
+            "File or folder of matrices that `rom.load_structure` reads, relative to the scene."),
+        Key("damping", number(NON_NEGATIVE), "s", None,
+            "beta of damping proportional to stiffness, C = beta K. Default: 0.01 for the two "
+            "masses, for matrices the damping in their files."),
+        Key("mass", text(), "-", None,
+            "File of the mass matrix, if `matrices` has stiffness alone."),
+        Key("contacts", node_dofs("[node, direction] or [node, node, direction]", (2, 3)), "-",
+            None,
+            "Contact DOFs by node; of two nodes: their relative motion. Overrides the file's."),
+        Key("rayleigh", numbers(NON_NEGATIVE, 2), "1/s, s", None,
+            "[alpha, beta] of C = alpha M + beta K, instead of `damping`."),
+        _two_mass("contact_mass", "Mass of each contact DOF, > 0.", "kg"),
+        _two_mass("m1", "First modal mass, > 0.", "kg"),
+        _two_mass("m2", "Second modal mass, > 0.", "kg"),
+        _two_mass("k1", "First mass to its contact DOF."),
+        _two_mass("k2", "Second mass to its contact DOF."),
+        _two_mass("k_c1", "First contact DOF to the ground."),
+        _two_mass("k_c2", "Second contact DOF to the ground."),
+        _two_mass("k_p", "Coupling of the contact DOFs, off the diagonal."),
+    )),
     Section("friction",
-        "Rigid contacts, all of one law. A scene has either this or groups `[[contacts]]`.",
-        _FRICTION),
+        "Rigid contacts, all of one law. A scene has either this or groups `[[contacts]]`.", (
+        Key("law", choice(*RIGID_LAWS), "-", MISSING,
+            "Smoothed Coulomb friction mu N tanh(v / alpha), or exact Coulomb friction."),
+        Key("limit", one_or_each(NON_NEGATIVE), "N", MISSING, "Friction limit mu N.", "limit"),
+        Key("alpha", number(POSITIVE), "m/s", None,
+            'Velocity that smooths the law; required with `law = "tanh"`, refused with '
+            '"coulomb".'),
+    )),
     Section("contacts",
         "Elastic contacts, in groups of one law each. The meaning of a parameter ends with the "
-        "laws that have it.", CONTACT_KEYS, is_array=True, hints=_WINDOW_HINTS),
+        "laws that have it.", CONTACT_KEYS, is_array=True,
+        hints={key.name: "windows of contact motion are [[contact]]" for key in _WINDOW}),
     Section("preload",
         "A static force that presses frictional contacts together, or opens them, before "
-        "anything vibrates; it acts in addition to the preloads of their law.", _PRELOAD),
-    Section("limits", "Friction limits and preloads over time. Not under tanh, nor with gaps.",
-        _LIMITS),
+        "anything vibrates; it acts in addition to the preloads of their law.", (
+        Key("dof", either(integer(), integers(), "integer, or list of integers"), "-", None,
+            "Where the force acts. Exactly one of `dof` and `vector`."),
+        Key("force", one_or_each(FINITE, "DOF"), "N", None, "The force; required with `dof`."),
+        Key("vector", either(text(), numbers(), "list of numbers, or string"), "N", None,
+            "Force on every DOF, or the .npy file with it."),
+    )),
+    Section("limits", "Friction limits and preloads over time. Not under tanh, nor with gaps.", (
+        Key("scale", script(POSITIVE), "-", None, "Factor on all friction limits and preloads.",
+            "load"),
+    )),
     Section("modes",
-        "Which modes are retained, counted from 0 by frequency, with the contacts stuck.",
-        _MODES),
+        "Which modes are retained, counted from 0 by frequency, with the contacts stuck.", (
+        Key("A", integer(), "-", MISSING, "Number of the first mode."),
+        Key("B", integer(), "-", None,
+            "Number of the second mode, another one; absent: a model of one mode."),
+    )),
     Section("forcing",
         "The force on a mode, amplitude cos(theta + phase) with theta' = frequency. Exactly one "
         "of `dof`, `node` and `vector` says where it acts. The table of mode B is `[forcing.B]`.",
         tuple(Section(mode, "", _FORCING) for mode in MODES)),
-    Section("initial", "Modal amplitudes at the start.", _INITIAL),
+    Section("initial", "Modal amplitudes at the start.", tuple(
+        Key(mode, numbers(length=2), "kg^1/2 m", None,
+            f"[re, im] of a_{mode} at t = 0; absent: 0.")
+        for mode in MODES
+    )),
     Section("aerodynamics",
-        "Aerodynamic influence coefficients, by which a mode may excite itself.", _AERODYNAMICS),
-    Section("run", "How long, and in which communication steps.", _RUN),
-    Section("model", "How the reduced model is made.", _MODEL),
+        "Aerodynamic influence coefficients, by which a mode may excite itself.", tuple(
+        Key(mode, numbers(length=2), "rad^2/s^2", None,
+            f"[re, im] of the coefficient of mode {mode}; im < 0 feeds energy in.")
+        for mode in MODES
+    )),
+    Section("run", "How long, and in which communication steps.", (
+        Key("duration", number(POSITIVE), "s", MISSING, "End of the scene, which begins at 0."),
+        Key("step", number(POSITIVE), "s", MISSING,
+            "Communication step: how often amplitudes are recorded, at least duration / 1e7. The "
+            "solver has steps of its own."),
+        Key("tolerance", number(POSITIVE), "-", SLOW_FLOW,
+            "Relative tolerance of the slow flow's solver."),
+    )),
+    Section("model", "How the reduced model is made.", (
+        Key("tolerance", number(POSITIVE), "-", 1e-3, "Relative tolerance of the friction table."),
+        Key("formulation", choice("consistent", "paper"), "-", "consistent",
+            "The source paper's, or with the terms that its expansion neglects at first order."),
+        Key("amplitude", replace(numbers(POSITIVE), words="list of one number per mode"),
+            "kg^1/2 m", None, "Range of the friction table; if absent, a dry run finds it."),
+        Key("table", choice("whole", "none"), "-", "whole",
+            "A friction table, or none: the scene is integrated at full order."),
+        Key("transients", choice("auto", "slow", "hybrid"), "-", "auto",
+            "Full order where the estimated transient error of slow time exceeds the tolerance, "
+            "at least 1 %; nowhere; or where it exceeds 0.1 %."),
+        Key("budget", number(POSITIVE), "s", None,
+            "Longest time that the friction table may take; a refusal says what is possible in "
+            "it."),
+    )),
     Section("contact",
         "A window of time in which the motion of the contacts is reconstructed, and of the DOFs "
-        "of `[output]`. Windows must not overlap.", _WINDOW, is_array=True, hints=_LAW_HINTS),
+        "of `[output]`. Windows must not overlap.", _WINDOW, is_array=True,
+        hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
     Section("elastic", "A window in which the DOFs of `[output]` alone are reconstructed.",
-        _WINDOW, is_array=True, hints=_LAW_HINTS),
-    Section("output", "DOFs of the structure that are reconstructed inside the windows.",
-        _OUTPUT),
-    Section("log", "Which recordings are written.", _LOG),
-    Section("units", "In which the frequencies of forces are given, and curves shown.", _UNITS),
+        _WINDOW, is_array=True,
+        hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
+    Section("output", "DOFs of the structure that are reconstructed inside the windows.", (
+        Key("elastic", integers(), "-", [], "DOFs, from 0."),
+        Key("nodes", node_dofs("[node, direction]", (2,)), "-", [],
+            "DOFs by node, if the matrices name nodes."),
+    )),
+    Section("log", "Which recordings are written.", (
+        Key("mcap", boolean(), "-", True, "Write an MCAP file."),
+        Key("rerun", boolean(), "-", True, "Write an .rrd file with views for Rerun."),
+    )),
+    Section("units", "In which the frequencies of forces are given, and curves shown.", (
+        Key("frequency", choice(*get_args(FrequencyUnit)), "-", "rad/s",
+            "Of forcing frequencies here, and of curves, their pictures and studies."),
+        Key("displacement", choice(*get_args(LengthUnit)), "-", "m",
+            "Of DOFs in curves and their pictures."),
+    )),
 ))
 # fmt: on
-TWO_MASS_KEYS = tuple(name for name in inspect.signature(two_mass).parameters if name != "beta")

@@ -6,7 +6,7 @@ import textwrap
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.keys import SCENE
-from slipmode.runner.scene.toml_table import Key, Section
+from slipmode.runner.scene.toml_table import Section
 
 
 def scene_reference() -> dict[str, Section]:
@@ -29,10 +29,7 @@ def as_markdown() -> str:
 def as_text(table: str) -> str:
     """Return the keys of a table, "run" or "forcing.A" for instance, for a terminal.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the tables that there are.
+    Raises SlipmodeError with the names of the tables if there is no such table.
     """
     sections = {header.strip("[]"): section for header, section in scene_reference().items()}
     if table not in sections:
@@ -48,18 +45,10 @@ def as_text(table: str) -> str:
 def _section(header: str, section: Section) -> str:
     head = f"`{header}`" if header else "Top of the file"
     lines = ["| key | value | unit | default | meaning |", "|---|---|---|---|---|"]
-    lines += [
-        f"| `{key.name}` | {_value(key)} | {key.unit} | {_default(key)} | {key.meaning} |"
-        for key in section.keys
-    ]
+    for key in section.keys:
+        allowed = ", ".join(f"`{part}`" for part in key.kind.allowed.split(", ") if part)
+        value = f"{key.kind.words}: {allowed}" if allowed else key.kind.words
+        default = key.shown_default
+        default = default if default in ("required", "-") else f"`{default}`"
+        lines.append(f"| `{key.name}` | {value} | {key.unit} | {default} | {key.meaning} |")
     return f"## {head}\n\n{section.meaning}\n\n{{.keys}}\n" + "\n".join(lines)
-
-
-def _value(key: Key) -> str:
-    allowed = ", ".join(f"`{part}`" for part in key.kind.allowed.split(", ") if part)
-    return f"{key.kind.words}: {allowed}" if allowed else key.kind.words
-
-
-def _default(key: Key) -> str:
-    shown = key.shown_default
-    return shown if shown in ("required", "-") else f"`{shown}`"

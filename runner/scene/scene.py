@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,6 +17,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import as_path
 from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.structure import two_mass
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
@@ -26,7 +28,7 @@ from slipmode.runner.scene.contacts import (
     read_friction,
     read_preload,
 )
-from slipmode.runner.scene.keys import MATRIX_KEYS, SCENE, TWO_MASS_KEYS
+from slipmode.runner.scene.keys import SCENE
 from slipmode.runner.scene.sections import (
     Forcing,
     Log,
@@ -46,6 +48,7 @@ __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shippe
 
 # Steps are numbered in 64-bit integers and kept one by one in recordings: some GB at this count.
 _LARGEST_STEP_COUNT = 1e7
+_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -55,17 +58,9 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def load_scene(scene: str | PathLike[str]) -> Scene:
-    """Read a scene from a file, or a shipped scene by its name.
+    """Read a scene from a TOML file, or a shipped scene by its name, see `shipped_scenes`.
 
-    Parameters
-    ----------
-    scene : str or path
-        The TOML file, or a name of `shipped_scenes`.
-
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the key that is refused.
+    Raises SlipmodeError, naming the file and the key that is refused.
     """
     path = as_path("scene", scene)
     if not (exists(path) and path.is_file()):
@@ -84,13 +79,7 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file.
-
-    Raises
-    ------
-    SlipmodeError
-        If it cannot be read or is not UTF-8.
-    """
+    """Return the text of a file; SlipmodeError if it cannot be read or is not UTF-8."""
     try:
         return path.read_text(encoding="utf-8")
     except OSError as error:
@@ -102,10 +91,7 @@ def read_text(path: Path) -> str:
 def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
     """Read a scene from TOML text; file names in it are relative to `folder`.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the key that is refused and what is allowed.
+    Raises SlipmodeError, naming the key that is refused and what is allowed.
     """
     return read_scene(parse_toml(text), folder, text)
 
@@ -126,11 +112,13 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
-    initial, aerodynamics = (_complex(tables[key], modes) for key in ("initial", "aerodynamics"))
+    initial, aerodynamics = (
+        {mode: complex(*table[mode]) for mode in _present_modes(table, modes)}
+        for table in (tables["initial"], tables["aerodynamics"])
+    )
     if not forcing and not any(initial.values()):
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
-    contact, elastic = (_windows(tables[key], run.duration) for key in ("contact", "elastic"))
-    _refuse_overlap(contact, elastic)
+    contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
     if "friction" in root and tables["contacts"]:
         raise root.error(
             "contacts", f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
@@ -173,13 +161,15 @@ def _structure(table: Table, folder: Path) -> TwoMass | MatrixFile:
     table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
     damping = table["damping"]
     if table["model"] is not None:
-        for key in MATRIX_KEYS:
-            if key in table:
+        parameters = {} if damping is None else {"beta": damping}
+        for key in table:
+            if key in ("mass", "contacts", "rayleigh"):
                 raise table.error(key, 'is for matrices, not for model = "two-mass"')
-        parameters = {key: table[key] for key in TWO_MASS_KEYS if key in table}
-        return TwoMass(parameters if damping is None else {"beta": damping, **parameters})
-    for key in TWO_MASS_KEYS:
-        if key in table:
+            if key in _TWO_MASS_KEYS:
+                parameters[key] = table[key]
+        return TwoMass(parameters)
+    for key in table:
+        if key in _TWO_MASS_KEYS:
             raise table.error(key, 'is a parameter of model = "two-mass", not of matrices')
     matrices, mass = existing(table, "matrices", folder), None
     if "rayleigh" in table:
@@ -199,14 +189,10 @@ def _modes(table: Table) -> Modes:
 
 
 def _present_modes(table: Table, modes: Modes) -> list[str]:
-    """Return the modes that have a key in a table; each must be retained."""
+    """Return the modes that have a key in a table; refuse one that is not retained."""
     if "B" in table and modes.B is None:
         raise table.error("B", "there is no mode B in [modes]; allowed: A")
     return [mode for mode in MODES if mode in table]
-
-
-def _complex(table: Table, modes: Modes) -> dict[str, complex]:
-    return {mode: complex(*table[mode]) for mode in _present_modes(table, modes)}
 
 
 def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
@@ -220,9 +206,7 @@ def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[
 
 def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
     table.exactly_one(
-        ("dof", "node", "vector"),
-        "dof",
-        "give exactly one of dof and vector (or node, direction)",
+        ("dof", "node", "vector"), "dof", "give exactly one of dof and vector (or node, direction)"
     )
     if "direction" in table and "node" not in table:
         raise table.error("direction", "is of node, which is missing")
@@ -282,32 +266,28 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
     return model
 
 
-def _windows(tables: list[Table], duration: float) -> tuple[Window, ...]:
+def _windows(
+    contact: list[Table], elastic: list[Table], duration: float
+) -> tuple[tuple[Window, ...], tuple[Window, ...]]:
+    """Return both kinds of windows in time order; contact windows have the elastic motion too."""
     found = []
-    for table in tables:
-        start, end = table["window"]
-        if not start < end <= duration:
-            raise table.error(
-                "window",
-                f"must be [t0, t1] with t0 < t1 <= run.duration = {duration:g}, "
-                f"got [{start:g}, {end:g}]",
-            )
-        found.append(Window(start, end, table["samples_per_period"]))
-    return tuple(sorted(found, key=lambda window: window.start))
-
-
-def _refuse_overlap(contact: Sequence[Window], elastic: Sequence[Window]) -> None:
-    """Refuse windows that overlap: contact windows have the elastic motion too."""
-    named = [("contact", window) for window in contact]
-    named += [("elastic", window) for window in elastic]
-    named.sort(key=lambda entry: entry[1].start)
-    for (first, earlier), (second, later) in pairwise(named):
+    for name, tables in (("contact", contact), ("elastic", elastic)):
+        for table in tables:
+            start, end = table["window"]
+            if not start < end <= duration:
+                allowed = f"[t0, t1] with t0 < t1 <= run.duration = {duration:g}"
+                raise table.error("window", f"must be {allowed}, got [{start:g}, {end:g}]")
+            found.append((name, Window(start, end, table["samples_per_period"])))
+    found.sort(key=lambda entry: entry[1].start)
+    for (first, earlier), (second, later) in pairwise(found):
         if later.start < earlier.end:
             names = f"{first}.window" if first == second else f"{first}.window, {second}.window"
             raise SlipmodeError(
                 f"{names}: windows must not overlap, got [{earlier.start:g}, "
                 f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
             )
+    of_contact = tuple(window for name, window in found if name == "contact")
+    return of_contact, tuple(window for name, window in found if name == "elastic")
 
 
 def _output(table: Table, contact: Sequence[Window], elastic: Sequence[Window]) -> Output:

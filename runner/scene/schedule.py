@@ -7,7 +7,7 @@ requested.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene
 
 LIMIT_SCALE = "limit_scale"
 
-_ALL = slice(None)
 # Communication points closer than this part of a step are one: multiples of the step are rounded
 # by 1e-16 of the time, in up to 1e7 steps.
 _COINCIDE = 1e-9
@@ -36,7 +35,7 @@ class _Stretches(NamedTuple):
     regular: NDArray[np.int64]  # The multiple of the step that follows each start
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Schedule:
     """Communication points and the inputs between them.
 
@@ -48,15 +47,14 @@ class Schedule:
     # the step that coincide with none of these [s]
     duration: float
     step: float
-
-    __repr__ = short_repr
+    points: tuple[float, ...] = ()  # More communication points [s]
 
     @property
     def steps(self) -> int:
         """Number of steps."""
         return int(self._stretches.number[-1])
 
-    def time(self, points: slice = _ALL) -> Floats:
+    def time(self, points: slice = slice(None)) -> Floats:
         """Return communication points [s], (points,)."""
         number = np.arange(*points.indices(self.steps + 1))
         stretch = np.searchsorted(self._stretches.number, number, side="right") - 1
@@ -64,17 +62,17 @@ class Schedule:
         regular = self.step * (self._stretches.regular[stretch] + inside - 1)
         return np.where(inside == 0, self._stretches.start[stretch], regular)
 
-    def durations(self, steps: slice = _ALL) -> Floats:
+    def durations(self, steps: slice = slice(None)) -> Floats:
         """Return the lengths of steps [s], (steps,)."""
         first, end, _ = steps.indices(self.steps)
         return np.diff(self.time(slice(first, max(end, first) + 1)))
 
-    def inputs(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
+    def inputs(self, names: Sequence[str], steps: slice = slice(None)) -> Floats:
         """Return inputs of a component at the start of steps, after jumps, (steps, names)."""
         starts = self.time(slice(*steps.indices(self.steps)))
         return np.column_stack([self._input(name, starts) for name in names])
 
-    def at_points(self, names: Sequence[str], points: slice = _ALL) -> Floats:
+    def at_points(self, names: Sequence[str], points: slice = slice(None)) -> Floats:
         """Return values at communication points, after jumps, (points, names)."""
         first, end, _ = points.indices(self.steps + 1)
         values = self.inputs(names, slice(first, end))
@@ -83,12 +81,14 @@ class Schedule:
         last = slice(self.steps - 1, self.steps)
         return np.vstack((values, self.at_ends(names, last)))
 
-    def at_ends(self, names: Sequence[str], steps: slice = _ALL) -> Floats:
+    def at_ends(self, names: Sequence[str], steps: slice = slice(None)) -> Floats:
         """Return values at the end of steps, before jumps, (steps, names)."""
         rates = self.inputs([rate_of(name) for name in names], steps)
         return np.asarray(self.inputs(names, steps) + rates * self.durations(steps)[:, np.newaxis])
 
-    def forces(self, modes: Sequence[str], steps: slice = _ALL) -> tuple[Complexes, Complexes]:
+    def forces(
+        self, modes: Sequence[str], steps: slice = slice(None)
+    ) -> tuple[Complexes, Complexes]:
         """Return force exp(i phase) at the start and at the end of steps, (steps, modes)."""
         force, phase = ([f"{part}_{mode}" for mode in modes] for part in ("force", "phase"))
         return (
@@ -143,7 +143,7 @@ class Schedule:
 
     @cached_property
     def _stretches(self) -> _Stretches:
-        breaks = {b for script in self.scripts.values() for b in script.breaks}
+        breaks = {b for script in self.scripts.values() for b in script.breaks} | {*self.points}
         inner = {b for b in breaks if 0 < b < self.duration}
         start = np.array(sorted({0.0, self.duration, *inner}))
         first = self._next_multiple(start[:-1], after=True)

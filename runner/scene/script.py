@@ -19,12 +19,8 @@ from slipmode.rom.errors import SlipmodeError
 class Script:
     """A piecewise linear function of time, constant before and after its breakpoints.
 
-    Two breakpoints at the same time are a jump, at which the function has the second value.
-
-    Raises
-    ------
-    SlipmodeError
-        If there is no breakpoint, they are unsorted, or more than two have the same time.
+    Two breakpoints at the same time are a jump, at which the function has the second value. Raises
+    SlipmodeError if there is no breakpoint, they are unsorted, or three have the same time.
     """
 
     times: tuple[float, ...]  # Breakpoint times [s], ascending, each at most twice

@@ -5,20 +5,22 @@ Times are in s, frequencies in rad/s, forces in N, displacements in m.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import ElasticLaw
+from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.script import Script
 
 
@@ -65,15 +67,6 @@ class MatrixFile:
 
 
 @dataclass(frozen=True)
-class RigidFriction:
-    """A rigid friction law: limit mu N [N], one for all contacts or one each; alpha [m/s]."""
-
-    law: Literal["tanh", "coulomb"]
-    limit: float | tuple[float, ...]
-    alpha: float | None
-
-
-@dataclass(frozen=True)
 class ContactGroup:
     """Elastic contacts with one law, and their contact DOFs; None: all contact DOFs."""
 
@@ -90,33 +83,30 @@ class StaticForce:
     def vector(self, n_dofs: int) -> Floats:
         """Return the force as an (n,) vector.
 
-        Raises
-        ------
-        SlipmodeError
-            If the structure has another number of DOFs, or the file holds no such force.
+        Raises SlipmodeError if the number of DOFs is another one, or the file has no such force.
         """
-        if isinstance(self.force, Mapping):
-            if max(self.force) >= n_dofs:
+        force: Any = self.force
+        if isinstance(force, Path):
+            try:
+                force = np.asarray(np.load(force, allow_pickle=False), dtype=float)
+            except (OSError, ValueError, TypeError, EOFError):
                 raise SlipmodeError(
-                    f"preload.dof: must be 0 to {n_dofs - 1}, got {max(self.force)}"
-                )
-            return force_vector(self.force, n_dofs)
-        given = np.array(self.force) if isinstance(self.force, tuple) else _stored(self.force)
-        if given.shape != (n_dofs,):
-            raise SlipmodeError(
-                f"preload.vector: must have {n_dofs} numbers, one per DOF, got "
-                f"{' x '.join(map(str, given.shape))}"
-            )
-        return force_vector(given, n_dofs, "preload.vector")
+                    f"preload.vector: must be an .npy file of one number per DOF: {str(force)!r}"
+                ) from None
+        return _force_vector("preload", force, n_dofs)
 
 
-def _stored(path: Path) -> Floats:
-    try:
-        return np.asarray(np.load(path, allow_pickle=False), dtype=float)
-    except (OSError, ValueError, TypeError, EOFError):
-        raise SlipmodeError(
-            f"preload.vector: must be an .npy file of one number per DOF: {str(path)!r}"
-        ) from None
+def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: int) -> Floats:
+    """Return a force on some DOFs, or on every DOF, as an (n,) vector; refusals name the key."""
+    if isinstance(force, Mapping):
+        if max(force) >= n:
+            raise SlipmodeError(f"{table}.dof: must be 0 to {n - 1}, got {max(force)}")
+        return force_vector(force, n)
+    given = np.array(force)
+    if given.shape != (n,):
+        shape = " x ".join(map(str, given.shape))
+        raise SlipmodeError(f"{table}.vector: must have {n} numbers, one per DOF, got {shape}")
+    return force_vector(given, n, f"{table}.vector")
 
 
 @dataclass(frozen=True)
@@ -127,9 +117,9 @@ class Modes:
     B: int | None
 
     @property
-    def numbers(self) -> tuple[int, ...]:
-        """(A,) or (A, B)."""
-        return (self.A,) if self.B is None else (self.A, self.B)
+    def numbers(self) -> dict[Mode, int]:
+        """The number of mode "A", and of "B" if there is one."""
+        return {"A": self.A} if self.B is None else {"A": self.A, "B": self.B}
 
 
 @dataclass(frozen=True)
@@ -145,26 +135,11 @@ class Forcing:
     def vector(self, n_dofs: int) -> Floats:
         """Return the pattern as an (n,) vector: a unit vector if it was given as a DOF.
 
-        Raises
-        ------
-        SlipmodeError
-            If the structure has no such DOF, or another number of them.
+        Raises SlipmodeError if the structure has no such DOF, or another number of them.
         """
-        if isinstance(self.pattern, tuple):
-            if len(self.pattern) != n_dofs:
-                raise SlipmodeError(
-                    f"forcing.{self.mode}.vector: must have {n_dofs} numbers, one per DOF, "
-                    f"got {len(self.pattern)}"
-                )
-            return np.array(self.pattern)
-        assert isinstance(self.pattern, int)  # `Scene.located` has replaced nodes
-        if self.pattern >= n_dofs:
-            raise SlipmodeError(
-                f"forcing.{self.mode}.dof: must be 0 to {n_dofs - 1}, got {self.pattern}"
-            )
-        unit = np.zeros(n_dofs)
-        unit[self.pattern] = 1.0
-        return unit
+        assert not isinstance(self.pattern, NodeDof)  # `Scene.located` has replaced nodes
+        pattern = {self.pattern: 1.0} if isinstance(self.pattern, int) else self.pattern
+        return _force_vector(f"forcing.{self.mode}", pattern, n_dofs)
 
 
 @dataclass(frozen=True)
@@ -228,40 +203,25 @@ class Scene:
 
     Attributes
     ----------
-    title : str
-    structure : TwoMass or MatrixFile
-    friction : RigidFriction or None
-        The law of rigid contacts; None if they are elastic.
-    contacts : tuple of ContactGroup
-        Elastic contacts, group by group; empty if they are rigid.
-    preload : StaticForce or None
-        The force that presses contacts together, or opens them, at rest.
+    title, text, path, name
+        Title, TOML source, file (or None), and the file's name without its ending.
+    structure, friction, contacts, preload
+        Its matrices; the law of rigid contacts, or None; groups of elastic contacts, or (); the
+        force that presses contacts together, or opens them, at rest, or None.
     limit_scale : Script or None
         Factor on limits and preloads over time; None: they are constant.
     modes : Modes
-    forcing : mapping of "A", "B" to Forcing
-        The forced modes only.
-    initial : mapping of "A", "B" to complex
-        Modal amplitudes at t = 0; a mode that is absent starts from rest.
-    aerodynamics : mapping of "A", "B" to complex
-        Aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`; 0 of an absent mode.
-    run : Run
-    model : ModelOptions
-    contact : tuple of Window
-        Windows of contact motion, with the motion of the elastic DOFs; in time order.
-    elastic : tuple of Window
-        Windows of the elastic DOFs alone; in time order. No window overlaps another.
-    output : Output
-    log : Log
-    text : str
-        The TOML source.
+    forcing, initial, aerodynamics : mapping of "A", "B"
+        Forces, of forced modes only; modal amplitudes at t = 0, of modes that do not start from
+        rest; aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`.
+    run, model : Run, ModelOptions
+    contact, elastic : tuple of Window
+        Windows of contact motion, with the motion of the elastic DOFs, and of the elastic DOFs
+        alone; in time order. No window overlaps another.
+    output, log : Output, Log
     units : Units
         Units of frequencies in the file, and of pictures and tables. Frequencies here are in
         rad/s.
-    path : Path or None
-        The file of the scene.
-    name : str
-        The file's name without its ending.
     """
 
     title: str

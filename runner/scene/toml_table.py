@@ -1,4 +1,4 @@
-"""Tables of a TOML file: declared as sections of keys, read and refused by these declarations."""
+"""Tables of a TOML file: declared as sections of keys, read by these declarations, and written."""
 
 from __future__ import annotations
 
@@ -69,19 +69,11 @@ class Section:
 
 
 class Table:
-    """A TOML table; a table that is absent reads as an empty one.
+    """A TOML table at a path such as "forcing.A"; a table that is absent reads as an empty one.
 
     `table[name]` is the checked value of a key or its default; for a section it is the `Table`, or
-    the list of tables of an array. Every refusal is a SlipmodeError `full.key: what is allowed`.
-
-    Parameters
-    ----------
-    content : Mapping
-        The table as tomllib returns it.
-    section : Section
-        Its declaration; any other key is refused at once.
-    path : str
-        The table's place in the file, "forcing.A"; empty for the file itself.
+    the list of tables of an array. Every refusal is a SlipmodeError `full.key: what is allowed`;
+    keys that the section does not declare are refused at once.
     """
 
     def __init__(self, content: Mapping[str, Any], section: Section, path: str = "") -> None:
@@ -180,3 +172,33 @@ def did_you_mean(name: str, allowed: Iterable[str]) -> str:
     """Return a question that names the allowed word closest to another one, or nothing."""
     close = difflib.get_close_matches(name, list(allowed), n=1)
     return f"did you mean {close[0]}?" if close else ""
+
+
+def toml_text(content: Mapping[str, Any]) -> str:
+    """Return a document that reads as `content`: strings, numbers, booleans, lists and tables."""
+    return "\n".join(_lines(content, "")).strip() + "\n"
+
+
+def _lines(table: Mapping[str, Any], path: str) -> Iterator[str]:
+    """Yield values first: all that follows a header belongs to its table."""
+    below = []
+    for key, value in table.items():
+        if isinstance(value, Mapping) or _is_array_of_tables(value):
+            below.append((f"{path}{quoted(key)}", value))
+        else:
+            yield f"{quoted(key)} = {_value(value)}"
+    for name, value in below:
+        tables = [value] if isinstance(value, Mapping) else value
+        for each in tables:
+            yield f"\n[{name}]" if isinstance(value, Mapping) else f"\n[[{name}]]"
+            yield from _lines(each, f"{name}.")
+
+
+def _is_array_of_tables(value: Any) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value) if isinstance(value, float) else json.dumps(value, default=str)

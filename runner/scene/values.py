@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
-
-_LARGEST_INTEGER = 2**63 - 1  # TOML 1.0 guarantees 64 bits
 
 
 @dataclass(frozen=True)
@@ -46,10 +43,6 @@ class Kind:
     # full name of the key.
     read: Callable[[str, Any], Any] = field(repr=False)
 
-    def named(self, words: str) -> Kind:
-        """Return this kind with other words in the documentation."""
-        return replace(self, words=words)
-
 
 def choice(*allowed: str) -> Kind:
     """Return the kind of a string out of a few."""
@@ -63,49 +56,123 @@ def choice(*allowed: str) -> Kind:
     return Kind("string", listed, read)
 
 
+def anything() -> Kind:
+    """Return the kind of a value that its reader checks."""
+    return Kind("any value", "", lambda name, value: value)
+
+
+def text() -> Kind:
+    """Return the kind of a line of text."""
+
+    def read(name: str, value: Any) -> str:
+        if not isinstance(value, str):
+            raise SlipmodeError(f"{name}: must be a string, got {shown(value)}")
+        return checked_line(name, value)
+
+    return Kind("string", "", read)
+
+
+def boolean() -> Kind:
+    """Return the kind of true or false."""
+
+    def read(name: str, value: Any) -> bool:
+        if not isinstance(value, bool):
+            raise SlipmodeError(f"{name}: must be true or false, got {shown(value)}")
+        return value
+
+    return Kind("boolean", "", read)
+
+
 def number(rule: Rule = FINITE) -> Kind:
     """Return the kind of a finite number."""
-    return Kind("number", rule.text, partial(_number, rule))
+
+    def read(name: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise SlipmodeError(f"{name}: must be a number ({rule.text}), got {shown(value)}")
+        try:
+            found = float(value)
+        except OverflowError:
+            found = math.inf
+        allowed = rule.text
+        if math.isfinite(found) and rule.holds(found):
+            if found == 0.0 or SMALLEST <= abs(found) <= LARGEST:
+                return found
+            allowed = ALLOWED
+        raise SlipmodeError(f"{name}: must be {allowed}, got {shown(value)}")
+
+    return Kind("number", rule.text, read)
+
+
+def _is_integer(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def integer(rule: Rule = NON_NEGATIVE) -> Kind:
     """Return the kind of a whole number."""
-    return Kind("integer", rule.text, partial(_integer, rule))
+
+    def read(name: str, value: Any) -> int:
+        fits = _is_integer(value) and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
+        if not (fits and rule.holds(value)):
+            raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {shown(value)}")
+        return int(value)
+
+    return Kind("integer", rule.text, read)
+
+
+def integers() -> Kind:
+    """Return the kind of a list of whole numbers from 0."""
+    return _list_of(integer(), "list of integers")
 
 
 def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:
     """Return the kind of a list of numbers: `length` of them, or at least one."""
     words = "list of numbers" if length is None else f"list of {length} numbers"
-    return Kind(words, rule.text, partial(_numbers, rule, length))
+    kind = _list_of(number(rule), words)
+
+    def read(name: str, value: Any) -> tuple[float, ...]:
+        if isinstance(value, list) and len(value) != (length or max(len(value), 1)):
+            raise SlipmodeError(f"{name}: must be a {words}, got {len(value)}")
+        return tuple(kind.read(name, value))
+
+    return Kind(words, rule.text, read)
 
 
 def one_or_each(rule: Rule, of: str = "contact") -> Kind:
     """Return the kind of a number, or a list of one number per contact."""
-    return _either(number(rule), numbers(rule), f"number, or list of one per {of}")
+    return either(number(rule), numbers(rule), f"number, or list of one per {of}")
 
 
 def script(rule: Rule = FINITE) -> Kind:
     """Return the kind of a number, or breakpoints [[t, value], ...], read as a `Script`."""
-    constant = Kind("", rule.text, lambda name, value: Script.constant(_number(rule, name, value)))
-    breakpoints = Kind("", rule.text, partial(_breakpoints, rule))
-    return _either(constant, breakpoints, "number, or breakpoints [[t, value], ...]")
+    one, pair = number(rule), numbers(length=2)
+
+    def read(name: str, value: Any) -> Script:
+        if not isinstance(value, list):
+            return Script.constant(one.read(name, value))
+        points = [pair.read(f"{name}[{i}]", point) for i, point in enumerate(value)]
+        for i, (_, reached) in enumerate(points):
+            one.read(f"{name}[{i}]", reached)
+        try:
+            return Script.through(points)
+        except SlipmodeError as error:
+            raise SlipmodeError(f"{name}: {error}") from error
+
+    return Kind("number, or breakpoints [[t, value], ...]", rule.text, read)
 
 
 def node_dofs(forms: str, lengths: Collection[int]) -> Kind:
     """Return the kind of a list of DOFs, each a list of nodes that ends with a direction."""
 
-    def read(name: str, value: Any) -> tuple[tuple[int | str, ...], ...]:
-        rows = _list(name, value, f"a list of {forms}")
-        for row in rows:
-            valid = isinstance(row, list) and len(row) in lengths and isinstance(row[-1], str)
-            if not (valid and all(_is_integer(node) for node in row[:-1])):
-                raise SlipmodeError(f"{name}: must be {forms}, got {shown(row)}")
-        return tuple(map(tuple, rows))
+    def read(name: str, row: Any) -> tuple[int | str, ...]:
+        valid = isinstance(row, list) and len(row) in lengths and isinstance(row[-1], str)
+        if not (valid and all(_is_integer(node) for node in row[:-1])):
+            raise SlipmodeError(f"{name.rpartition('[')[0]}: must be {forms}, got {shown(row)}")
+        return tuple(row)
 
-    return Kind(f"list of {forms}", "", read)
+    return _list_of(Kind(forms, "", read), f"list of {forms}")
 
 
-def _either(single: Kind, several: Kind, words: str) -> Kind:
+def either(single: Kind, several: Kind, words: str) -> Kind:
     """Return the kind that reads a list as `several` and anything else as `single`."""
 
     def read(name: str, value: Any) -> Any:
@@ -114,69 +181,15 @@ def _either(single: Kind, several: Kind, words: str) -> Kind:
     return Kind(words, single.allowed, read)
 
 
-def _text(name: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise SlipmodeError(f"{name}: must be a string, got {shown(value)}")
-    return checked_line(name, value)
+def _list_of(item: Kind, words: str) -> Kind:
+    """Return the kind of a list of items, read as a tuple."""
 
+    def read(name: str, value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list):
+            raise SlipmodeError(f"{name}: must be a {words}, got {shown(value)}")
+        return tuple(item.read(f"{name}[{i}]", each) for i, each in enumerate(value))
 
-def _boolean(name: str, value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise SlipmodeError(f"{name}: must be true or false, got {shown(value)}")
-    return value
-
-
-def _number(rule: Rule, name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise SlipmodeError(f"{name}: must be a number ({rule.text}), got {shown(value)}")
-    try:
-        found = float(value)
-    except OverflowError:
-        found = math.inf
-    if not (math.isfinite(found) and rule.holds(found)):
-        raise SlipmodeError(f"{name}: must be {rule.text}, got {shown(value)}")
-    if not (found == 0.0 or SMALLEST <= abs(found) <= LARGEST):
-        raise SlipmodeError(f"{name}: must be {ALLOWED}, got {shown(value)}")
-    return found
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def _integer(rule: Rule, name: str, value: Any) -> int:
-    if not (_is_integer(value) and abs(value) <= _LARGEST_INTEGER and rule.holds(value)):
-        raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {shown(value)}")
-    return int(value)
-
-
-def _integers(name: str, value: Any) -> tuple[int, ...]:
-    found = enumerate(_list(name, value, "a list of integers"))
-    return tuple(_integer(NON_NEGATIVE, f"{name}[{i}]", each) for i, each in found)
-
-
-def _numbers(rule: Rule, length: int | None, name: str, value: Any) -> tuple[float, ...]:
-    wanted = "a list of numbers" if length is None else f"a list of {length} numbers"
-    found = _list(name, value, wanted)
-    if not found or (length is not None and len(found) != length):
-        raise SlipmodeError(f"{name}: must be {wanted}, got {len(found)}")
-    return tuple(_number(rule, f"{name}[{i}]", each) for i, each in enumerate(found))
-
-
-def _breakpoints(rule: Rule, name: str, value: list[Any]) -> Script:
-    points = [_numbers(FINITE, 2, f"{name}[{i}]", point) for i, point in enumerate(value)]
-    for i, (_, reached) in enumerate(points):
-        _number(rule, f"{name}[{i}]", reached)
-    try:
-        return Script.through(points)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{name}: {error}") from error
-
-
-def _list(name: str, value: Any, wanted: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise SlipmodeError(f"{name}: must be {wanted}, got {shown(value)}")
-    return value
+    return Kind(words, item.allowed, read)
 
 
 def shown(value: Any) -> str:
@@ -186,11 +199,3 @@ def shown(value: Any) -> str:
     except ValueError:  # Python refuses to print integers of thousands of digits
         text = "a huge number"
     return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-ANY = Kind("any value", "", lambda name, value: value)
-TEXT = Kind("string", "", _text)
-BOOLEAN = Kind("boolean", "", _boolean)
-INTEGERS = Kind("list of integers", NON_NEGATIVE.text, _integers)
-INTEGER_OR_INTEGERS = _either(integer(), INTEGERS, "integer, or list of integers")
-TEXT_OR_NUMBERS = _either(TEXT, numbers(), "list of numbers, or string")

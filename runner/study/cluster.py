@@ -27,8 +27,6 @@ SETTINGS: dict[str, Any] = {
 # Workers are copies of one process that has imported these. Other systems have no fork server, or
 # libraries that must not be copied once they are loaded (macOS).
 _FORKSERVER = sys.platform == "linux"
-_PRELOADED = ["distributed.nanny", "slipmode.runner.study.foreman"]
-_BLAS_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def prepare_workers() -> None:
@@ -38,8 +36,9 @@ def prepare_workers() -> None:
     from multiprocessing import forkserver
 
     # Dask gives each worker one thread of BLAS, but only after the fork, which is too late
-    own = {name: "1" for name in _BLAS_THREADS if name not in os.environ}
-    forkserver.set_forkserver_preload(_PRELOADED)
+    threads = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+    own = {name: "1" for name in threads if name not in os.environ}
+    forkserver.set_forkserver_preload(["distributed.nanny", "slipmode.runner.study.foreman"])
     os.environ.update(own)
     try:
         forkserver.ensure_running()
@@ -52,10 +51,7 @@ def prepare_workers() -> None:
 def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     """Yield a client of processes that work on tasks.
 
-    Raises
-    ------
-    SlipmodeError
-        If a scheduler does not answer, or has no workers.
+    Raises SlipmodeError if a scheduler does not answer, or has no workers.
     """
     distributed, config = extra("distributed", "study"), extra("dask.config", "study")
     settings = dict(SETTINGS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from math import prod
 from typing import Any
 
@@ -12,22 +11,18 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.scene_keys import is_limit, is_load
 from slipmode.runner.study.study_file import Distribution, Sampling, Study
 
-_SMALLEST = 1e-12  # probability cut off at both ends: the quantiles of 0 and 1 may be infinite
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class Design:
     """Samples, numbered from 0."""
 
     keys: tuple[str, ...]  # The keys that vary, in the order of the study
     # The value of each key; arrays of objects if some values are no numbers
     columns: tuple[NDArray[Any], ...]
-
-    __repr__ = short_repr
 
     @property
     def samples(self) -> int:
@@ -84,7 +79,8 @@ def _draws(distributions: list[Distribution], sampling: Sampling) -> Floats:
     """Return values of keys with distributions, (draws, keys)."""
     if not distributions:
         return np.zeros((1, 0))
-    part = np.clip(_unit_cube(len(distributions), sampling), _SMALLEST, 1.0 - _SMALLEST)
+    # the quantiles of 0 and 1 may be infinite
+    part = np.clip(_unit_cube(len(distributions), sampling), 1e-12, 1.0 - 1e-12)
     return np.column_stack([each.quantile(part[:, k]) for k, each in enumerate(distributions)])
 
 
@@ -96,12 +92,12 @@ def _unit_cube(keys: int, sampling: Sampling) -> Floats:
         warnings.simplefilter("ignore")  # that numbers other than powers of 2 are not balanced
         if sampling.method == "saltelli":
             sample = extra("SALib.sample.sobol", "study").sample
-            drawn = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
+            parts = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
         elif sampling.method == "latin-hypercube":
-            drawn = qmc.LatinHypercube(keys, rng=seed).random(samples)
+            parts = qmc.LatinHypercube(keys, rng=seed).random(samples)
         else:
-            drawn = qmc.Sobol(keys, rng=seed).random(samples)
-    return np.asarray(drawn, dtype=float)
+            parts = qmc.Sobol(keys, rng=seed).random(samples)
+    return np.asarray(parts, dtype=float)
 
 
 def unit_problem(keys: int) -> dict[str, Any]:

@@ -1,9 +1,10 @@
-"""Handing out the tasks of a study to a Dask client, and collecting their results."""
+"""The tasks of a study, handed out to a Dask client; their results."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,63 @@ from numpy.typing import NDArray
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
+from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.outputs.batch import Batch, compute
-from slipmode.runner.study.scene_model import LAST_STEP, Samples, SceneModel, one_line
-from slipmode.runner.study.tasks import Task
+from slipmode.runner.study.sample_outputs import Batch
+from slipmode.runner.study.scene_keys import is_limit, is_load
+from slipmode.runner.study.scene_model import (
+    LAST_STEP,
+    Samples,
+    SceneModel,
+    one_line,
+    without_loads,
+)
 
-_PER_WORKER = 3  # tasks that wait or run: enough that no worker waits, few enough for memory
+# Samples of a task. To hand a task out costs some ms, which is little per sample at these sizes
+# (`make bench-study`); smaller ones spread the work better.
+AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class Task:
+    """Samples from `start` to before `stop`; `group` is the range of samples with their model."""
+
+    start: int
+    stop: int
+    group: tuple[int, int]
+
+
+def make_tasks(samples: Samples, design: Design) -> Iterator[Task]:
+    """Yield all batches of a study, in the order of its samples."""
+    outputs = samples.outputs
+    most = AT_ONCE
+    if outputs.recording:
+        most = 5
+    elif outputs.runs:
+        most = 50
+    starts = [*np.flatnonzero(_changes(samples, design)).tolist(), design.samples]
+    for first, end in pairwise(starts):
+        for start in range(first, end, most):
+            yield Task(start, min(start + most, end), (first, end))
+
+
+def _changes(samples: Samples, design: Design) -> NDArray[np.bool_]:
+    """Return which samples have another model than the sample before."""
+    changes = np.zeros(design.samples, dtype=bool)
+    changes[0] = True
+    for key, column in zip(design.keys, design.columns, strict=True):
+        if not (is_limit(key) or is_load(key)):
+            changes[1:] |= [bool(a != b) for a, b in zip(column[1:], column[:-1], strict=True)]
+    if any(map(is_limit, design.keys)):
+        # only a common factor on all limits keeps the model
+        before = None
+        for first in range(0, design.samples, 4096):  # scenes in memory at once
+            block = design.part(slice(first, first + 4096))
+            for k, content in enumerate(samples.contents(block), start=first):
+                now = without_loads(content)
+                changes[k] |= now != before
+                before = now
+    return changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,14 +83,7 @@ class _Work:
 
 
 class Foreman:
-    """Hands out tasks, repeats samples on larger friction tables, and passes on what is finished.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    samples : Samples
-    design : Design
-    """
+    """Hands out tasks, repeats samples on larger friction tables, and passes on what is done."""
 
     def __init__(self, client: Any, samples: Samples, design: Design) -> None:
         self._client = client
@@ -49,18 +94,17 @@ class Foreman:
         self._at_work: dict[str, _Work] = {}
 
     def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
-        """Compute all tasks, and call `finished` for each of them.
+        """Compute all tasks with a `distributed.Client`, and call `finished` for each of them.
 
-        Raises
-        ------
-        SlipmodeError
-            If the connection to the scheduler is lost; and all that `finished` raises.
+        Raises SlipmodeError if the connection to the scheduler is lost.
         """
         completed = extra("distributed", "study").as_completed(loop=self._client.loop)
-        most = most_at_once(self._client)
+        # enough that no worker waits, few enough for memory
+        most = 3 * max(2, len(self._client.nthreads()))
         for task in tasks:
-            batch = Batch.empty(self._samples, task.stop - task.start)
-            completed.add(self._submit(_Work(task, batch, range(task.stop - task.start))))
+            count = task.stop - task.start
+            batch = Batch.empty(self._samples.outputs, self._samples.modes, count)
+            completed.add(self._submit(_Work(task, batch, range(count))))
             groups = {work.task.group for work in self._at_work.values()}
             self._shared = {group: self._shared[group] for group in groups}
             while len(self._at_work) >= most:
@@ -95,8 +139,10 @@ class Foreman:
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
             if not may_grow or work.step >= LAST_STEP:
+                why = "the amplitudes grow without bound; give structure.damping a value > 0"
                 for place in outside:
-                    work.batch.reason[place] = _outside(may_grow, work.batch.reason[place])
+                    own = f"{work.batch.reason[place]}; leave out model.amplitude, and it is found"
+                    work.batch.reason[place] = f"forcing: {why}" if may_grow else own
                 outside = []
         elif future.status == "error":
             for place in work.places:
@@ -110,18 +156,6 @@ class Foreman:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
             finished(work.task, work.batch)
-
-
-def most_at_once(client: Any) -> int:
-    """Return how many tasks wait or run at a time."""
-    return _PER_WORKER * max(2, len(client.nthreads()))
-
-
-def _outside(may_grow: bool, reason: str) -> str:
-    """Return why a sample has no result that is outside the largest table."""
-    if not may_grow:
-        return f"{reason}; leave out model.amplitude, and it is found"
-    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
 
 
 def _model(shared: SceneModel, step: int) -> Model:

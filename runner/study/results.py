@@ -18,13 +18,12 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import PART
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.foreman import AT_ONCE, Task
+from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import declared
 from slipmode.runner.study.study_file import Study
-from slipmode.runner.study.tasks import AT_ONCE, Task
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
-_DIGEST = "study_digest"
 _EVERY = 1.0  # [s] between writings: a machine that stops loses results of about a second
 # Samples and bytes of a chunk: a chunk that is not full is written anew each time.
 _CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20
@@ -33,17 +32,8 @@ _CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20
 class Results:
     """The results of a study on disk; results that were written stay, whatever happens.
 
-    Parameters
-    ----------
-    path : Path
-        The Zarr group. It is made if missing, and continued if it is of the same study.
-    study : Study
-    design : Design
-
-    Raises
-    ------
-    SlipmodeError
-        If it holds something else, or cannot be written.
+    The Zarr group at `path` is made if missing, and continued if it is of the same study. Raises
+    SlipmodeError if it holds something else, or cannot be written.
     """
 
     def __init__(self, path: Path, study: Study, design: Design) -> None:
@@ -54,7 +44,7 @@ class Results:
                 _create(zarr, path, study, design)
             try:
                 group = zarr.open_group(path, mode="r+")
-                digest = group.attrs.get(_DIGEST)
+                digest = group.attrs.get("study_digest")
             except (FileNotFoundError, ValueError):
                 digest = None
         if digest is None:
@@ -134,7 +124,7 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
     group = zarr.create_group(unfinished)
     group.attrs.update(
         {
-            _DIGEST: study.digest,
+            "study_digest": study.digest,
             "title": study.title,
             "study": study.text,
             "scene": study.scene.text,
@@ -142,7 +132,8 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
             "kg^1/2 m": "unit of modal amplitudes, x = 2 Re sum mode_shape a exp(i theta)",
         }
     )
-    results = study.outputs.results(study.modes)
+    modes = tuple(study.scene.modes.numbers)
+    results = study.outputs.results(modes)
     rows, largest = design.samples, max((8 * prod(r.shape) for r in results), default=8)
     chunk = min(rows, _CHUNK, max(_CHUNK_BYTES // largest, 1))
 
@@ -159,7 +150,7 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
         return array
 
     units, outputs = study.scene.units, study.outputs
-    coordinates = {"mode": np.array(study.modes, dtype=object)}
+    coordinates = {"mode": np.array(modes, dtype=object)}
     if outputs.dofs:
         coordinates["dof"] = np.array(outputs.dofs)
     if outputs.times:

@@ -15,18 +15,8 @@ Content = dict[str, Any]
 def check_key(name: str, path: str, content: Content) -> None:
     """Refuse a key that scenes do not have, or an element that this scene does not have.
 
-    Parameters
-    ----------
-    name : str
-        The key of the study that the refusal is about: "vary[0].key".
-    path : str
-    content : dict
-        The scene, as parsed.
-
-    Raises
-    ------
-    SlipmodeError
-        With the names that are allowed instead.
+    `name` is the key of the study that the refusal is about, "vary[0].key"; `content` is the
+    scene, as parsed. The SlipmodeError lists the names that are allowed instead.
     """
     part: Key | Section = SCENE
     below: Any = content

@@ -17,16 +17,16 @@ import numpy as np
 from slipmode.rom import Model, Structure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import MatrixFile, Scene, TwoMass
-from slipmode.runner.scene.toml_writer import toml_text
+from slipmode.runner.scene.toml_table import toml_text
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.outputs.outputs import Outputs
+from slipmode.runner.study.sample_outputs import Outputs
 from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 
@@ -73,7 +73,7 @@ class Samples:
         return scene
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SceneModel:
     """What samples of one model share, without the friction tables.
 
@@ -89,19 +89,12 @@ class SceneModel:
     detuned: bool  # Whether forcing frequencies differ between the samples
     may_grow: bool  # Whether there are larger tables: not if the scene gives model.amplitude
 
-    __repr__ = short_repr
-
     @classmethod
     def of(cls, samples: Samples, design: Design) -> SceneModel:
         """Return the model of samples that differ in loads and in a factor on limits.
 
         The plan is made for loads in the middle of their ranges, or, if this is refused, for the
-        study's own loads.
-
-        Raises
-        ------
-        SlipmodeError
-            If neither scene has a plan.
+        study's own loads. Raises SlipmodeError if neither scene has a plan.
         """
         contents, frequencies = _representatives(samples, design)
         plan = _first_plan(samples, contents)
@@ -125,10 +118,7 @@ class SceneModel:
     def model(self, step: int) -> Model:
         """Return the model with the table of a step, numbered from 0.
 
-        Raises
-        ------
-        SlipmodeError
-            If the contact problem has no solution at such amplitudes.
+        Raises SlipmodeError if the contact problem has no solution at such amplitudes.
         """
         model, _ = cached_model(
             self.excited.reduced,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -10,18 +9,17 @@ from typing import Any
 from tqdm import tqdm
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman
-from slipmode.runner.study.outputs.batch import Batch
+from slipmode.runner.study.foreman import Foreman, Task, make_tasks
 from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
-from slipmode.runner.study.tasks import Task, make_tasks
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class StudyResults:
     """The results of a study.
 
@@ -41,8 +39,6 @@ class StudyResults:
     found: int
     failed: int
 
-    __repr__ = short_repr
-
     def dataset(self) -> Any:
         """Return an xarray Dataset over the dimension "sample", read when values are needed."""
         return open_results(self.path)
@@ -58,6 +54,9 @@ def run_study(
 ) -> StudyResults:
     """Compute the samples of a study that have no results yet.
 
+    Raises SlipmodeError if study or scene are refused, the scheduler does not answer, or the
+    folder holds something else or cannot be written. What was computed until then stays.
+
     Parameters
     ----------
     path : path
@@ -72,16 +71,6 @@ def run_study(
     progress : bool
         Show the number of samples with results, and the remaining time.
 
-    Returns
-    -------
-    StudyResults
-
-    Raises
-    ------
-    SlipmodeError
-        If study or scene are refused, the scheduler does not answer, or the folder holds
-        something else or cannot be written. What was computed until then stays.
-
     Notes
     -----
     The local processes are started anew: a script that calls this has to do it below
@@ -93,7 +82,8 @@ def run_study(
     folder = Path(output)
     design = make_design(study)
     recordings = (folder / study.name).resolve() if study.outputs.recording else None
-    samples = Samples(study.content, study.folder, study.modes, study.outputs, recordings)
+    modes = tuple(study.scene.modes.numbers)
+    samples = Samples(study.content, study.folder, modes, study.outputs, recordings)
     _refuse_hopeless(samples, design)
     path_of_results = folder / f"{study.name}.zarr"
     results = Results(path_of_results, study, design)

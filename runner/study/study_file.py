@@ -7,7 +7,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field
-from functools import cached_property
 from math import log
 from os import PathLike
 from pathlib import Path
@@ -20,41 +19,36 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
-from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene, read_text
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.toml_table import Key, Section, Table
 from slipmode.runner.scene.values import (
-    ANY,
-    BOOLEAN,
     FINITE,
-    INTEGERS,
     NON_NEGATIVE,
     POSITIVE,
-    TEXT,
     Kind,
     Rule,
+    anything,
     between,
+    boolean,
     choice,
     integer,
+    integers,
     number,
     numbers,
+    text,
 )
-from slipmode.runner.study.outputs.outputs import Curve, Outputs
+from slipmode.runner.study.sample_outputs import Curve, Outputs
 from slipmode.runner.study.scene_keys import Content, check_key, get, with_value
 
-_FILE_KEYS = ("structure.matrices", "structure.mass", "preload.vector")
-_RANGE = ("from", "to", "points", "spacing")
 DISTRIBUTIONS = {
     "uniform": ("low", "high"),
     "loguniform": ("low", "high"),
     "normal": ("mean", "deviation"),
     "lognormal": ("median", "sigma"),
 }
-METHODS = ("grid", "list", "sobol", "latin-hypercube", "saltelli")
 _MANY = 10**7  # samples are kept as columns in memory: 80 MB each at this number
 _AT_LEAST_ONE = Rule(">= 1", lambda value: 1 <= value <= _MANY)
-_LARGEST_SIGMA = log(1e6)  # a larger one is hardly meant: the median times or by a million
 
 
 def _key(name: str, kind: Kind, default: Any = None) -> Key:
@@ -63,12 +57,12 @@ def _key(name: str, kind: Kind, default: Any = None) -> Key:
 
 # fmt: off
 STUDY = Section("", "", (
-    _key("title", TEXT, ""),
-    _key("scene", TEXT, MISSING),
-    _key("set", ANY, {}),
+    _key("title", text(), ""),
+    _key("scene", text(), MISSING),
+    _key("set", anything(), {}),
     Section("vary", "", (
-        _key("key", TEXT, MISSING),
-        _key("values", ANY),
+        _key("key", text(), MISSING),
+        _key("values", anything()),
         _key("from", number(), MISSING),
         _key("to", number(), MISSING),
         _key("points", integer(_AT_LEAST_ONE), MISSING),
@@ -78,27 +72,27 @@ STUDY = Section("", "", (
           for name in dict.fromkeys(name for names in DISTRIBUTIONS.values() for name in names)),
     ), is_array=True),
     Section("sampling", "", (
-        _key("method", choice(*METHODS)),
+        _key("method", choice("grid", "list", "sobol", "latin-hypercube", "saltelli")),
         _key("samples", integer(_AT_LEAST_ONE), MISSING),
         _key("seed", integer(), 0),
     )),
     Section("outputs", "", (
-        _key("steady", BOOLEAN, False),
-        _key("resonance", ANY),
+        _key("steady", boolean(), False),
+        _key("resonance", anything()),
         Section("curve", "", (
-            _key("mode", TEXT, MISSING),
+            _key("mode", text(), MISSING),
             _key("from", number(POSITIVE), MISSING),
             _key("to", number(POSITIVE), MISSING),
             _key("points", integer(between(2, _MANY)), MISSING),
         )),
-        _key("peak", BOOLEAN, False),
+        _key("peak", boolean(), False),
         _key("times", numbers(NON_NEGATIVE)),
-        _key("recording", BOOLEAN, False),
-        _key("dofs", INTEGERS, []),
+        _key("recording", boolean(), False),
+        _key("dofs", integers(), []),
     )),
     Section("choose", "", (
-        _key("key", TEXT, MISSING),
-        _key("output", TEXT, MISSING),
+        _key("key", text(), MISSING),
+        _key("output", text(), MISSING),
         _key("quantile", number(between(0, 1)), 0.95),
     )),
 ))
@@ -117,13 +111,16 @@ class Distribution:
         from scipy import stats
 
         first, second = self.parameters
-        frozen: Any = {
-            "uniform": lambda: stats.uniform(first, second - first),
-            "loguniform": lambda: stats.loguniform(first, second),
-            "normal": lambda: stats.norm(first, second),
-            "lognormal": lambda: stats.lognorm(second, scale=first),
-        }[self.name]
-        return np.asarray(frozen().ppf(part), dtype=float)
+        match self.name:
+            case "uniform":
+                frozen: Any = stats.uniform(first, second - first)
+            case "loguniform":
+                frozen = stats.loguniform(first, second)
+            case "normal":
+                frozen = stats.norm(first, second)
+            case _:
+                frozen = stats.lognorm(second, scale=first)
+        return np.asarray(frozen.ppf(part), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -169,11 +166,6 @@ class Study:
 
     __repr__ = short_repr
 
-    @cached_property
-    def modes(self) -> tuple[str, ...]:
-        """The modes of the scene."""
-        return MODES[: len(self.scene.modes.numbers)]
-
     @property
     def digest(self) -> str:
         """A hash of everything that the results depend on, files of the scene included."""
@@ -189,7 +181,7 @@ class Study:
     def _files(self) -> list[Path]:
         """Return the files that scenes of the study read, in a fixed order."""
         found = []
-        for key in _FILE_KEYS:
+        for key in ("structure.matrices", "structure.mass", "preload.vector"):
             names = [get(self.content, key)]
             for each in self.varied:
                 if each.key == key and not isinstance(each.values, Distribution):
@@ -203,10 +195,7 @@ class Study:
 def load_study(path: str | PathLike[str]) -> Study:
     """Read a study; its scene is a shipped one, or a file in the same folder.
 
-    Raises
-    ------
-    SlipmodeError
-        Naming the file and the key that is refused.
+    Raises SlipmodeError, naming the file and the key that is refused.
     """
     path = Path(path)
     if not path.exists():
@@ -269,8 +258,10 @@ def _varied(table: Table, name: str, content: Content) -> Varied:
     if len(ways) != 1:
         raise table.error("values", "give one of values, from (to, points), and distribution")
     way = ways[0]
-    own: tuple[str, ...] = {"values": ("values",), "from": _RANGE}.get(way, ())
-    if way == "distribution":
+    own: tuple[str, ...] = ("values",)
+    if way == "from":
+        own = ("from", "to", "points", "spacing")
+    elif way == "distribution":
         own = ("distribution", *DISTRIBUTIONS[table["distribution"]])
     for other in table:
         if other not in ("key", *own):
@@ -302,25 +293,25 @@ def _distribution(table: Table) -> Distribution:
     b = table.read(second, number(FINITE if second == "high" else POSITIVE))
     if second == "high" and b <= a:
         raise table.error(second, f"must be above {first} = {a:g}, got {b:g}")
-    if name == "lognormal" and b > _LARGEST_SIGMA:
+    if name == "lognormal" and b > log(1e6):  # hardly meant: times or by a million
         raise table.error(second, "is the deviation of the logarithm; must be below 13.8")
     return Distribution(name, (a, b))
 
 
 def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
-    drawn = [each for each in varied if isinstance(each.values, Distribution)]
+    random = [each for each in varied if isinstance(each.values, Distribution)]
     lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
-    method = table["method"] or ("sobol" if drawn else "grid")
-    if drawn and method in ("grid", "list"):
-        raise table.error("method", f'"{method}" needs values; {drawn[0].key} has a distribution')
-    if not drawn and method not in ("grid", "list"):
+    method = table["method"] or ("sobol" if random else "grid")
+    if random and method in ("grid", "list"):
+        raise table.error("method", f'"{method}" needs values; {random[0].key} has a distribution')
+    if not random and method not in ("grid", "list"):
         raise table.error("method", f'"{method}" needs a key with a distribution; or use "grid"')
     if method == "saltelli" and lengths:
         raise table.error("method", '"saltelli" needs distributions of all keys')
     for key in ("samples", "seed"):
-        if key in table and not drawn:
+        if key in table and not random:
             raise table.error(key, "goes with distributions; a grid has all its points")
-    samples = table["samples"] if drawn else 1
+    samples = table["samples"] if random else 1
     if method == "list" and len(set(lengths)) > 1:
         raise table.error("method", f'"list" needs as many values of each key, got {lengths}')
     size = float(np.prod([samples, *(lengths[:1] if method == "list" else lengths)], dtype=float))
@@ -330,7 +321,7 @@ def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
 
 
 def _outputs(table: Table, scene: Scene) -> Outputs:
-    modes = MODES[: len(scene.modes.numbers)]
+    modes = tuple(scene.modes.numbers)
     resonance = table["resonance"]
     if resonance is not None and not (
         isinstance(resonance, list) and resonance and set(map(str, resonance)) <= set(modes)

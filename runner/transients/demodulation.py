@@ -16,9 +16,6 @@ from slipmode.rom.arrays import Complexes, Floats
 PERIODS = 4.0
 _DEGREE = 2  # of the polynomial in time
 _LINES = 2  # highest order of the harmonics of both carriers that are fitted with it
-_SINGULAR = 1e-9  # relative, of the squares of the fit: lines that coincide share their part
-_SAME = 1e-9  # of half a window, and [rad]: differences by rounding
-_SEPARATE = 2.0  # bins of the window: lines closer to the slow part belong to it
 
 
 class _Filter(NamedTuple):
@@ -37,7 +34,7 @@ class _Filter(NamedTuple):
         if tau.size != self.tau.size:
             return False
         largest = max(np.abs(tau - self.tau).max(), np.abs(phases - self.phases).max())
-        return bool(largest <= _SAME)
+        return bool(largest <= 1e-9)  # rounding, of half a window and [rad]
 
 
 def window_length(frequency: Floats) -> float:
@@ -49,25 +46,12 @@ def window_length(frequency: Floats) -> float:
 def slow_parts(
     time: Floats, signals: Complexes, angle: Floats, at: Floats, length: float
 ) -> tuple[Complexes, Complexes, Complexes]:
-    """Return values, rates and second derivatives of the slow part of signals (n, k).
+    """Return values, rates and second derivatives (points, k) of the slow part of signals (n, k).
 
-    Around each instant a parabola and harmonics of the carriers are fitted, weighted by a smooth
-    window. Near the ends of the signal the window is shifted.
-
-    Parameters
-    ----------
-    time : (n,) ndarray
-        Evenly spaced, at least `length` long [s].
-    angle : (n, modes) ndarray
-        Angles of the carriers [rad].
-    at : (points,) ndarray
-        Instants in it [s].
-    length : float
-        Window [s].
-
-    Returns
-    -------
-    three (points, k) complex ndarrays
+    Around each instant of `at` (points,) a parabola and harmonics of the carriers are fitted,
+    weighted by a smooth window of some `length` [s]. Near the ends of the signal the window is
+    shifted. Times (n,) are evenly spaced, over at least `length`; `angle` (n, modes) has the
+    angles of the carriers [rad].
     """
     turned, phasors = np.unwrap(angle, axis=0), np.exp(1j * angle)
     real = np.ascontiguousarray(signals).view(float)
@@ -92,7 +76,8 @@ def _filter(tau: Floats, phases: Floats, phasors: Complexes, longer: float) -> _
     """
     lines = _lines(phases.shape[1])
     turned = np.abs(lines @ phases[-1])
-    separate = lines[turned > _SEPARATE * 2.0 * np.pi * longer * (tau[-1] - tau[0])]
+    # a line closer to the slow part than two bins of the window belongs to it
+    separate = lines[turned > 4.0 * np.pi * longer * (tau[-1] - tau[0])]
     powers = [np.ones_like(phasors), phasors, phasors**2]
     columns = [tau**power for power in range(_DEGREE + 1)]
     for order in separate:
@@ -102,7 +87,8 @@ def _filter(tau: Floats, phases: Floats, phasors: Complexes, longer: float) -> _
     basis = np.array(columns)
     weighted = basis * np.cos(0.5 * np.pi * tau) ** 4
     gram, wanted = weighted @ basis.T, np.eye(len(basis), _DEGREE + 1)
-    solution = np.linalg.lstsq(gram, wanted, rcond=_SINGULAR)[0]
+    # lines that coincide share their part
+    solution = np.linalg.lstsq(gram, wanted, rcond=1e-9)[0]
     return _Filter(tau, phases, solution.T @ weighted)
 
 

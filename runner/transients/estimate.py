@@ -17,8 +17,6 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import slow_time_error
 from slipmode.runner.scene.schedule import LIMIT_SCALE, rate_of
 
-_CYCLES_BETWEEN = 10.0  # intervals closer to each other are reported as one
-
 
 class RunError:
     """`TransientError` of a plan, relative to the amplitude range of its friction table."""
@@ -39,13 +37,8 @@ class RunError:
     ) -> Floats:
         """Return the error at the starts of steps, (steps, modes); 1 outside the friction table.
 
-        Parameters
-        ----------
-        amplitude, angle : (steps, modes) ndarray
-        first, stride : int
-            Number of the first step, and the difference of the numbers.
-        rate : (steps, modes) complex ndarray, optional
-            da/dt. Default: from the slow flow.
+        `stride` is the difference of the numbers of the steps. `rate` is da/dt, by default from
+        the slow flow. All of them are (steps, modes).
         """
         schedule = self._plan.schedule
         steps = slice(first, first + stride * len(amplitude), stride)
@@ -71,7 +64,8 @@ class ErrorRecord:
 
     def __init__(self, plan: Plan) -> None:
         self._scene, self._modes = plan.scene, plan.excited.modes
-        self._gap = _CYCLES_BETWEEN * 2.0 * np.pi / plan.excited.reduced.carrier.min()
+        # intervals fewer than ten cycles apart are reported as one
+        self._gap = 20.0 * np.pi / plan.excited.reduced.carrier.min()
         self._largest = np.zeros(len(self._modes))
         self._above: list[tuple[float, float]] = []
 

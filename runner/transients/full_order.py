@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.states import stored_energy
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.runner.motion.record import FastMotion
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import (
@@ -64,23 +65,7 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class FastMotion:
-    """Motion at given times, in slow time or at full order."""
-
-    time: Floats  # (n,) [s]
-    # displacement, velocity, force: (n, N_c): Motion of the contacts [m], [m/s], and force on them
-    # [N]
-    displacement: Floats
-    velocity: Floats
-    force: Floats
-    modal: Floats  # (n, modes): Displacements of the retained modes [kg^1/2 m]
-    elastic: Floats  # (n, dofs): Displacements of the scene's output.elastic [m]
-
-    __repr__ = short_repr
-
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class SlowPart:
     """Slow quantities of a stretch at communication points."""
 
@@ -91,19 +76,11 @@ class SlowPart:
     # stretch [J]
     power: Floats
 
-    __repr__ = short_repr
-
 
 class FullOrder:
     """Full order of a scene, shared by all of its stretches.
 
-    Attributes
-    ----------
-    modes : int
-    window : float
-        Window of demodulation [s].
-    spacing : float
-        Spacing of the samples for demodulation [s].
+    `window` is the window of demodulation [s], `spacing` the spacing of its samples [s].
     """
 
     def __init__(self, plan: Plan, reduced: Reduced) -> None:
@@ -115,10 +92,8 @@ class FullOrder:
         basis = self.projection.basis
         self.excitation = excitation_of(plan, patterns @ basis, plan.schedule.stretches())
         modes = plan.excited.modes
-        self.modes, self.window = (
-            len(modes),
-            window_length(np.vstack(plan.schedule.frequencies(modes))),
-        )
+        self.modes = len(modes)
+        self.window = window_length(np.vstack(plan.schedule.frequencies(modes)))
         self.elements = reduced.contacts
         to_modes = self.projection.to_coordinates[: self.modes]
         modal = to_modes @ basis
@@ -141,6 +116,17 @@ class FullOrder:
     def run(self, times: Floats, start: State) -> FullMotion:
         """Return the motion at times from a state of the coordinates."""
         return self._integrator.run(times, start)
+
+    def fast_motion(self, motion: FullMotion) -> FastMotion:
+        """Return a motion as it is recorded."""
+        return FastMotion(
+            motion.time,
+            motion.contact_displacement,
+            motion.contact_velocity,
+            motion.contact_force,
+            motion.displacement[:, : self.modes],
+            motion.displacement[:, 2 * self.modes :],
+        )
 
     def lost(self, motion: FullMotion) -> Floats:
         """Return the energy that friction dissipated, less the energy in springs if known."""
@@ -196,24 +182,13 @@ def _memory(elastic: kernel.Elastic, x_c: Floats) -> Floats:
 
 
 class Stretch:
-    """From one communication point to another at full order.
-
-    Attributes
-    ----------
-    start, end : float
-        [s]; the end is infinite until slow time goes on.
-    reached : float
-        Time up to which it is integrated [s].
-    last_fast : float
-        The last time at which the estimated transient error was too large [s].
-    error : (modes,) ndarray
-        The largest estimated transient error of slow time in it, relative.
-    """
+    """From one communication point to another at full order."""
 
     def __init__(self, full: FullOrder, start: State) -> None:
-        self.start, self.end = start.time, np.inf
-        self.reached = self.last_fast = start.time
-        self.error = np.zeros(full.modes)
+        self.start, self.end = start.time, np.inf  # [s]; infinite until slow time goes on
+        self.reached = start.time  # integrated up to here [s]
+        self.last_fast = start.time  # when the estimated transient error was last too large [s]
+        self.error = np.zeros(full.modes)  # the largest estimated error of slow time, relative
         self._full, self._modes, self._length = full, full.modes, full.window
         self._known, self._shown = [start], start  # states to continue from
         self._dissipated = 0.0  # so far, with the energy in springs
@@ -266,12 +241,4 @@ class Stretch:
         before = [state for state in (*self._known, self._shown) if state.time <= times[0]]
         motion = self._full.run(times, max(before, key=lambda state: state.time))
         self._shown = motion.end
-        own = slice(0, self._modes)
-        return FastMotion(
-            times,
-            motion.contact_displacement,
-            motion.contact_velocity,
-            motion.contact_force,
-            motion.displacement[:, own],
-            motion.displacement[:, 2 * self._modes :],
-        )
+        return self._full.fast_motion(motion)

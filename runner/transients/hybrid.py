@@ -18,14 +18,15 @@ from numpy.typing import NDArray
 
 from slipmode.fmu import Component, Steppable, StoppedError
 from slipmode.rom import Model
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct, sum_harmonics
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.runner.motion.trajectory import slow_trajectory
+from slipmode.runner.motion.record import FastMotion
+from slipmode.runner.motion.trajectory import OutputColumns, output_row, slow_trajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.transients.estimate import RunError
-from slipmode.runner.transients.full_order import FastMotion, FullOrder, SlowPart, Stretch
+from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
 
 _WINDOWS_AT_ONCE = 4.0  # that full order is integrated ahead
 _JUMP = 1e-9  # of a force or a frequency, relative: less is rounding
@@ -35,11 +36,7 @@ class Hybrid:
     """A component that integrates transients at full order.
 
     It follows the schedule of its plan: `run` takes the steps of this schedule, in order.
-
-    Attributes
-    ----------
-    stretches : list of Stretch
-        Stretches at full order, in time order; the last one may be open.
+    `stretches` are at full order, in time order; the last one may be open.
     """
 
     def __init__(self, plan: Plan, model: Model) -> None:
@@ -57,11 +54,8 @@ class Hybrid:
         self._energy = 0.0  # dissipated in stretches, which the component does not know
         self._before = 0.0  # dissipated at the start of a stretch
         self._open: Stretch | None = None
-        column = {name: k for k, name in enumerate(self.output_names)}
-        self._amplitude = [column[f"{m}_{part}"] for m in modes for part in ("re", "im")]
-        self._angle = [column[f"theta_{m}"] for m in modes]
-        powers = ("input_power", "dissipated_power", "dissipated_energy")
-        self._powers = [column[name] for name in powers]
+        self._columns = OutputColumns.of(self.output_names, modes)
+        self._powers = self._columns.power
         self._rows = np.empty((0, len(self.output_names)))  # up to the present point
         self._first = 0  # point of the first of them
 
@@ -97,8 +91,7 @@ class Hybrid:
     def run(self, durations: Floats, inputs: Floats) -> Floats:
         """Return the outputs (steps, outputs) after each of the next steps of the schedule."""
         if not len(self._rows):
-            now = self.outputs()
-            self._rows = np.array([[now[name] for name in self.output_names]])
+            self._rows = output_row(self)
         start, last = self._point, self._point + len(durations)
         found: list[Floats] = []
         try:
@@ -136,7 +129,8 @@ class Hybrid:
 
     def _too_fast(self, rows: Floats, first: int) -> Flags:
         """Return whether slow time has too large an error in the steps after rows, (rows,)."""
-        error = self._error.at(self._complex(rows), rows[:, self._angle], first)
+        angle = rows[:, self._columns.angle]
+        error = self._error.at(self._columns.amplitudes(rows), angle, first)
         time = self._plan.schedule.time(slice(first, first + len(rows) + 1))
         starts = [start for start, _ in self._plan.full_order]
         planned = np.diff(np.searchsorted(starts, time)) > 0
@@ -149,8 +143,8 @@ class Hybrid:
         if now < self._cycle:  # too little motion yet for a state: from the start of the scene
             state, self._before = self._full.first(), 0.0
         else:
-            names = list(self.output_names)
-            trajectory = slow_trajectory(self._plan, self._model, names, self._rows, self._first)
+            kept = self.output_names, self._rows, self._first
+            trajectory = slow_trajectory(self._plan, self._model, *kept)
             state = self._full.state_on(self._model, trajectory)
         self._open = Stretch(self._full, state)
         self.stretches.append(self._open)
@@ -174,7 +168,7 @@ class Hybrid:
         except StoppedError as stop:
             none = np.empty((0, len(self.output_names)))
             raise StoppedError(str(stop), stop.time, none, stop.left_table) from None
-        rows[:, self._amplitude] = slow.amplitude[:count].view(float)
+        rows[:, self._columns.parts] = slow.amplitude[:count].view(float)
         own = float(rows[-1, self._powers[-1]])
         rows[:, self._powers] = slow.power[:count]
         rows[:, self._powers[-1]] += self._before
@@ -213,9 +207,6 @@ class Hybrid:
         """Return outputs of the component with the energy that stretches dissipated."""
         rows[:, self._powers[-1]] += self._energy
         return rows
-
-    def _complex(self, rows: Floats) -> Complexes:
-        return np.ascontiguousarray(rows[:, self._amplitude]).view(complex)
 
 
 def stepper(plan: Plan, model: Model) -> Component | Hybrid:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from slipmode.rom.full import (
     component_modes,
     integrate,
 )
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.transients.full_order import excitation_of, initial_state
@@ -24,10 +23,9 @@ from slipmode.runner.transients.full_order import excitation_of, initial_state
 # A comparison states the error of these steps, measured by a run at twice the step.
 _STEPS_PER_PERIOD = 64
 MOST_DOFS = 1000  # for which all modes are computed
-_HARMONICS = 7  # of the fastest forcing, up to which component modes are accurate
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Reference:
     """Motion at full order, with cheaper versions of it."""
 
@@ -37,8 +35,6 @@ class Reference:
     comparisons: list[tuple[FullMotion, FullMotion]]
     coordinates: int  # Number of coordinates
     seconds: float  # Wall time of `motion` alone
-
-    __repr__ = short_repr
 
 
 def reference(plan: Plan, times: Floats) -> Reference:
@@ -55,7 +51,8 @@ def reference(plan: Plan, times: Floats) -> Reference:
         coarse = on_all_modes(plan, times, _STEPS_PER_PERIOD // 2)
         return Reference(fine, [(coarse, fine)], plan.structure.n_dofs, seconds)
     excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
-    highest = _HARMONICS * excitation.fastest(plan.scene.run.duration)
+    # component modes are accurate up to seven times the fastest forcing
+    highest = 7 * excitation.fastest(plan.scene.run.duration)
     arguments = plan.structure, excited.law, excitation.patterns, highest
     least = max(excited.reduced.modes) + 1  # the retained modes are among them
     small = component_modes(*arguments)

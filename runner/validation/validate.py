@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import Literal
@@ -17,19 +17,23 @@ from slipmode.rom.full import FullMotion
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
-from slipmode.rom.short_repr import short_repr
-from slipmode.runner.motion.record import ContactRecord
-from slipmode.runner.motion.trajectory import sample_times, scripted, slow_trajectory, window_times
+from slipmode.rom.short_repr import frozen
+from slipmode.runner.motion.record import FastMotion, contact_channels, record_contacts
+from slipmode.runner.motion.trajectory import (
+    output_row,
+    sample_times,
+    scripted,
+    slow_trajectory,
+    window_times,
+)
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink, describe_run
+from slipmode.runner.recording.record import Header, describe_run
+from slipmode.runner.run import open_recorder
 from slipmode.runner.scene.scene import Scene, Window, load_scene
-from slipmode.runner.transients.full_order import FastMotion, FullOrder
+from slipmode.runner.transients.full_order import FullOrder
 from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.validation.reference import Reference, reference
-from slipmode.runner.view.rerun_sink import RerunSink
-
-_LAST_PERIODS = 20  # of the scene are compared if it has no window of contact motion
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class Comparison:
     reference_error: float
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Validation:
     """The result of `validate`."""
 
@@ -59,8 +63,6 @@ class Validation:
     # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
     reduced: Literal["slow time", "reduced coordinates"]
 
-    __repr__ = short_repr
-
     def compared(self) -> str:
         """Return the windows that were compared, in words."""
         times = ", ".join(f"{each.start:g} to {each.end:g} s" for each in self.windows)
@@ -75,18 +77,9 @@ def validate(
 ) -> Validation:
     """Run a scene both ways and compare the motion in its contact windows.
 
-    Parameters
-    ----------
-    scene : Scene, path of a scene file, or name of a shipped scene
-        Without a [[contact]] window the last 20 periods are compared. With
-        `model.table = "none"` the motion is integrated on the reduced coordinates.
-    output : path
-        Folder for <scene>.validation.mcap and .rrd.
-
-    Raises
-    ------
-    SlipmodeError
-        If the scene is refused.
+    Without a [[contact]] window the last 20 periods are compared. With `model.table = "none"` the
+    motion is integrated on the reduced coordinates. The folder `output` receives
+    <scene>.validation.mcap and .rrd. Raises SlipmodeError if the scene is refused.
     """
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
@@ -120,10 +113,9 @@ def validate(
 
 def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     """Return the outputs at the communication points, and the motion in every window."""
-    component = stepper(plan, model)
-    now = component.outputs()
-    first = np.array([[now[name] for name in component.output_names]])
-    outputs = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
+    component, schedule = stepper(plan, model), plan.schedule
+    first = output_row(component)
+    outputs = component.run(schedule.durations(), schedule.inputs(component.input_names))
     outputs = np.vstack((first, outputs))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = [sample_times(window, trajectory) for window in plan.scene.contact]
@@ -137,24 +129,12 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
     """
     excited, schedule = plan.excited, plan.schedule
     full = FullOrder(plan, excited.reduced)
-    script = scripted(excited, schedule, slice(0, schedule.steps))
-    points = schedule.time(slice(0, schedule.steps + 1))
-    times = np.concatenate(
-        [
-            window_times(window, points, script.frequency, script.frequency_rate)
-            for window in plan.scene.contact
-        ]
-    )
+    script = scripted(excited, schedule)
+    carriers = schedule.time(), script.frequency, script.frequency_rate
+    times = np.concatenate([window_times(window, *carriers) for window in plan.scene.contact])
     until_end = full.run(np.union1d(times, [plan.scene.run.duration]), full.first())
-    seen, modes = np.isin(until_end.time, times), len(excited.modes)
-    motion = FastMotion(
-        times,
-        until_end.contact_displacement[seen],
-        until_end.contact_velocity[seen],
-        until_end.contact_force[seen],
-        until_end.displacement[seen, :modes],
-        until_end.displacement[seen, 2 * modes :],
-    )
+    every, seen = full.fast_motion(until_end), np.isin(until_end.time, times)
+    motion = FastMotion(*(getattr(every, each.name)[seen] for each in fields(every)))
     return motion, dissipated_energy(excited.reduced.contacts, until_end)
 
 
@@ -164,7 +144,7 @@ def with_window(plan: Plan) -> Plan:
         return plan
     end = plan.scene.run.duration
     slowest = plan.excited.reduced.carrier.min()
-    window = Window(max(0.0, end - _LAST_PERIODS * 2 * np.pi / slowest), end, 64)
+    window = Window(max(0.0, end - 20 * 2 * np.pi / slowest), end, 64)
     return replace(plan, scene=replace(plan.scene, contact=(window,)))
 
 
@@ -242,32 +222,23 @@ def _record(
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
-    elements, contacts = plan.excited.reduced.contacts, plan.excited.reduced.n_contacts
-    reduced = ContactRecord(elements, contacts)
-    full = ContactRecord(elements, contacts, channels.FULL)
-    header = Header(
-        title=f"{scene.title}: reduced and full order",
-        scene_text=scene.text,
-        run=describe_run(scene.text, model),
-        scene_name=scene.name,
-    )
+    reduced = plan.excited.reduced
+    listed = contact_channels(reduced) + contact_channels(reduced, channels.FULL)
+    title, run = f"{scene.title}: reduced and full order", describe_run(scene.text, model)
+    header = Header(title, scene.text, run, scene.name)
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{scene.name}.validation.{ending}" for ending in ("mcap", "rrd")]
-    sinks: list[Sink] = [
-        McapSink(paths[0], header, reduced.channels + full.channels),
-        RerunSink(paths[1], header, reduced.channels + full.channels),
-    ]
-    with Recorder(sinks) as recorder:
+    with open_recorder(header, listed, paths[0], paths[1]) as recorder:
         recorder.event(float(motion.time[0]), "info", found.compared())
         for line in found.comparisons:
             words = f"{line.subject}: {100 * line.error:.2g} % from full order"
             recorder.event(float(motion.time[0]), "info", words)
-        theirs = (fine.contact_displacement, fine.contact_velocity, fine.contact_force)
-        written = (
-            (reduced, reduced.rows(motion.displacement, motion.velocity, motion.force)),
-            (full, full.rows(*(values[seen] for values in theirs))),
+        exact = replace(
+            motion,
+            displacement=fine.contact_displacement[seen],
+            velocity=fine.contact_velocity[seen],
+            force=fine.contact_force[seen],
         )
-        for record, rows in written:
-            for channel, values in zip(record.channels, rows, strict=True):
-                recorder.write(channel.topic, motion.time, values)
+        record_contacts(recorder, reduced, motion)
+        record_contacts(recorder, reduced, exact, prefix=channels.FULL)
     return paths

@@ -16,39 +16,25 @@ import rerun.blueprint as rrb
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.drawing import draw_labels, draw_lines
 from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
 from slipmode.runner.view.viewer import FLUSH_SECONDS
 
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
-_TICKS = 4  # about so many on an axis
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Layer:
-    """Points of a chart, or curves through them.
-
-    Attributes
-    ----------
-    x, y : (n,) ndarray
-        NaN in y breaks a curve.
-    color : tuple of int
-    name : str
-        In the key; none if empty.
-    curve : bool
-    width : float
-        Of the curve or the points, in points of the screen.
-    """
+    """Points (n,) of a chart, or curves through them."""
 
     x: Floats
-    y: Floats
+    y: Floats  # NaN breaks a curve
     color: Color = BLUE
-    name: str = ""
+    name: str = ""  # In the key
     curve: bool = True
-    width: float = 1.5
-
-    __repr__ = short_repr
+    width: float = 1.5  # Of the curve or the points, in points of the screen
 
 
 @dataclass(frozen=True)
@@ -62,25 +48,14 @@ class Axis:
 
 @dataclass(frozen=True)
 class Chart:
-    """Layers over the same two scales.
+    """Layers over the same two scales."""
 
-    Attributes
-    ----------
-    entity : str
-        Its path in Rerun, "/steady/A".
-    title : str
-    x, y : Axis
-    layers : sequence of Layer
-    from_zero : bool
-        Whether y begins at 0.
-    """
-
-    entity: str
+    entity: str  # Its path in Rerun, "/steady/A"
     title: str
     x: Axis
     y: Axis
     layers: Sequence[Layer]
-    from_zero: bool = True
+    from_zero: bool = True  # Whether y begins at 0
 
     def view(self) -> rrb.View:
         """Return the view of the chart: its box and its labels."""
@@ -108,30 +83,23 @@ class Chart:
         self, stream: rr.RecordingStream, xs: tuple[float, float], ys: tuple[float, float]
     ) -> None:
         lines = [[(_ASPECT, 0.0), (0.0, 0.0), (0.0, -1.0)]]
-        labels: list[tuple[float, float, str, Color]] = []
+        labels: dict[tuple[float, ...], str] = {}
         for value, text in _ticks(self.x, xs):
             at = _ASPECT * float(_part(np.array(value), xs, self.x.log))
             lines.append([(at, 0.0), (at, 0.02)])
-            labels.append((at, 0.08, text, GREY))
+            labels[at, 0.08] = text
         for value, text in _ticks(self.y, ys):
             at = -float(_part(np.array(value), ys, self.y.log))
             lines.append([(-0.015, at), (0.0, at)])
-            labels.append((-0.13, at, text, GREY))
-        labels.append((0.5 * _ASPECT, 0.19, self.x.label, GREY))
-        labels.append((0.3, -1.08, self.y.label, GREY))
-        named = [layer for layer in self.layers if layer.name]
-        for k, layer in enumerate(named):
-            labels.append((_ASPECT - 0.25, -1.0 + k * 0.09, layer.name, layer.color))
-        axes = rr.LineStrips2D(lines, colors=DARK, radii=rr.Radius.ui_points(0.5))
-        stream.log(f"{self.entity}/box", axes, static=True)
-        texts = rr.Points2D(
-            [(x, y) for x, y, *_ in labels],
-            labels=[text for *_, text, _ in labels],
-            colors=[color for *_, color in labels],
-            show_labels=True,
-            radii=rr.Radius.ui_points(0.5),
-        )
-        stream.log(f"{self.entity}/labels", texts, static=True)
+            labels[-0.13, at] = text
+        labels[0.5 * _ASPECT, 0.19] = self.x.label
+        labels[0.3, -1.08] = self.y.label
+        colors = [GREY] * len(labels)
+        for k, layer in enumerate(layer for layer in self.layers if layer.name):
+            labels[_ASPECT - 0.25, -1.0 + k * 0.09] = layer.name
+            colors.append(layer.color)
+        draw_lines(stream, f"{self.entity}/box", lines, DARK, 0.5)
+        draw_labels(stream, self.entity, labels, colors)
 
 
 def write_charts(
@@ -139,10 +107,7 @@ def write_charts(
 ) -> None:
     """Write an .rrd file: rows of charts, and beneath them tabs of texts (Markdown) by name.
 
-    Raises
-    ------
-    SlipmodeError
-        If the file cannot be written.
+    Raises SlipmodeError if the file cannot be written.
     """
     try:
         create_file(path).close()  # Rerun reports no errno of its own
@@ -198,13 +163,13 @@ def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
     low, high = span
     if axis.log:
         powers = range(floor(log10(low)), ceil(log10(high)) + 1)
-        many = powers.stop - powers.start > _TICKS + 1
+        many = powers.stop - powers.start > 4 + 1
         found = [
             m * 10.0**power for power in powers for m in ((1.0,) if many else (1.0, 2.0, 5.0))
         ]
         inside = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
-        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // (3 * _TICKS) + 1]]
-    least = (high - low) / _TICKS
+        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // (3 * 4) + 1]]
+    least = (high - low) / 4
     unit = 10.0 ** floor(log10(least))
     step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.999)
     first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)

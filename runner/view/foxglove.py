@@ -14,7 +14,6 @@ from slipmode.runner.view.labels import (
     LOOPS,
     MOTION_PLOTS,
     SLOW_PLOTS,
-    factors,
     find_series,
     in_units,
     legend,
@@ -27,12 +26,7 @@ def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> 
     """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``; return its path.
 
     Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
-    layouts, Import from file.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
+    layouts, Import from file. Raises OSError if it cannot be written.
     """
     path = mcap.with_suffix(".foxglove.json")
     with replacing(path) as file:
@@ -75,7 +69,8 @@ def _plots(
 
 def _path(channel: Channel, column: int, units: Units) -> dict[str, str]:
     """Return a field in the units that are shown, with its name in the legend."""
-    factor, shown = factors(channel, units)[column].item(), in_units(channel, units)
+    shown, factors = in_units(channel, units)
+    factor = factors[column].item()
     value = f"{channel.topic}.{channel.names[column]}"
     value += f".@mul({factor!r})" if factor != 1.0 else ""
     return {"value": value, "label": legend(shown, column)}

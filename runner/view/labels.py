@@ -12,19 +12,11 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import (
-    FULL,
-    OTHER,
-    PHASES,
-    SHARE,
-    TORUS,
-    Channel,
-    Field,
-)
+from slipmode.runner.recording.channels import FULL, OTHER, PHASES, SHARE, TORUS, Channel, Field
 
 Color = tuple[int, int, int]
-BLUE, ORANGE, GREEN, PURPLE = (76, 159, 230), (240, 145, 60), (110, 190, 110), (205, 110, 190)
-YELLOW, RED = (200, 190, 90), (224, 82, 82)
+BLUE, ORANGE, GREEN, RED = (76, 159, 230), (240, 145, 60), (110, 190, 110), (224, 82, 82)
+LINES = (BLUE, ORANGE, GREEN, (205, 110, 190), (200, 190, 90))  # of a plot
 GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
 LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
 
@@ -46,35 +38,31 @@ MOTION_PLOTS = (
     ("/contact", "state", "0 stuck, 1 slipping, 2 open"),
 )
 
-# The last word of a field's name tells its quantity; fields of one quantity share a plot.
-_QUANTITIES = {"re": "components", "im": "components"}
-_QUANTITIES |= {"x": "displacement", "v": "velocity", "f": "friction_force"}
-_QUANTITIES |= {"N": "normal_force", "gap": "gap", "state": "state"}
-_ALONG = {"y": "x", "v_y": "v", "f_y": "f", "x_n": "x", "v_n": "v"}  # other directions of contacts
+# The last word of a field's name is its quantity; fields of one quantity share a plot.
+_QUANTITIES = {"re": "components", "im": "components", "N": "normal_force"}
+_QUANTITIES |= dict.fromkeys(("x", "y", "x_n"), "displacement")
+_QUANTITIES |= dict.fromkeys(("v", "v_y", "v_n"), "velocity")
+_QUANTITIES |= dict.fromkeys(("f", "f_y"), "friction_force")
 
 
 @dataclass(frozen=True)
 class Series:
-    """Columns of a channel that share a plot, and their names in the legend."""
+    """Columns of a channel that share a plot."""
 
     quantity: str
     columns: tuple[int, ...]
-    names: tuple[str, ...]
 
 
 def series(channel: Channel) -> list[Series]:
     """Return the plots of a channel: one for each quantity, or for an external number."""
     if channel.topic.startswith(OTHER):
-        return [Series("", (0,), (legend(channel, 0),))]
+        return [Series("", (0,))]
     if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
         return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
         columns.setdefault(_quantity(name), []).append(column)
-    return [
-        Series(quantity, tuple(members), tuple(legend(channel, column) for column in members))
-        for quantity, members in columns.items()
-    ]
+    return [Series(quantity, tuple(members)) for quantity, members in columns.items()]
 
 
 def find_series(
@@ -96,11 +84,10 @@ def is_contact(channel: Channel) -> bool:
 
 
 def _quantity(name: str) -> str:
-    name = _ALONG.get(name, name)
     if name.endswith("_abs"):  # modes differ too much in size for one scale
         return f"amplitude_{name.removesuffix('_abs')}"
     word = "x" if name.startswith("x_") else name.split("_")[-1]
-    return _QUANTITIES.get(word, word)
+    return _QUANTITIES.get(name, _QUANTITIES.get(word, word))
 
 
 def legend(channel: Channel, column: int) -> str:
@@ -139,28 +126,28 @@ _WORDS = {
     "it crosses the square again and again, and comes back at the opposite edge.",
     "stuck": "**State**: 0 while a contact sticks, 1 while it slips, 2 while it is open.",
 }
-_USE = (
-    "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
-    "double-click to see all of it."
-)
-_PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_WITH_PREFIX = ("m", "m/s", "N", "W", "J")  # not kg^0.5 m, whose prefix would not say of what
 
 
 def reading(titles: Iterable[str]) -> str:
     """Return Markdown that explains the views with these titles, and how to use them."""
     shown = "\n".join(titles)
     found = [words for part, words in _WORDS.items() if part in shown]
-    return "\n\n".join([*found, _USE])
+    use = (
+        "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
+        "double-click to see all of it."
+    )
+    return "\n\n".join([*found, use])
 
 
 def readable(value: float, unit: str) -> str:
     """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
     size = abs(value)
-    if unit in _WITH_PREFIX and size > 0.0 and not 0.1 <= size < 1000.0:
+    # a prefix of kg^0.5 m would be ambiguous
+    if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
         power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
-        power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
-        return f"{value / 10.0**power:.3g} {_PREFIXES[power]}{unit}"
+        power = min(max(power, -9), 9)
+        prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
+        return f"{value / 10.0**power:.3g} {prefix}{unit}"
     return f"{value:.3g} {unit}"
 
 
@@ -172,14 +159,14 @@ def units_of(scene_text: str) -> Units:
         return SI  # a scene of another version, or another program
 
 
-def in_units(channel: Channel, units: Units) -> Channel:
-    """Return a channel with the units in which views show it; files keep rad/s and m."""
-    shown = {"rad/s": units.frequency, "m": units.displacement}
-    fields = (Field(field.name, shown.get(field.unit, field.unit)) for field in channel.fields)
-    return replace(channel, fields=tuple(fields))
-
-
-def factors(channel: Channel, units: Units) -> Floats:
-    """Return what recorded values of a channel are multiplied by to be shown, (n_fields,)."""
-    per = {"rad/s": float(units.of_frequency(1.0)), "m": float(units.of_displacement(1.0))}
-    return np.array([per.get(field.unit, 1.0) for field in channel.fields])
+def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
+    """Return a channel with the units in which views show it, and factors of its values."""
+    shown = {
+        "rad/s": (units.frequency, float(units.of_frequency(1.0))),
+        "m": (units.displacement, float(units.of_displacement(1.0))),
+    }
+    units_of_fields, factors = zip(
+        *(shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields), strict=True
+    )
+    fields = map(Field, channel.names, units_of_fields)
+    return replace(channel, fields=tuple(fields)), np.array(factors)

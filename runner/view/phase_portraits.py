@@ -7,22 +7,23 @@ from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.drawing import (
+    TAIL_SAMPLES,
+    Path,
+    draw_labels,
+    draw_lines,
+    draw_moving_point,
+)
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
 from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
 
-TIMELINE = "time"
-PHASE_PORTRAIT, TRAJECTORY, LOOP, ORBIT = "/phase_plane", "/trajectory", "/loop", "/orbit"
-RESPONSE = "/response"
-AXIS_REACH = 1.3  # half the width of a portrait, in units of the largest value
-
-_MOVING_POINTS = 1000  # positions of the point that moves along a path
-_TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
-_ELASTIC, _FIRST = "/elastic", "/contact/0"
+_REACH = 1.3  # half the width of a portrait, in units of the largest value
 
 
 @dataclass(frozen=True)
@@ -37,31 +38,22 @@ class Axis:
 
 @dataclass(frozen=True)
 class Portrait:
-    """One recorded quantity over another.
+    """One recorded quantity over another."""
 
-    Parameters
-    ----------
-    entity : str
-        Where it is logged.
-    title : str
-        What it shows.
-    x, y : Axis
-        The two quantities, y upwards.
-    one_scale : bool
-        Whether both axes share a scale, so that angles are true.
-    tail : int
-        Length of the moving point's tail, in samples.
-    corner : bool
-        Whether the axes meet in the corner, x from its least value and y from 0.
-    """
-
-    entity: str
+    entity: str  # Where it is logged
     title: str
     x: Axis
-    y: Axis
-    one_scale: bool = False
-    tail: int = 0
+    y: Axis  # Upwards
+    one_scale: bool = False  # Whether both axes share a scale, so that angles are true
+    tail: int = 0  # Length of the moving point's tail, in samples
+    # Whether the axes meet in the corner, x from its least value and y from 0
     corner: bool = False
+
+    def view(self) -> rrb.View:
+        """Return the view of the portrait: the axes and what is around them."""
+        reach = (-_REACH, _REACH)
+        bounds = rrb.VisualBounds2D(x_range=reach, y_range=reach)
+        return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
 
     def has_picture(self, path: Floats) -> bool:
         """Return whether values (n, 2) make a picture; a constant frequency makes none."""
@@ -119,27 +111,27 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     for mode in MODES:
         if f"{mode}_re" in modes:
             x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
-            entity = f"{PHASE_PORTRAIT}/{mode}"
+            entity = f"/phase_plane/{mode}"
             planes.append(Portrait(entity, f"Mode {mode}", x, y, one_scale=True))
         if f"{mode}_abs" in modes and f"{mode}_frequency" in forcing:
             x = axis("/forcing", f"{mode}_frequency", "frequency")
             y = axis("/modes", f"{mode}_abs", f"|{mode}|")
             title = f"|{mode}| over its frequency"
-            responses.append(Portrait(f"{RESPONSE}/{mode}", title, x, y, corner=True))
+            responses.append(Portrait(f"/response/{mode}", title, x, y, corner=True))
     found = [*planes, *responses]
     if len(contacts) > 1:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Portrait(TRAJECTORY, "Contacts", x, y, tail=_TAIL_SAMPLES))
+        found.append(Portrait("/trajectory", "Contacts", x, y, tail=TAIL_SAMPLES))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
     for topic in (*contacts[:LOOPS], *full[:LOOPS]):
         title = f"Hysteresis of contact {topic.split('/')[-1]}"
         title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
-        found.append(Portrait(f"{LOOP}{topic}", title, x, y, tail=_TAIL_SAMPLES))
+        found.append(Portrait(f"/loop{topic}", title, x, y, tail=TAIL_SAMPLES))
         if "y" in by_topic[topic].names:
             title, y = title.replace("Hysteresis", "Orbit"), axis(topic, "y", "y")
-            entity = f"{ORBIT}{topic}"
-            found.append(Portrait(entity, title, x, y, one_scale=True, tail=_TAIL_SAMPLES))
+            entity = f"/orbit{topic}"
+            found.append(Portrait(entity, title, x, y, one_scale=True, tail=TAIL_SAMPLES))
     return found
 
 
@@ -158,8 +150,8 @@ class Paths:
             for portrait in self._portraits
             for axis in (portrait.x, portrait.y)
         }
-        if _ELASTIC in self._channels:
-            self._samples[_ELASTIC] = Latest()
+        if "/elastic" in self._channels:
+            self._samples["/elastic"] = Latest()
         if torus_view.has_torus(channels):
             self._samples |= {topic: Latest() for topic in (PHASES, TORUS)}
 
@@ -183,8 +175,8 @@ class Paths:
             if portrait.tail:
                 motion = portrait.x.topic
         self._draw_torus(stream)
-        if not motion and _ELASTIC in self._samples:
-            motion = _ELASTIC
+        if not motion and "/elastic" in self._samples:
+            motion = "/elastic"
         shown = self._samples.get(motion)
         windows: list[Window] = []
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
@@ -195,19 +187,21 @@ class Paths:
         """Draw contact motion over both phases, of the last window."""
         if TORUS not in self._samples:
             return
-        torus, phases, motion = (self._samples[topic].rows() for topic in (TORUS, PHASES, _FIRST))
+        torus, phases, motion = (
+            self._samples[topic].rows() for topic in (TORUS, PHASES, "/contact/0")
+        )
         if not (len(torus) and len(phases) and len(motion)):
             return
         count = min(len(phases), len(motion))
         phases, motion = phases[-count:], motion[-count:]
         last = window_starts(motion[:, 0].astype(np.int64))[-1]
         phases, motion = phases[last:, 1:], motion[last:]
-        shown = _shown(len(motion))
-        index = [time_column(motion[shown, 0].astype(np.int64))]
-        field = self._channels[_FIRST].names.index("x")
-        x, unit = motion[:, 1 + field], self._channels[_FIRST].fields[field].unit
+        field = self._channels["/contact/0"].names.index("x")
+        x, unit = motion[:, 1 + field], self._channels["/contact/0"].fields[field].unit
         latest = torus[torus[:, 0] == torus[-1, 0], 1:]
-        torus_view.draw(stream, latest, phases, x, unit, index, shown, _TAIL_SAMPLES)
+        points = np.column_stack((phases, x))
+        path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), TAIL_SAMPLES)
+        torus_view.draw(stream, latest, path, unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Return times and points (n, 2) of the samples that both axes have."""
@@ -226,59 +220,22 @@ def _draw_axes(
     stream: rr.RecordingStream, portrait: Portrait, marks: dict[tuple[float, float], str]
 ) -> None:
     at = 1.0 if portrait.corner else 0.0
-    low = -1.0 if portrait.corner else -AXIS_REACH
-    ends = [[(low, at), (AXIS_REACH, at)], [(-at, -low), (-at, -AXIS_REACH)]]
-    axes = rr.LineStrips2D(ends, colors=DARK, radii=rr.Radius.ui_points(0.5), draw_order=0.0)
-    stream.log(f"{portrait.entity}/axes", axes, static=True)
-    labels = rr.Points2D(
-        [(x, -y) for x, y in marks],
-        labels=list(marks.values()),
-        show_labels=True,
-        colors=GREY,
-        radii=rr.Radius.ui_points(2.5),
+    low = -1.0 if portrait.corner else -_REACH
+    ends = [[(low, at), (_REACH, at)], [(-at, -low), (-at, -_REACH)]]
+    draw_lines(stream, f"{portrait.entity}/axes", ends, DARK, 0.5)
+    draw_labels(
+        stream, portrait.entity, {(x, -y): text for (x, y), text in marks.items()}, GREY, 2.5
     )
-    stream.log(f"{portrait.entity}/labels", labels, static=True)
 
 
 def _draw_path(
-    stream: rr.RecordingStream,
-    portrait: Portrait,
-    time_ns: NDArray[np.int64],
-    points: Floats,
+    stream: rr.RecordingStream, portrait: Portrait, time_ns: NDArray[np.int64], points: Floats
 ) -> None:
     """Draw the whole path thinly, its recent part brightly, and a moving point at its end."""
     color = ORANGE if portrait.entity.endswith(("B", "1")) else BLUE
     starts = window_starts(time_ns)
-    whole = rr.LineStrips2D(
-        np.split(points, np.unique(starts)[1:]),
-        colors=GREY if portrait.tail else color,
-        radii=rr.Radius.ui_points(0.6 if portrait.tail else 1.5),
-        draw_order=1.0,
-    )
-    stream.log(f"{portrait.entity}/path", whole, static=True)
-    shown = _shown(len(points))
-    index = [time_column(time_ns[shown])]
-    if portrait.tail:
-        strips = torus_view.tails(points, starts, shown, portrait.tail)
-        style = rr.LineStrips2D.from_fields(
-            colors=color, radii=rr.Radius.ui_points(1.5), draw_order=2.0
-        )
-        stream.log(f"{portrait.entity}/tail", style, static=True)
-        stream.send_columns(
-            f"{portrait.entity}/tail", index, rr.LineStrips2D.columns(strips=strips)
-        )
-    mark = rr.Points2D.from_fields(colors=GREY, radii=rr.Radius.ui_points(5.0), draw_order=3.0)
-    stream.log(f"{portrait.entity}/now", mark, static=True)
-    stream.send_columns(
-        f"{portrait.entity}/now", index, rr.Points2D.columns(positions=points[shown])
-    )
-
-
-def _shown(count: int) -> NDArray[np.int64]:
-    """Return the samples at which the moving point is shown."""
-    return np.linspace(0, count - 1, min(count, _MOVING_POINTS)).astype(np.int64)
-
-
-def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
-    """Return simulation times [ns] on the recording's timeline."""
-    return rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))
+    whole = np.split(points, np.unique(starts)[1:])
+    shade, radius = (GREY, 0.6) if portrait.tail else (color, 1.5)
+    draw_lines(stream, f"{portrait.entity}/path", whole, shade, radius)
+    path = Path(time_ns, points, starts, portrait.tail)
+    draw_moving_point(stream, portrait.entity, path, color, GREY)

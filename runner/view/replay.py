@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.external import as_curves, is_external, read_external
 from slipmode.runner.recording.load import RecordingData, Selection, read
 from slipmode.runner.recording.mcap_reader import naming
-from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer
+from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer, write_picture
 
 if TYPE_CHECKING:
     from slipmode.runner.view.views import Playing
@@ -30,6 +30,8 @@ def replay(
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
 
     A damaged recording is shown up to its damage, of another program's recording the numbers.
+    Returns a line for each part that is not shown. Raises SlipmodeError if `path` cannot be read
+    or has no such part, or no viewer can be started; OSError if a file cannot be written.
 
     Parameters
     ----------
@@ -38,23 +40,11 @@ def replay(
     save : path, optional
         Write an .rrd file, views included, instead of opening the viewer.
     screenshot : path, optional
-        Write a PNG of all views at the end of what is shown, without a window.
+        Write a PNG of all views at the end of the shown part, without a window.
     selection : Selection
         Which channels and times to show.
     playing : Playing, optional
         Speed and repetition, also of the .rrd file when it is opened.
-
-    Returns
-    -------
-    list of str
-        One line each for what is not shown: the rest of a damaged file, channels without numbers.
-
-    Raises
-    ------
-    SlipmodeError
-        If `path` cannot be read or has no such part, or no viewer can be started.
-    OSError
-        If `save` or `screenshot` cannot be written.
     """
     data = read_external(path) if is_external(path) else read(path)
     notes = _not_shown(path, data)
@@ -63,8 +53,6 @@ def replay(
     if save is not None:
         _convert(data, Path(save), playing)
     if screenshot is not None:
-        from slipmode.runner.view.screenshot import write_picture
-
         write_picture(screenshot, lambda rrd: _convert(data, rrd, None), data.end_time)
     if save is None and screenshot is None:
         try:

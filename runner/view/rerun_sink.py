@@ -13,28 +13,16 @@ from pathlib import Path
 
 import numpy as np
 import rerun as rr
-import rerun.blueprint as rrb
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import EVENTS, Channel, Level
-from slipmode.runner.recording.record import (
-    Header,
-    Sink,
-    checked_batch,
-    create_file,
-    find_channel,
-    nanoseconds,
-)
+from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
 from slipmode.runner.view import views
-from slipmode.runner.view.labels import factors, in_units, units_of
+from slipmode.runner.view.labels import in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.samples import Envelope
 from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer
-
-_ROWS_PER_SEND = 8192  # what Rerun takes fastest
-_RESERVED_BYTES = 8 * 1024 * 1024  # for the drawings and the index, which come last
-_FLUSH_BYTES = 16 * 1024 * 1024  # of samples, what may wait in memory for the writing thread
 
 _log = logging.getLogger("slipmode.view")
 
@@ -43,16 +31,8 @@ class RerunSink(Sink):
     """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
 
     Views are in the [units] of the scene. Of a series longer than `DENSE_SAMPLES` the later part
-    is shown by its extremes, so that views stay fluent.
-
-    Parameters
-    ----------
-    target : path or Viewer
-        File to write, or where to show it.
-    header, channels
-        As for `McapSink`.
-    playing : Playing, optional
-        How it is played once opened.
+    is shown by its extremes, so that views stay fluent. A `live` recording ends with a warning if
+    the viewer goes away, any other with OSError.
     """
 
     def __init__(
@@ -61,29 +41,42 @@ class RerunSink(Sink):
         header: Header,
         channels: Sequence[Channel],
         playing: views.Playing | None = None,
+        *,
+        live: bool = False,
     ) -> None:
         self._target = target if isinstance(target, Viewer) else Path(target)
         self._playing = playing
+        self._live = live
         units = units_of(header.scene_text)
-        self._factors = {channel.topic: factors(channel, units) for channel in channels}
-        self._channels = {channel.topic: in_units(channel, units) for channel in channels}
+        found = {channel.topic: in_units(channel, units) for channel in channels}
+        self._factors = {topic: factors for topic, (_, factors) in found.items()}
+        self._channels = {topic: channel for topic, (channel, _) in found.items()}
         shown = list(self._channels.values())
         self._paths = Paths(shown)
         self._envelopes = {topic: Envelope() for topic in self._channels}
-        self._stream = rr.RecordingStream(_application(header, channels, playing))
+        # a viewer keeps the layout of this recording alone by the name of its application
+        described = header.title, header.scene_text, dict(header.run), [*self._channels], playing
+        digest = hashlib.sha256(repr(described).encode()).hexdigest()
+        self._stream = rr.RecordingStream(f"slipmode {digest[:16]}")
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0
         # Rerun reports no errno of its own; the file stays open for its lock
         self._file = create_file(self._target) if isinstance(self._target, Path) else None
-        self._open(views.blueprint(shown, playing=playing))
+        blueprint = views.blueprint(shown, playing=playing)
+        with self._ending():
+            if isinstance(self._target, Path):
+                self._stream.save(self._target, default_blueprint=blueprint)
+            else:
+                self._stream.connect_grpc(self._target.url, default_blueprint=blueprint)
         self._stream.send_recording_name(header.title)
         views.describe(self._stream, shown, header.scene_text)
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
         """Append a batch of samples; see `Sink.write`."""
-        channel = find_channel(self._channels, topic)
-        time_ns, rows = checked_batch(channel, time, values)
+        if self._closed:
+            return
+        channel, time_ns, rows = checked_batch(self._channels, topic, time, values)
         rows = rows * self._factors[topic]
         self._make_room(2 * (rows.nbytes + self._unflushed))
         self._paths.extend(topic, time_ns, rows)
@@ -98,6 +91,8 @@ class RerunSink(Sink):
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
+        if self._closed:
+            return
         time_ns = nanoseconds(EVENTS, np.array([time]))
         views.send_event(self._stream, time_ns, level, message)
 
@@ -116,25 +111,18 @@ class RerunSink(Sink):
         self._end()
 
     def _send(self, channel: Channel, time_ns: NDArray[np.int64], rows: Floats) -> None:
-        for start in range(0, len(rows), _ROWS_PER_SEND):
-            part = slice(start, start + _ROWS_PER_SEND)
+        for start in range(0, len(rows), 8192):  # what Rerun takes fastest
+            part = slice(start, start + 8192)
             views.send_series(self._stream, channel, time_ns[part], rows[part])
         self._unflushed += rows.nbytes
-        if self._unflushed > _FLUSH_BYTES:
+        if self._unflushed > 2**24:  # bytes, what may wait in memory for the writing thread
             self._flush()
-
-    def _open(self, blueprint: rrb.Blueprint) -> None:
-        with self._ending():
-            if isinstance(self._target, Path):
-                self._stream.save(self._target, default_blueprint=blueprint)
-            else:
-                self._stream.connect_grpc(self._target.url, default_blueprint=blueprint)
 
     def _make_room(self, size: int) -> None:
         """Stop before the disk is full: Rerun's writing thread would fail without a word."""
         if isinstance(self._target, Path):
             free = shutil.disk_usage(self._target.absolute().parent).free
-            if free < size + _RESERVED_BYTES:
+            if free < size + 2**23:  # for the drawings and the index, which come last
                 self._end()
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._target))
 
@@ -151,64 +139,14 @@ class RerunSink(Sink):
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
-        """End at the first failure of Rerun; raise OSError with the target's name."""
+        """End at the first failure of Rerun; raise OSError with the target's name, or warn."""
         try:
             yield
         except RuntimeError as error:
             self._end()
             reason = str(error).splitlines()[0]
+            if self._live:
+                _log.warning("Rerun cannot write: %s; the run goes on without the viewer", reason)
+                return
             where = "the viewer" if isinstance(self._target, Viewer) else str(self._target)
             raise OSError(errno.EIO, f"Rerun cannot write: {reason}", where) from error
-
-
-class LiveSink(Sink):
-    """Sends a recording to a viewer; the run goes on if the viewer goes away.
-
-    Parameters
-    ----------
-    viewer : Viewer
-        Where to show it.
-    header, channels
-        As for `McapSink`.
-    """
-
-    def __init__(self, viewer: Viewer, header: Header, channels: Sequence[Channel]) -> None:
-        self._sink: RerunSink | None = None
-        with self._leaving():
-            self._sink = RerunSink(viewer, header, channels)
-
-    def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
-        """Show a batch of samples; see `Sink.write`."""
-        with self._leaving():
-            if self._sink is not None:
-                self._sink.write(topic, time, values)
-
-    def event(self, time: float, level: Level, message: str) -> None:
-        """Show in words what happened at simulation time `time` [s]."""
-        with self._leaving():
-            if self._sink is not None:
-                self._sink.event(time, level, message)
-
-    def close(self) -> None:
-        """Draw what is complete only now. Closing again does nothing."""
-        with self._leaving():
-            if self._sink is not None:
-                self._sink.close()
-
-    @contextmanager
-    def _leaving(self) -> Iterator[None]:
-        """Leave the viewer at its first failure, and say so once."""
-        try:
-            yield
-        except OSError as error:
-            self._sink = None
-            _log.warning("%s; the run goes on without the viewer", error.strerror)
-
-
-def _application(
-    header: Header, channels: Sequence[Channel], playing: views.Playing | None
-) -> str:
-    """Return the name under which a viewer keeps the layout of this recording alone."""
-    topics = [channel.topic for channel in channels]
-    words = repr((header.title, header.scene_text, dict(header.run), topics, playing))
-    return f"slipmode {hashlib.sha256(words.encode()).hexdigest()[:16]}"

@@ -13,24 +13,16 @@ DENSE_SAMPLES = 2**18
 
 Window = tuple[int, int]  # first and last time [ns]
 
-_GAP = 10  # steps of time, of which a longer pause separates windows
-_SHOWN_SAMPLES = 2048  # of a window that a plot shows at first: some thirty periods
-_MOST_WINDOWS = 4  # with plots of their own
 _KEPT_SAMPLES = 8192  # of a channel: longer paths are slow without a GPU
 
 
 class Envelope:
     """Thins a series as it grows: n samples leave some `dense` log2(n / dense) / 2 rows.
 
-    The first `dense` samples pass. From then on two rows, the least and the greatest values,
-    stand for each 4 samples; for each 8 once the series is twice as long; and so on. Rerun thins
-    what it draws by the same extremes, but stores and loads every sample. The rows do not depend
-    on how the samples are divided into batches.
-
-    Parameters
-    ----------
-    dense : int
-        Samples that pass; a multiple of 4.
+    The first `dense` samples, a multiple of 4, pass. From then on two rows, the least and the
+    greatest values, stand for each 4 samples; for each 8 once the series is twice as long; and so
+    on. Rerun thins what it draws by the same extremes, but stores and loads every sample. The rows
+    do not depend on how the samples are divided into batches.
     """
 
     def __init__(self, dense: int = DENSE_SAMPLES) -> None:
@@ -93,8 +85,9 @@ class Latest:
         before = self._windows.pop() if self._windows else np.empty(0, np.int64)
         times = np.concatenate((before, rows[:, 0].astype(np.int64)))
         parts = np.split(times, np.unique(window_starts(times))[1:])
-        self._windows += [part[-_SHOWN_SAMPLES:].copy() for part in parts]
-        self._windows = self._windows[-_MOST_WINDOWS:]
+        # a plot shows the end of a window at first: some thirty periods
+        self._windows += [part[-2048:].copy() for part in parts]
+        self._windows = self._windows[-4:]  # with plots of their own
 
     def rows(self) -> Floats:
         """Return the rows that are kept."""
@@ -129,5 +122,5 @@ class Thinned:
 def window_starts(time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return for each sample the number of the first sample of its window."""
     steps = np.diff(time_ns, prepend=time_ns[:1])
-    breaks = steps > _GAP * np.median(steps)
+    breaks = steps > 10 * np.median(steps)  # a longer pause separates windows
     return np.maximum.accumulate(np.where(breaks, np.arange(len(steps)), 0))

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.labels import BLUE, DARK, GREY, ORANGE, readable
+from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
+from slipmode.runner.view.labels import BLUE, DARK, ORANGE, readable
 
 TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi
 _HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
-_WHITE = (230, 230, 230)
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -66,26 +66,10 @@ def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
     return vertices, f.ravel(), triangles.astype(np.int32)
 
 
-def draw(
-    stream: rr.RecordingStream,
-    torus: Floats,
-    phases: Floats,
-    x: Floats,
-    unit: str,
-    index: Sequence[rr.TimeColumn],
-    shown: NDArray[np.int64],
-    tail: int,
-) -> None:
-    """Draw the surface, and a point that moves on it through samples of x at phases (n, 2).
+def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> None:
+    """Draw the surface of samples of ``/torus``, and a point that moves on it.
 
-    Parameters
-    ----------
-    unit : str
-        Of displacements, as they are given and shown.
-    index : sequence of TimeColumn
-        Times of the samples `shown`.
-    tail : int
-        Length of the moving point's tail, in samples.
+    The places of the path are two phases and a displacement, in `unit` as the samples.
     """
     vertices, f, triangles = surface(torus)
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
@@ -99,77 +83,24 @@ def draw(
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
-    _draw_frame(stream, scale, unit, limit)
-    points = np.column_stack((phases, x)) * upright + (
-        0.0,
-        0.0,
-        0.06,
-    )  # the surface would hide half of the point
-    strips = tails(points, _turn_starts(phases), shown, tail)
-    style = rr.LineStrips3D.from_fields(colors=_WHITE, radii=rr.Radius.ui_points(1.5))
-    stream.log(f"{TORUS}/tail", style, static=True)
-    stream.send_columns(f"{TORUS}/tail", index, rr.LineStrips3D.columns(strips=strips))
-    mark = rr.Points3D.from_fields(colors=_WHITE, radii=rr.Radius.ui_points(6.0))
-    stream.log(f"{TORUS}/now", mark, static=True)
-    stream.send_columns(f"{TORUS}/now", index, rr.Points3D.columns(positions=points[shown]))
-
-
-def tails(
-    points: Floats, starts: NDArray[np.int64], shown: NDArray[np.int64], length: int
-) -> pa.ListArray:
-    """Return for each of the samples `shown` the strip of up to `length` points that ends there.
-
-    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point. Rerun
-    would make the same array of a list of strips one by one, which adds 7 % to a run.
-    """
-    first = np.maximum(starts[shown], shown + 1 - length)
-    count = shown + 1 - first
-    offsets = np.append(0, np.cumsum(count)).astype(np.int32)
-    taken = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], count)
-    batch = (
-        rr.components.LineStrip2DBatch if points.shape[1] == 2 else rr.components.LineStrip3DBatch
-    )
-    form = batch([points[:1]]).as_arrow_array().type
-    flat = points[taken].astype(np.float32).ravel()
-    vectors = pa.FixedSizeListArray.from_arrays(flat, type=form.value_type)
-    return pa.ListArray.from_arrays(offsets, vectors, type=form)
-
-
-def _draw_frame(stream: rr.RecordingStream, scale: float, unit: str, limit: float) -> None:
+    back = np.diff(path.points[:, :2], axis=0, prepend=path.points[:1, :2]) < -0.5 * _TURN
+    edges = np.maximum.accumulate(np.where(back.any(axis=1), np.arange(len(back)), 0))
+    raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
+    white = (230, 230, 230)
+    draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
     low = -_HEIGHT
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))
-    frame = rr.LineStrips3D(
-        [floor, np.array([(0, 0, low), (0, 0, -low)])],
-        colors=DARK,
-        radii=rr.Radius.ui_points(0.8),
-    )
-    stream.log(f"{TORUS}/frame", frame, static=True)
+    draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, -low)]], DARK, 0.8)
+    height = f"height: x = {readable(scale, unit)}"
+    forces = f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange"
     labels = {
-        "0": (0, 0, low),
-        "phase A": (0.5 * _TURN, -0.4, low),
-        "2π": (_TURN, 0, low),
-        "phase B": (_TURN + 0.4, 0.5 * _TURN, low),
-        "2π ": (_TURN, _TURN, low),
-        f"height: x = {readable(scale, unit)}": (0, 0, -low),
-        f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange": (
-            0.5 * _TURN,
-            _TURN,
-            -1.3 * low,
-        ),
+        (0, 0, -low): height,
+        (0.5 * _TURN, _TURN, -1.3 * low): forces,
+        (0, 0, low): "0",
+        (0.5 * _TURN, -0.4, low): "phase A",
+        (_TURN, 0, low): "2π",
+        (_TURN + 0.4, 0.5 * _TURN, low): "phase B",
+        (_TURN, _TURN, low): "2π",
     }
-    marks = rr.Points3D(
-        list(labels.values()),
-        labels=list(labels),
-        show_labels=True,
-        colors=GREY,
-        radii=rr.Radius.ui_points(0.5),
-    )
-    stream.log(f"{TORUS}/labels", marks, static=True)
-
-
-def _turn_starts(phases: Floats) -> NDArray[np.int64]:
-    """Return for each sample the first one of its way that no edge of the square interrupts."""
-    back = np.diff(phases, axis=0, prepend=phases[:1]) < -0.5 * _TURN
-    numbers = np.arange(len(phases))
-    return np.maximum.accumulate(np.where(back.any(axis=1), numbers, 0))
+    draw_labels(stream, TORUS, labels)

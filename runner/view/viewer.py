@@ -11,14 +11,17 @@ import subprocess
 import sysconfig
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 from urllib.parse import quote, urlsplit
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.files import replacing
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient
@@ -29,9 +32,8 @@ FLUSH_SECONDS = 60.0  # at most, for Rerun to write what it was given
 
 _URL = "rerun+http://127.0.0.1:9876/proxy"  # where viewers listen by default
 _MEMORY = "75%"  # of the machine's; beyond it a viewer drops its oldest data
-_STARTING_TIME = 30.0  # [s] at most; a busy machine needs some seconds
-_ANSWERING_TIME = 3.0  # [s] at most, of a viewer that is there
-_COLORS_OF_A_TERMINAL = re.compile(rb"\x1b\[[0-9;]*m")
+
+Process = subprocess.Popen[bytes]
 
 
 @dataclass(frozen=True)
@@ -44,22 +46,21 @@ class Viewer:
 def find_viewer(url: str | None = None) -> Viewer:
     """Return a viewer to send recordings to; start one if there is none yet.
 
-    Parameters
-    ----------
-    url : str, optional
-        Of a viewer that someone has started, like rerun+http://127.0.0.1:9876/proxy.
-
-    Raises
-    ------
-    SlipmodeError
-        If none answers there, or none can be started.
+    `url` is of a viewer that is running, like rerun+http://127.0.0.1:9876/proxy. Raises
+    SlipmodeError if none answers there, or none can be started.
     """
     if url is not None:
         if not _answers(url):
             raise SlipmodeError(f"no viewer at {url}: start one there with the command rerun")
         return Viewer(url)
     if not _answers(_URL):
-        _start(_URL)
+        command = ["--port", str(urlsplit(_URL).port), "--expect-data-soon"]
+        command += ["--memory-limit", _MEMORY]
+
+        def is_ready() -> bool:
+            return _answers(_URL) and _shows(_URL)
+
+        _start(command, is_ready, "the viewer does not start here")
     return Viewer(_URL)
 
 
@@ -75,21 +76,22 @@ def _answers(url: str) -> bool:
     return _listens(host, port)
 
 
-def _start(url: str) -> None:
-    """Start a viewer with a window, which outlives this process; wait until it answers."""
-    command = [VIEWER or "rerun", "--port", str(urlsplit(url).port), "--expect-data-soon"]
-    command += ["--memory-limit", _MEMORY]
+def _start(arguments: list[str], is_ready: Callable[[], bool], failed: str) -> Process:
+    """Start a viewer that outlives this process, and wait until it is ready."""
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
-        deadline = time.monotonic() + _STARTING_TIME
-        while time.monotonic() < deadline:
-            if process.poll() is not None:
-                raise SlipmodeError(f"the viewer does not start here: {_last_words(log)}")
-            if _answers(url) and _shows(url):
-                return
-            time.sleep(0.1)
-        process.kill()
-    raise SlipmodeError(f"the viewer did not answer within {_STARTING_TIME:g} s")
+        process = subprocess.Popen(
+            [VIEWER or "rerun", *arguments], stdout=log, stderr=log, start_new_session=True
+        )
+        deadline = time.monotonic() + 30.0  # a busy machine needs some seconds
+        while not is_ready():
+            if process.poll() is None and time.monotonic() < deadline:
+                time.sleep(0.1)
+                continue
+            is_late = process.poll() is None
+            _end(process)
+            reason = "it did not answer within 30 s" if is_late else _last_words(log)
+            raise SlipmodeError(f"{failed}: {reason}")
+        return process
 
 
 def _shows(url: str) -> bool:
@@ -105,7 +107,8 @@ def _shows(url: str) -> bool:
 
 def _last_words(log: BinaryIO) -> str:
     log.seek(0)
-    lines = _COLORS_OF_A_TERMINAL.sub(b"", log.read()).decode(errors="replace").splitlines()
+    uncolored = re.sub(rb"\x1b\[[0-9;]*m", b"", log.read())
+    lines = uncolored.decode(errors="replace").splitlines()
     return lines[-1].rpartition(": ")[2].rstrip(".") if lines else "it says nothing"
 
 
@@ -117,24 +120,21 @@ def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
     SlipmodeError if the viewer cannot be started.
     """
     page, data = port or _free_port(), _free_port()
-    command = [VIEWER or "rerun", "--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
+    command = ["--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
     command += ["--web-viewer-port", str(page), "--server-memory-limit", _MEMORY, str(rrd)]
-    with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True)
-        try:
-            deadline = time.monotonic() + _STARTING_TIME
-            while not all(_listens("127.0.0.1", each) for each in (page, data)):
-                if process.poll() is not None or time.monotonic() > deadline:
-                    reason = _last_words(log)
-                    raise SlipmodeError(f"no viewer for browsers at port {page}: {reason}")
-                time.sleep(0.1)
-            source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
-            yield f"http://127.0.0.1:{page}/?url={source}"
-        finally:
-            _end(process)
+    process = _start(
+        command,
+        lambda: all(_listens("127.0.0.1", each) for each in (page, data)),
+        f"no viewer for browsers at port {page}",
+    )
+    try:
+        source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
+        yield f"http://127.0.0.1:{page}/?url={source}"
+    finally:
+        _end(process)
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _end(process: Process) -> None:
     """End a process and the processes that it started: the command rerun is a launcher."""
     if os.name == "posix":
         with suppress(ProcessLookupError):
@@ -152,7 +152,7 @@ def _free_port() -> int:
 
 def _listens(host: str, port: int) -> bool:
     try:
-        with socket.create_connection((host, port), timeout=_ANSWERING_TIME):
+        with socket.create_connection((host, port), timeout=3.0):
             return True
     except OSError:
         return False
@@ -182,3 +182,92 @@ def windowless_viewer() -> Iterator[ViewerClient]:
                 os.environ[name] = value
     with viewer:
         yield viewer
+
+
+class _NotReadyError(Exception):
+    """Why a viewer is too slow for a picture."""
+
+
+def write_picture(path: str | Path, write_rrd: Callable[[Path], None], end: float) -> None:
+    """Write a PNG of the .rrd file that `write_rrd` writes, at simulation time `end` [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        rrd = Path(folder) / "recording.rrd"
+        write_rrd(rrd)
+        picture = photograph(rrd, end)
+    with replacing(path) as file:
+        file.write(picture)
+
+
+def photograph(rrd: Path, end: float) -> bytes:
+    """Return a PNG of all views of an .rrd file at simulation time `end` [s].
+
+    Raises SlipmodeError if no viewer can be started, or its views do not stand still.
+    """
+    reason = ""
+    for _ in range(3):
+        try:
+            with windowless_viewer() as viewer:
+                return _small(_picture(viewer, rrd, end))
+        except _NotReadyError as error:
+            reason = str(error)
+        except (RuntimeError, ConnectionError) as error:
+            if "deadline" not in str(error).lower():
+                raise SlipmodeError(
+                    "no viewer could be started for the screenshot: it needs a graphics driver, "
+                    "on Debian: apt-get install mesa-vulkan-drivers libvulkan1 libgl1-mesa-dri "
+                    "libegl1 libxkbcommon0 fonts-dejavu-core"
+                ) from error
+            reason = "it does not answer in time"
+    raise SlipmodeError(
+        f"no screenshot: the viewer is too slow here ({reason}, 3 times); "
+        "try again when the machine is less busy, or write an .rrd file with --save"
+    )
+
+
+def _picture(viewer: ViewerClient, rrd: Path, end: float) -> bytes:
+    """Return a picture of all views once they are filled and no notice covers them."""
+    _wait(viewer, "it keeps a notice over its views", _is_plain)
+    viewer.open(str(rrd))
+    viewer.run_command("ui.toggle_top_panel")
+    viewer.set_time("time", duration=end, play_state="paused")
+    return _wait(viewer, "its views do not stand still", lambda _: not viewer.get_state().loading)
+
+
+def _wait(viewer: ViewerClient, complaint: str, fits: Callable[[bytes], bool]) -> bytes:
+    """Return a picture that three shots in a row agree on, and that fits.
+
+    One or two may come before a view starts to fill.
+    """
+    started, alike = time.monotonic(), [b""]
+    while time.monotonic() < started + 60.0:
+        picture = viewer.take_screenshot()
+        alike = [*alike, picture] if picture == alike[-1] else [picture]
+        if len(alike) >= 3 and fits(picture):
+            return picture
+        time.sleep(0.3)
+    raise _NotReadyError(complaint)
+
+
+def _is_plain(picture: bytes) -> bool:
+    """Return whether the corner for notices is empty, as on the first page of a new viewer."""
+    with _image().open(BytesIO(picture)) as image:
+        width, height = image.size
+        box = 0.82 * width, 0.04 * height, 0.99 * width, 0.12 * height
+        corner = image.convert("RGB").crop(tuple(map(round, box)))
+    return all(least == most for least, most in corner.getextrema())
+
+
+def _small(picture: bytes) -> bytes:
+    """Return a PNG with 192 colours, which has a third of the bytes."""
+    Image = _image()
+    with Image.open(BytesIO(picture)) as image:
+        few = image.convert("RGB").quantize(
+            192, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+        )
+    small = BytesIO()
+    few.save(small, "PNG", optimize=True)
+    return small.getvalue()
+
+
+def _image() -> Any:
+    return extra("PIL.Image", "pictures")

@@ -14,45 +14,22 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import (
-    EVENTS,
-    FULL,
-    OTHER,
-    Channel,
-    Level,
-)
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Level
 from slipmode.runner.view import torus_view
+from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
-    BLUE,
-    GREEN,
+    LINES,
     MOTION_PLOTS,
-    ORANGE,
-    PURPLE,
     SLOW_PLOTS,
-    YELLOW,
     Series,
     find_series,
     is_contact,
+    legend,
     reading,
     series,
 )
-from slipmode.runner.view.phase_portraits import (
-    AXIS_REACH,
-    LOOP,
-    ORBIT,
-    PHASE_PORTRAIT,
-    RESPONSE,
-    TIMELINE,
-    TRAJECTORY,
-    FinalViews,
-    Portrait,
-    portraits,
-    time_column,
-)
+from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Window
-
-_COLORS = (BLUE, ORANGE, GREEN, PURPLE, YELLOW)  # of the lines of a plot
-_SCENE, _READING = "/scene", "/reading"
 
 _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "info": rr.TextLogLevel.INFO,
@@ -60,24 +37,13 @@ _LEVELS: Mapping[Level, rr.TextLogLevel] = {
     "error": rr.TextLogLevel.ERROR,
 }
 
-_MOST_MOTION = 5  # plots of fast motion above a portrait of the contacts
-_MOST_ROWS = 4  # of drawings, of which each is to be large enough
-
 
 @dataclass(frozen=True)
 class Playing:
-    """How a viewer plays a recording once it has opened it.
+    """How a viewer plays a recording once it has opened it."""
 
-    Parameters
-    ----------
-    speed : float
-        Simulated seconds per second.
-    loop : bool
-        Whether it begins again at the end.
-    """
-
-    speed: float = 1.0
-    loop: bool = False
+    speed: float = 1.0  # Simulated seconds per second
+    loop: bool = False  # Whether it begins again at the end
 
     def __post_init__(self) -> None:
         if not 0.0 < self.speed < math.inf:
@@ -91,10 +57,7 @@ def _entity(channel: Channel, plot: Series) -> str:
 
 
 def send_series(
-    stream: rr.RecordingStream,
-    channel: Channel,
-    time_ns: NDArray[np.int64],
-    values: Floats,
+    stream: rr.RecordingStream, channel: Channel, time_ns: NDArray[np.int64], values: Floats
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]
@@ -122,9 +85,9 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
         shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
         for plot in series(channel):
-            colors = [_COLORS[(shift + j) % len(_COLORS)] for j in range(len(plot.names))]
+            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.columns))]
             style = rr.SeriesLines(
-                names=plot.names,
+                names=[legend(channel, column) for column in plot.columns],
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
@@ -134,7 +97,7 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
     if not scene_text:
         return
     document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
-    stream.log(_SCENE, document, static=True)
+    stream.log("/scene", document, static=True)
 
 
 def explain(
@@ -146,7 +109,7 @@ def explain(
         titles += [title] if find_series(channels, topic, quantity) else []
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
-    stream.log(_READING, words, static=True)
+    stream.log("/reading", words, static=True)
 
 
 def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
@@ -158,38 +121,32 @@ def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> l
 
 
 def _in_rows(groups: Iterable[list[rrb.View]]) -> list[list[rrb.View]]:
-    """Return rows of two views, or one row for each group if these were too many."""
+    """Return up to four rows of two views, or one row for each group if these were more."""
     groups = [group for group in groups if group]
     pairs = [group[k : k + 2] for group in groups for k in range(0, len(group), 2)]
-    return pairs if len(pairs) <= _MOST_ROWS else groups
+    return pairs if len(pairs) <= 4 else groups
 
 
 def blueprint(
     channels: Sequence[Channel], final: FinalViews | None = None, playing: Playing | None = None
 ) -> rrb.Blueprint:
-    """Return the layout of the views of the channels.
+    """Return the layout of the views of the channels that are recorded.
 
-    Parameters
-    ----------
-    channels : sequence of Channel
-        What is recorded.
-    final : FinalViews, optional
-        What `Paths.draw` returns; before, all portraits but responses, and all fast motion.
-    playing : Playing, optional
-        By default a viewer does not play it by itself.
+    `final` is what `Paths.draw` returns; without it, all portraits but responses and all fast
+    motion are shown. Without `playing` a viewer does not play it by itself.
     """
-    drawings = {each.entity: _drawing(each) for each in _shown_portraits(channels, final)}
+    shown = _shown_portraits(channels, final)
 
     def of_kind(kind: str) -> list[rrb.View]:
-        return [view for entity, view in drawings.items() if entity.startswith(kind)]
+        return [each.view() for each in shown if each.entity.startswith(kind)]
 
     motion = _motion(channels, final.windows if final else ())
-    beside, beneath = of_kind(PHASE_PORTRAIT), of_kind(TRAJECTORY)
-    if len(motion) > _MOST_MOTION:
-        beside, beneath = [*beside, *beneath], []
-    kinds = (RESPONSE, f"{LOOP}/contact", f"{LOOP}{FULL}", ORBIT)
+    right, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
+    if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
+        right, beneath = [*right, *beneath], []
+    kinds = ("/response", "/loop/contact", f"/loop{FULL}", "/orbit")
     rows: list[rrb.View | rrb.Container] = [
-        rrb.Horizontal(*row) for row in _in_rows((beside, *map(of_kind, kinds)))
+        rrb.Horizontal(*row) for row in _in_rows((right, *map(of_kind, kinds)))
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())
@@ -205,7 +162,12 @@ def blueprint(
         shares, contents = zip(*filled, strict=True)
         plots = rrb.Horizontal(*contents, column_shares=shares)
         layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
-    return rrb.Blueprint(layout, _time_panel(playing), collapse_panels=True)
+    plays: dict[str, Any] = {}
+    if playing is not None:
+        loop = "all" if playing.loop else "off"
+        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
+    time_panel = rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
+    return rrb.Blueprint(layout, time_panel, collapse_panels=True)
 
 
 def _motion(
@@ -235,8 +197,8 @@ def _texts(channels: Sequence[Channel]) -> rrb.Container:
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(
-        rrb.TextDocumentView(origin=_READING, name="How to read this"),
-        rrb.TextDocumentView(origin=_SCENE, name="Scene"),
+        rrb.TextDocumentView(origin="/reading", name="How to read this"),
+        rrb.TextDocumentView(origin="/scene", name="Scene"),
     )
     return rrb.Horizontal(events, documents, column_shares=(3, 2))
 
@@ -253,14 +215,6 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
         for source, entities in sources.items()
     ]
     return [rrb.Grid(*plots)] if plots else []
-
-
-def _time_panel(playing: Playing | None) -> rrb.TimePanel:
-    plays: dict[str, Any] = {}
-    if playing is not None:
-        loop = "all" if playing.loop else "off"
-        plays = {"play_state": "playing", "playback_speed": playing.speed, "loop_mode": loop}
-    return rrb.TimePanel(timeline=TIMELINE, state="collapsed", **plays)
 
 
 def _plots(
@@ -284,12 +238,3 @@ def _plots(
         for topic, quantity, title in wanted
         if (found := find_series(channels, topic, quantity))
     ]
-
-
-def _drawing(portrait: Portrait) -> rrb.View:
-    reach = (-AXIS_REACH, AXIS_REACH)
-    return rrb.Spatial2DView(
-        origin=portrait.entity,
-        name=portrait.title,
-        visual_bounds=rrb.VisualBounds2D(x_range=reach, y_range=reach),
-    )

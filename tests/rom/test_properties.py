@@ -50,7 +50,8 @@ def taken_by_dampers(structure, reduced, amplitude, terms):
         B = reduced.modal_coupling(nu)
         if order in CARRIERS:
             held = CARRIERS.index(order)
-            q = reduced.others_response(held, nu, (-B @ P)[:, np.newaxis])[:, 0]
+            own = np.arange(len(reduced.modes)) == held
+            q = reduced.response(nu, (-B @ P)[:, np.newaxis], own)[:, 0]
             q += amplitude[held] * reduced.response_by_dampers[held]
             q[held] = amplitude[held]
         else:

@@ -21,10 +21,10 @@ from slipmode.fmu import Component
 from slipmode.rom import Tanh, steady, two_mass
 from slipmode.rom.full import Excitation, integrate
 from slipmode.rom.slow.motion import reconstruct
-from slipmode.runner import slow_pass
 from slipmode.runner.motion.trajectory import sample_times
 from slipmode.runner.recording.mcap_writer import FIRST_FLUSH_SECONDS
 from slipmode.runner.recording.recover import recover
+from slipmode.runner.transients import passes
 
 # What a run returns
 
@@ -105,13 +105,13 @@ def test_long_steps_are_on_disk_before_many_of_them_are_done(tmp_path, monkeypat
 def test_a_window_late_in_a_run_needs_no_more_than_its_own_steps(tmp_path, monkeypatch):
     """The same samples as from the whole trajectory, of which the run keeps the end alone."""
     kept = []
-    real = slow_pass.slow_trajectory
+    real = passes.slow_trajectory
 
     def slow_trajectory(plan, model, names, outputs, first):
         kept.append((len(outputs), first))
         return real(plan, model, names, outputs, first)
 
-    monkeypatch.setattr(slow_pass, "slow_trajectory", slow_trajectory)
+    monkeypatch.setattr(passes, "slow_trajectory", slow_trajectory)
     sweep = "frequency = [[0, 0.96], [19000, 0.96], [20000, 1.0]]"
     force = "amplitude = [[0, 0.1], [19530, 0.1], [19530, 0.15]]"
     late = changed(

@@ -37,7 +37,7 @@ def test_an_interrupted_run_is_readable_and_says_so(tmp_path, monkeypatch):
         return run(self, durations, inputs)
 
     monkeypatch.setattr(Component, "run", interrupted)
-    monkeypatch.setattr("slipmode.runner.slow_pass._STEPS_PER_BLOCK", 256)
+    monkeypatch.setattr("slipmode.runner.transients.passes._STEPS_PER_BLOCK", 256)
     _, data = run_to_failure(changed(LARGE_RANGE), tmp_path, KeyboardInterrupt)
     assert (data.damage, data.complete) == ("", False)
     assert data.channels["/modes"][1].size == len(taken) + 1 < 700
@@ -93,7 +93,7 @@ def test_a_run_that_leaves_its_table_is_readable_and_says_so(tmp_path):
 def test_a_run_whose_reconstruction_fails_is_readable_and_says_so(
     tmp_path, monkeypatch, error, words
 ):
-    monkeypatch.setattr("slipmode.runner.slow_pass.SAMPLES_PER_BATCH", 64)
+    monkeypatch.setattr("slipmode.runner.transients.passes.SAMPLES_PER_BATCH", 64)
     reconstruct, batches = hybrid.reconstruct, []
 
     def failing(*arguments):
@@ -195,7 +195,7 @@ def test_a_second_run_into_a_recording_that_is_being_written_is_refused(
         return run(self, durations, inputs)
 
     monkeypatch.setattr(Component, "run", beside)
-    monkeypatch.setattr("slipmode.runner.slow_pass._STEPS_PER_BLOCK", 256)
+    monkeypatch.setattr("slipmode.runner.transients.passes._STEPS_PER_BLOCK", 256)
     runner.run(scene, tmp_path)
     assert refusals[1] == (
         f"{tmp_path / 'test'}{kept}: another run is writing this file; wait until it ends, or "

@@ -77,8 +77,8 @@ static sm_status motion_at(fmu_instance *instance, const direction *along, doubl
         amplitude[k] =
             instance->outputs[FMU_AMPLITUDE + k] + h * along->state[FMU_AMPLITUDE + k];
     for (size_t k = 0; k < FMU_INPUTS; k++) slots(&inputs)[k] += h * change[k];
-    const sm_status status = sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate,
-                                               &power[0], &power[1]);
+    const sm_status status =
+        sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power);
     if (status != SM_OK) return status;
     return sm_component_recent_motion(instance->component, &inputs, amplitude, rate, 1, motion);
 }
@@ -146,10 +146,10 @@ static fmu_status follow(fmu_instance *instance, const fmu_derivative *d, direct
     fmu_scale_forces(instance, &along->inputs);
     memcpy(along->inputs.angle, along->state + FMU_ANGLE, sizeof along->inputs.angle);
     const sm_inputs inputs = fmu_inputs_now(instance);
-    const sm_status found = sm_slow_flow_directional(
-        &instance->flow, &inputs, 0.0, instance->outputs + FMU_AMPLITUDE,
-        along->state + FMU_AMPLITUDE, &along->inputs, along->rate, &along->power[0],
-        &along->power[1]);
+    const sm_slow_point at = {instance->outputs + FMU_AMPLITUDE, &inputs};
+    const sm_slow_point change = {along->state + FMU_AMPLITUDE, &along->inputs};
+    const sm_status found =
+        sm_slow_flow_directional(&instance->flow, &at, &change, along->rate, along->power);
     fmu_status status = fmu_status_of(instance, found, "directional derivative");
     memcpy(along->rate + 2 * modes, along->inputs.frequency, (size_t)modes * sizeof(double));
     along->rate[3 * modes] = along->power[1];

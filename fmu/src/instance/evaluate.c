@@ -165,8 +165,8 @@ fmu_status fmu_evaluate_rates(fmu_instance *instance) {
     const int modes = instance->model->modes;
     double *outputs = instance->outputs, *rates = instance->rates, power[2];
     const sm_inputs inputs = fmu_inputs_now(instance);
-    const sm_status found = sm_slow_flow_rate(
-        &instance->flow, &inputs, 0.0, outputs + FMU_AMPLITUDE, rates, &power[0], &power[1]);
+    const sm_status found =
+        sm_slow_flow_rate(&instance->flow, &inputs, 0.0, outputs + FMU_AMPLITUDE, rates, power);
     if (found != SM_OK) return fmu_status_of(instance, found, "derivatives");
     memcpy(rates + 2 * modes, inputs.frequency, (size_t)modes * sizeof *rates);
     rates[3 * modes] = power[1];

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Self
 
@@ -20,7 +19,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
@@ -32,7 +31,7 @@ _MOST_PERIODS = 400  # of a march
 _RATIO_ERROR = 3.0
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ContactForces:
     """Forces on the contacts besides friction.
 
@@ -54,10 +53,8 @@ class ContactForces:
     constant: Complexes | None = None
     first_guess: Complexes | None = None
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class TorusMarch:
     """A contact problem on a grid of the torus as the core reads it, whatever the amplitudes.
 
@@ -81,8 +78,6 @@ class TorusMarch:
     tolerance: float
     orders: NDArray[np.int32]
     distinguishable: Flags
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, problem: ContactProblem, grid: Discretisation, tolerance: float) -> Self:

@@ -13,7 +13,6 @@ The iteration is left with what this damping changes: H - H_marched at each harm
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -21,7 +20,7 @@ import scipy.linalg
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 _DAMPING = 0.5  # zeta
 # Retained modes are marched too. At its own carrier a mode does not respond, its slow flow does:
@@ -30,7 +29,7 @@ _DAMPING_OF_RETAINED = 1.0
 _SLOW = 0.7  # times Omega_A: modes below would take periods to come to rest, and hardly respond
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class MarchedModes:
     """Modes as oscillators, stepped exactly for forces that are linear in a step.
 
@@ -53,8 +52,6 @@ class MarchedModes:
     transition: Floats
     load: Floats
     step: float
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, reduced: Reduced, steps: int) -> MarchedModes:

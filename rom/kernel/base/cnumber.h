@@ -2,6 +2,9 @@
 #ifndef SLIPMODE_CNUMBER_H
 #define SLIPMODE_CNUMBER_H
 
+#include "base/lanes.h"
+#include "slipmode.h"
+
 typedef struct {
     double re, im;
 } sm_complex;
@@ -38,5 +41,32 @@ static inline sm_complex sm_unit_power(sm_complex z, int n) {
     }
     return result;
 }
+
+/* A complex number of each mode, side by side: loops over modes are one operation on both.
+ *
+ * Nothing of the sort is copied as a whole or put together from one mode after the other on the
+ * hot path: loads that are wider than the stores before them wait for these. */
+
+typedef struct {
+    double re[SM_MODES], im[SM_MODES];
+} sm_modal;
+
+SM_INLINE sm_complex sm_of(const sm_modal *z, int j) { return sm_cx(z->re[j], z->im[j]); }
+
+SM_INLINE void sm_put(sm_modal *z, int j, sm_complex value) {
+    z->re[j] = value.re;
+    z->im[j] = value.im;
+}
+
+/* Harmonics (n, m) of two carriers. */
+
+#define SM_MOST_ORDERS 512 /* harmonics of one sum */
+
+/* At most SM_MOST_ORDERS of them, each |n| and |m| small enough for what follows. */
+sm_status sm_orders_check(int count, const int32_t *orders);
+
+/* exp(i (n theta_A + m theta_B)) of each harmonic. */
+void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carrier[SM_MODES],
+                         double *re, double *im);
 
 #endif

@@ -8,6 +8,9 @@
 #define SM_TWO_PI_HIGH 6.283185303211212 /* 30 bits of 2 pi: times up to 2^23 turns it is exact */
 #define SM_TWO_PI_LOW 3.968374318722162e-09 /* 2 pi - SM_TWO_PI_HIGH */
 
+/* Steps after which a phasor that is advanced by products is computed from its exact angle again. */
+#define SM_EXACT_STEPS 64
+
 typedef struct {
     double value, carry; /* the sum is value + carry, value the double nearest to it */
 } sm_exact_sum;

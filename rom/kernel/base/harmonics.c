@@ -1,4 +1,4 @@
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 
 #define MOST_ORDER 32 /* |n| and |m| of a harmonic */
 

@@ -74,6 +74,15 @@ static const sm_layout_row ROWS[] = {
     WHOLE, FIELD(modes), FIELD(orders_count), FIELD(orders), FIELD(signals), FIELD(shape),
     FIELD(coefficient),
 #undef STRUCTURE
+#define STRUCTURE sm_contact_samples
+    WHOLE, FIELD(count), FIELD(times), FIELD(displacement), FIELD(velocity), FIELD(force),
+#undef STRUCTURE
+#define STRUCTURE sm_trajectory_steps
+    WHOLE, FIELD(count), FIELD(inputs), FIELD(duration), FIELD(start), FIELD(end),
+#undef STRUCTURE
+#define STRUCTURE sm_trace
+    WHOLE, FIELD(capacity), FIELD(count), FIELD(outputs), FIELD(done), FIELD(elapsed),
+#undef STRUCTURE
 #define STRUCTURE sm_inputs
     WHOLE, FIELD(force), FIELD(force_rate), FIELD(frequency), FIELD(frequency_rate), FIELD(phase),
     FIELD(phase_rate), FIELD(limit_scale), FIELD(limit_scale_rate), FIELD(angle),

@@ -1,5 +1,5 @@
 #include "base/check.h"
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "contact/elastic/law.h"
 
 #define MAX_CONTACTS 32768 /* indices of (N_c, N_c) matrices fit an int */

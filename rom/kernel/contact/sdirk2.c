@@ -1,7 +1,7 @@
 #include "contact/sdirk2.h"
 
 #include "base/check.h"
-#include "contact/slipping.h"
+#include "contact/stage/active_set.h"
 
 /* An estimate of 1 - tanh w at c w + tanh w = 1, for the initial guess of the resolvent only. */
 static double transition_width(double c) {
@@ -39,8 +39,8 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
     stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
 }
 
-/* Whether Cholesky factorisation runs through, the diagonal raised by what rounding may have
- * taken from a semidefinite matrix. */
+/* Returns whether the matrix has a Cholesky factor. Its diagonal is raised slightly, as rounding may
+ * make a semidefinite matrix indefinite. */
 static int positive_definite(const double *matrix, int n, double *factor) {
     for (int i = 0; i < n; i++)
         for (int j = 0; j <= i; j++) {

@@ -3,15 +3,14 @@
  * Bank et al. (1985): the trapezoidal rule to t + 2 gamma h, backward differences of second order
  * from there to t + h. With gamma = 1 - 1/sqrt 2 both stages solve the stage problem of sdirk2.h,
  * and what follows t + h does not see what t left undecided. Unlike there, its stages are of second
- * order, and so are velocities where displacements follow the forces and M hardly matters: what
- * SDIRK2 says of those is off by a third of their change in a step.
+ * order, and so are velocities where displacements follow the forces and M hardly matters; the error
+ * of SDIRK2's velocities is a third of their change in a step.
  */
 #ifndef SLIPMODE_TR_BDF2_H
 #define SLIPMODE_TR_BDF2_H
 
 #include "contact/sdirk2.h"
 
-#define SM_STAGES 2
 #define SM_TR_END (2.0 * SM_GAMMA)        /* of the first stage, in steps */
 #define SM_TR_WEIGHT 0.35355339059327376  /* of the first two velocities in the second stage */
 

@@ -1,19 +1,19 @@
 /* Harmonic forces F cos(theta + ph) at the stages of equal time steps.
  *
  * From one step to the next each phasor advances by a complex factor, and a sweep advances that:
- * two complex products instead of a cosine. Exact angles anchor the recurrence every SM_ANCHOR
- * steps, so that rounding does not pile up.
+ * two complex products instead of a cosine. Exact angles anchor the recurrence every
+ * SM_EXACT_STEPS steps, so that rounding does not pile up.
  */
 #ifndef SLIPMODE_CARRIER_H
 #define SLIPMODE_CARRIER_H
 
 #include <math.h>
 
+#include "base/exact_sum.h"
 #include "base/lanes.h"
 #include "slipmode.h"
 
 #define SM_CARRIER_STAGES 6
-#define SM_ANCHOR 64
 
 typedef struct {
     double re[SM_CARRIER_STAGES], im[SM_CARRIER_STAGES];

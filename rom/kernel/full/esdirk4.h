@@ -13,7 +13,7 @@
 #define SLIPMODE_ESDIRK4_H
 
 #include "full/carrier.h"
-#include "contact/stage/warm_chebyshev.h"
+#include "contact/stage/chebyshev.h"
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
 #define SM_FULL_BLOCK \

@@ -212,7 +212,7 @@ SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double el
                               size_t first, size_t steps) {
     for (size_t k = first; k < first + steps; k++) {
         const double now = elapsed + m->h * (double)k;
-        if (k % SM_ANCHOR == 0) sm_carrier_anchor(&m->carrier, now);
+        if (k % SM_EXACT_STEPS == 0) sm_carrier_anchor(&m->carrier, now);
         const sm_status status =
             elastic ? sm_elastic_step_take(elastic, m, now) : sm_esdirk4_step(m, now);
         if (status != SM_OK) return status;

@@ -13,7 +13,6 @@
 #include <math.h>
 
 #include "base/lanes.h"
-#include "slow/combination.h"
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
@@ -120,7 +119,7 @@ sm_status sm_first_order(const sm_slow_flow *flow, sm_instant *instant, int slop
                              : first_order(flow, instant, SM_MODES, columns, y, state);
 }
 
-#define SETS_OFF 1e-4 /* radians in which the flow covers an amplitude that counts as none */
+#define SETS_OFF 1e-4 /* radians in which the flow covers an amplitude that is taken as zero */
 
 /* How the effective amplitudes change. */
 typedef struct {
@@ -129,9 +128,9 @@ typedef struct {
     int from_rest; /* 1: a mode of those */
 } effective_change;
 
-/* Along a direction in amplitudes, and inputs that by themselves change the effective amplitude by
- * `by_inputs` relative to the scale of the limits, and that scale by `scale`. From rest an
- * amplitude moves straight away: its unit, without a meaning there, is that of the motion. */
+/* Along a direction in amplitudes and inputs. `by_inputs`: change of the effective amplitude by the
+ * inputs alone, relative to the scale of the limits; `scale`: relative change of that scale. From
+ * rest an amplitude moves straight, and its unit is the direction of the motion. */
 SM_INLINE void change_of_effective(const sm_instant *instant, const sm_effective *effective,
                                    int modes, const sm_modal *amplitude, const sm_modal *by_inputs,
                                    double scale, effective_change *d) {

@@ -2,7 +2,7 @@
 #ifndef SLIPMODE_INSTANT_H
 #define SLIPMODE_INSTANT_H
 
-#include "base/modal.h"
+#include "base/cnumber.h"
 
 /* mass a' + stiffness a = excitation / 2 + c s G(c (a + off_resonance excitation) / s), with c the
  * coupling ratio, G the reaction of the contacts as tabulated and s the scale of their limits. */
@@ -13,7 +13,7 @@ typedef struct {
     double detuning[SM_MODES]; /* from the carriers of the table, as far as it knows [rad/s] */
 } sm_coefficients;
 
-/* The same equation by what it multiplies, for the hot path:
+/* The same equation with its factors multiplied out, for the hot path:
  *   e = amplitude_ratio a + off_resonance,  rate = forcing - spring a + rate_ratio G(e),
  *   force = force_ratio G(e).
  */

@@ -214,25 +214,6 @@ SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, i
     return find_cell_along(table->node_b, table->count_b, amplitudes[1], &cell[1]);
 }
 
-/* The nodes and values are not checked one by one: a NaN among them shows in the result. */
-sm_status sm_table_lookup(const sm_table *table, const double *amplitudes, double *s) {
-    if (!shape_is_valid(table) || !amplitudes || !s) return SM_BAD_ARGUMENT;
-    int32_t cell[SM_MODES] = {0};
-    const sm_status status = sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL);
-    if (status != SM_OK) return status;
-    return sm_all_finite(s, field_count(table)) ? SM_OK : SM_NOT_FINITE;
-}
-
-sm_status sm_table_lookup_slopes(const sm_table *table, const double *amplitudes,
-                                 double *slopes) {
-    if (!shape_is_valid(table) || !amplitudes || !slopes) return SM_BAD_ARGUMENT;
-    int32_t cell[SM_MODES] = {0};
-    const sm_status status =
-        sm_table_slopes_from(table, amplitudes, field_count(table), cell, slopes, NULL);
-    if (status != SM_OK) return status;
-    return sm_all_finite(slopes, PARTS * field_count(table)) ? SM_OK : SM_NOT_FINITE;
-}
-
 SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes,
                                           size_t sloped, int32_t *cell, double *slopes,
                                           double *rate_correction) {
@@ -255,12 +236,16 @@ void sm_table_detuning(const sm_table *table, const double *amplitudes, int slop
     sum_patch(&found, table->modes, sloped ? found.fields : 0, slopes);
 }
 
-sm_status sm_table_lookup_many(const sm_table *table, size_t points, const double *amplitudes,
-                               double *s) {
+/* The nodes and values are not checked one by one: a NaN among them shows in the result. */
+sm_status sm_table_lookup(const sm_table *table, size_t points, const double *amplitudes,
+                          double *s) {
     if (!shape_is_valid(table) || (points > 0 && (!amplitudes || !s))) return SM_BAD_ARGUMENT;
-    const size_t modes = (size_t)table->modes;
-    sm_status status = SM_OK;
-    for (size_t k = 0; k < points && status == SM_OK; k++)
-        status = sm_table_lookup(table, amplitudes + k * modes, s + k * field_count(table));
-    return status;
+    const size_t fields = field_count(table);
+    for (size_t k = 0; k < points; k++, s += fields, amplitudes += table->modes) {
+        int32_t cell[SM_MODES] = {0};
+        const sm_status status = sm_table_slopes_from(table, amplitudes, 0, cell, s, NULL);
+        if (status != SM_OK) return status;
+        if (!sm_all_finite(s, fields)) return SM_NOT_FINITE;
+    }
+    return SM_OK;
 }

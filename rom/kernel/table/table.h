@@ -6,10 +6,10 @@
 /* What keeps a look-up inside the arrays. */
 sm_status sm_table_check_shape(const sm_table *table);
 
-/* As sm_table_lookup_slopes, but neither the table's shape nor the result is checked, and there are
- * slopes of the first `sloped` columns alone, an even number. `cell` (SM_MODES) says where to look
- * first and is left at the cell found; the result does not depend on it. `rate_correction`
- * (SM_RATE_CORRECTIONS) may be NULL, and is left as it is by a table without one. */
+/* Finds the columns, and d/da and d/db of the first `sloped` of them, an even number: (3, columns).
+ * Neither the table's shape nor the result is checked. `cell` (SM_MODES) says where to look first and
+ * is set to the cell found; the result does not depend on it. `rate_correction`
+ * (SM_RATE_CORRECTIONS) may be NULL, and is not set by a table without one. */
 sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, size_t sloped,
                                int32_t *cell, double *slopes, double *rate_correction);
 

@@ -4,11 +4,10 @@
  * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
  * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
  */
-#include "torus/fixed_point/elastic.h"
-#include "torus/iteration.h"
-#include "torus/torus_check.h"
+#include "torus/torus.h"
+#include "torus/group.h"
 
-#define SETTLING 2 /* periods from rest to the first that counts */
+#define PERIODS_BEFORE 2 /* periods from rest to the first that counts */
 
 /* Weights of the sums of a period: rising from its start, or falling to its end. */
 static void weigh(sm_torus_grid *grid, int falling) {
@@ -35,12 +34,13 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
 }
 
 static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size_t first,
-                             size_t points, const double *amplitudes, const double *growth,
+                             const sm_torus_points *through, const double *growth,
                              double *harmonics) {
     const int modes = hat->contact->modes;
-    const double before = SETTLING + 1.0; /* periods until the amplitudes are as given */
+    const size_t points = through->count;
+    const double before = PERIODS_BEFORE + 1.0; /* periods until the amplitudes are as given */
     const size_t per_point = hat->per_point, most = (size_t)hat->points_per_group;
-    sm_torus_group_start(hat, g, first, points, amplitudes);
+    sm_torus_group_start(hat, g, first, points, through->amplitudes);
     for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
         size_t point = first + (size_t)(lane / hat->lines);
         point = point < points ? point : points - 1;
@@ -50,7 +50,7 @@ static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size
         g->a[lane] -= before * of[0];
         if (modes == 2) g->b[lane] -= before * of[1];
     }
-    for (int k = 0; k < SETTLING; k++) {
+    for (int k = 0; k < PERIODS_BEFORE; k++) {
         const sm_status status = period(hat, g);
         if (status != SM_OK) return status;
     }
@@ -78,14 +78,14 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
         status = sm_torus_check_points(contact, points, growth, grid->orders_count);
     if (status != SM_OK) return status;
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
+    const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
     if (contact->law == SM_ELASTIC) {
         const double none[SM_MODES] = {0.0};
         sm_discretisation unscaled = *grid;
         unscaled.smallest_scale = none;
-        const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
         const sm_torus_motion motion = {.harmonics = harmonics};
         const sm_torus_task task = {&unscaled, &through, &motion};
-        return sm_torus_elastic_growing(contact, &task, growth, SETTLING);
+        return sm_torus_elastic_growing(contact, &task, growth, PERIODS_BEFORE);
     }
     for (int k = 0; k < 2 && status == SM_OK; k++) {
         status = sm_torus_grid_make(&hat[k], contact, grid, points);
@@ -94,7 +94,7 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
     if (status == SM_OK) status = sm_torus_group_make(&group, &hat[0]);
     for (size_t first = 0; first < points && status == SM_OK;
          first += (size_t)hat->points_per_group)
-        status = solve_group(hat, &group, first, points, amplitudes, growth, harmonics);
+        status = solve_group(hat, &group, first, &through, growth, harmonics);
     sm_torus_group_release(&group);
     sm_torus_grid_release(&hat[1]);
     sm_torus_grid_release(&hat[0]);

@@ -1,4 +1,4 @@
-#include "torus/iteration.h"
+#include "torus/group.h"
 
 #include <stdlib.h>
 

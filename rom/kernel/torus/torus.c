@@ -9,19 +9,60 @@
  * before; the march ends when either repeats.
  */
 #include "base/check.h"
-#include "torus/fixed_point/elastic.h"
-#include "torus/iteration.h"
-#include "torus/fixed_point/soft.h"
-#include "torus/torus_check.h"
+#include "torus/torus.h"
+#include "torus/group.h"
 
-/* Half a period to forget the start and a whole one are marched in larger steps. */
+/* Half a period to forget the start and a whole one are marched in larger steps: this saves up to
+ * half of the steps of one mode (benchmarks/contact_solves.py). */
 #define COARSE_HALVES 3
 #define COARSER 4
 #define FEWEST_STEPS 16
-/* Of the tolerance: the residual that stages may leave, which moves harmonics by a few times that. */
+/* Residual of stages relative to the tolerance; it moves the harmonics by a few times as much. */
 #define LEFT_BY_STAGES 1e-3
 #define MOST_LEFT 1e-6
 #define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
+#define MAX_STEPS 65536
+#define MAX_LINES 4096
+#define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
+#define MAX_ORDERS_COUNT 4096
+
+/* Lines of rigid contacts fill lanes. */
+static sm_status check_grid(int law, const sm_discretisation *grid) {
+    const int32_t steps = grid->steps, lines = grid->lines, orders_count = grid->orders_count;
+    const int32_t *orders = grid->orders;
+    if (steps < 4 || steps > MAX_STEPS) return SM_BAD_ARGUMENT;
+    if (lines < 1 || lines > MAX_LINES ||
+        (law != SM_ELASTIC && (lines & (lines - 1)) != 0))
+        return SM_BAD_ARGUMENT;
+    if (!orders || orders_count < 1 || orders_count > MAX_ORDERS_COUNT) return SM_BAD_ARGUMENT;
+    for (int32_t k = 0; k < 2 * orders_count; k++)
+        if (orders[k] < -MAX_ORDER || orders[k] > MAX_ORDER) return SM_BAD_ARGUMENT;
+    return SM_OK;
+}
+
+static sm_status check_rates(int modes, const double *rates) {
+    if (!rates) return SM_BAD_ARGUMENT;
+    for (int j = 0; j < modes; j++) {
+        const sm_status status = sm_check_positive(rates[j]);
+        if (status != SM_OK) return status;
+    }
+    return modes == 1 || isfinite(rates[1] / rates[0] * MAX_ORDER) ? SM_OK : SM_NOT_FINITE;
+}
+
+sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid) {
+    sm_status status = sm_contact_check(contact);
+    if (status == SM_OK && !grid) return SM_BAD_ARGUMENT;
+    if (status == SM_OK) status = check_grid(contact->law, grid);
+    return status == SM_OK ? check_rates(contact->modes, grid->rates) : status;
+}
+
+sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,
+                                int32_t orders_count) {
+    const size_t per_point = (size_t)orders_count * (size_t)contact->contacts * 2;
+    if (!sm_fits(points, per_point * sizeof(double))) return SM_BAD_ARGUMENT;
+    if (points > 0 && !values) return SM_BAD_ARGUMENT;
+    return sm_all_finite(values, points * (size_t)contact->modes) ? SM_OK : SM_NOT_FINITE;
+}
 
 /* The modes must respond to the harmonics that are computed. */
 static int responds_to(const sm_modal_response *response, const sm_discretisation *grid) {
@@ -58,15 +99,15 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
                ? SM_OK : SM_BAD_ARGUMENT;
 }
 
-/* sum += fresh over the halves since a point last came noticeably closer to periodicity. */
+/* sum += fresh over the halves since the change of a point last fell noticeably. */
 static void add_idle(const sm_progress *track, size_t count, const double *fresh, double *sum) {
     for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
 }
 
-/* The result of a point whose harmonics keep moving, by the error of the grid, while the phases
- * drift: their mean, and that of the mean squares, over those halves; and the distance of the last
- * harmonics from it. */
-static double settle_for_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
+/* Stores the result of a point whose harmonics keep moving by the error of the grid while the phases
+ * drift: means of harmonics and mean squares over those halves. Returns the distance of the last
+ * harmonics from their mean. */
+static double store_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
                               const sm_scales *scales, double *mean, double *mean_square) {
     const size_t per_point = grid->per_point, n = (size_t)grid->contact->contacts;
     const double idle = g->track[p].idle;
@@ -93,17 +134,25 @@ static double by_halves(const sm_torus_grid *grid, const sm_torus_group *g, size
     return fine < 3 ? INFINITY : fmax(distance, DRIFT * turn);
 }
 
-/* After so many halves and steps: stores the harmonics of unfinished points; whether any goes on.
- * Where halves of one line repeat one another the last, which is nearer, stands for both. */
+/* How far the march of a group has come. */
+typedef struct {
+    size_t first, count; /* points */
+    int halves, fine;    /* half periods; of these, since the last change of the grid */
+    int marched;         /* steps */
+} march_state;
+
+/* Stores the harmonics of unfinished points; returns whether any goes on. If halves of one line
+ * repeat, the last, which is closer to periodicity, stands for both. */
 static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                 size_t first, size_t count, int halves, int fine, int marched) {
+                 const march_state *at) {
     const size_t per_point = grid->per_point, modes = (size_t)grid->contact->modes;
     const size_t n = (size_t)grid->contact->contacts;
+    const int halves = at->halves;
     int open = 0;
-    for (size_t p = 0; p < count; p++) {
+    for (size_t p = 0; p < at->count; p++) {
         sm_progress *track = &g->track[p];
         if (track->done) continue; /* its result is already stored */
-        const size_t point = first + p;
+        const size_t point = at->first + p;
         double *fresh = g->fresh + p * per_point, *last = g->last[halves % 2] + p * per_point;
         double *harmonics = task->motion->harmonics + point * per_point;
         double *mean_square = task->motion->mean_square + point * n;
@@ -111,10 +160,10 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
             grid->contact, task->points->amplitudes + point * modes, task->grid->smallest_scale);
         const double change = sm_relative_distance(&scales, grid->contact->contacts,
                                                    grid->orders_count, grid->orders, fresh, last);
-        const double of_halves = by_halves(grid, g, p, &scales, halves, fine);
+        const double of_halves = by_halves(grid, g, p, &scales, halves, at->fine);
         task->motion->residual[point] = sm_distance_from_periodic(track, &scales, change, of_halves,
                                                           halves, task->grid->tolerance);
-        task->motion->marched[point] = marched;
+        task->motion->marched[point] = at->marched;
         memcpy(last, fresh, sizeof(double) * per_point);
         memcpy(harmonics, fresh, sizeof(double) * per_point);
         const int last_half = (halves - 1) % 2;
@@ -127,7 +176,7 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
         add_idle(track, n, mean_square, g->idle_squares + p * n);
         if (track->done && task->motion->residual[point] > task->grid->tolerance)
             task->motion->residual[point] =
-                settle_for_mean(grid, g, p, &scales, harmonics, mean_square);
+                store_mean(grid, g, p, &scales, harmonics, mean_square);
         open |= !track->done;
     }
     return open;
@@ -139,7 +188,7 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
     const size_t count = left < most ? left : most;
     if (sm_torus_is_soft(grid)) return sm_torus_soft_group(grid, g, task, first, count);
     const int coarse_halves = coarse->steps < grid->steps ? COARSE_HALVES : 0;
-    int marched = 0;
+    march_state at = {.first = first, .count = count};
     sm_torus_group_start(grid, g, first, task->points->count, task->points->amplitudes);
     if (g->reaction) sm_torus_group_react(grid, g);
     for (int halves = 1; halves <= 2 * task->grid->max_periods; halves++) {
@@ -147,9 +196,10 @@ static sm_status solve_group(const sm_torus_grid *grid, const sm_torus_grid *coa
         const sm_torus_grid *now = halves <= coarse_halves ? coarse : grid;
         const sm_status status = sm_torus_group_half(now, g, half);
         if (status != SM_OK) return status;
-        marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
-        if (!store(grid, g, task, first, count, halves, halves - coarse_halves, marched))
-            return SM_OK;
+        at.halves = halves;
+        at.fine = halves - coarse_halves;
+        at.marched += sm_torus_half_end(now, half) - sm_torus_half_start(now, half);
+        if (!store(grid, g, task, &at)) return SM_OK;
         sm_torus_group_next(grid, g, count, half);
     }
     return SM_OK;

@@ -3,7 +3,7 @@
 continuation.py      solution curves of F(y, p) = 0, folds and Hopf points on them
 response_curve.py    steady states of the slow flow against frequency, force or friction limit
 oscillation.py       slow limit cycles beyond Hopf points
-forced.py            the slow flow by what is varied, and all steady states at one value
+forced.py            the slow flow with a varied parameter, and all its steady states
 backbone.py          damped nonlinear modes: frequency and damping against amplitude
 performance.py       damper design: resonance peak against friction limit or preload
 """

@@ -1,27 +1,25 @@
 """Backbones: frequency and damping of a nonlinear mode against its amplitude.
 
-A mode that is kept at a constant amplitude by a negative damping which takes no part otherwise,
--2 zeta Omega x', moves as a damped nonlinear mode does (extended periodic motion concept, Krack
-2015). In the slow flow that is
+A negative damping -2 zeta Omega x' that holds a mode at a constant amplitude makes it move like a
+damped nonlinear mode (extended periodic motion concept, Krack 2015). In the slow flow that is
 
     omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats
-from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
-from slipmode.rom.slow.slow_flow import balance, inputs_of, rates, shifted_flow, slow_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import warn
@@ -29,15 +27,13 @@ from slipmode.rom.validity import warn
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_POINTS = 200
-SMALLEST, LARGEST = 1e-3, 0.998  # amplitudes, of the table's range
+SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
 BAND = 0.2  # opacity of the error in pictures
-_PASSES = 100
-_CONVERGED = 1e-13
-_UNCOUPLED = 1e-9  # damping between modes relative to that of a mode: rounding
+_POINTS = 200
+_PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Backbone:
     """A damped nonlinear mode.
 
@@ -77,8 +73,6 @@ class Backbone:
     motion: SteadyMotion
     mode: int
 
-    __repr__ = short_repr
-
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at the carrier of the mode, (n,) [m]."""
         return self.motion.displacement(dof)[:, self.mode]
@@ -86,10 +80,7 @@ class Backbone:
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
     ) -> Any:
-        """Frequency and damping ratio against the amplitude, of a DOF where one is given.
-
-        Bands show the errors.
-        """
+        """Draw frequency and damping ratio, with their errors, against the amplitude."""
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         amplitude = Shown(dof, units)
@@ -109,7 +100,7 @@ class Backbone:
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """By name, with the amplitude of a DOF where one is given."""
+        """Return columns by name, with the amplitude of a DOF if one is given."""
         found = {
             "amplitude": self.amplitude,
             units.named("frequency"): units.of_frequency(self.frequency),
@@ -124,25 +115,25 @@ class Backbone:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per amplitude; see `columns`."""
+        """Return a table with a row per amplitude; see `columns`."""
         return dataframe(self.columns(dof, units))
 
 
 def backbone(
     model: Model, mode: int = 0, other: float = 0.0, amplitude: Floats | None = None
 ) -> Backbone:
-    """Frequency and damping of a mode against its amplitude, from the friction table alone.
+    """Return frequency and damping of a mode against its amplitude, from the friction table.
 
     Parameters
     ----------
     model : Model
-        The nearer its carriers to the frequencies of the backbone, the more exact.
+        Its carriers should be near the frequencies of the backbone.
     mode : int
         0 for A, 1 for B.
     other : float
-        |a| of the other mode, in whose presence the mode moves [kg^1/2 m].
+        |a| of the other mode [kg^1/2 m].
     amplitude : (n,) array_like, optional
-        |a| > 0 [kg^1/2 m]. Default: from a thousandth of the table's range, in even ratios.
+        |a| > 0 [kg^1/2 m]. Default: 200 values in even ratios, from 1e-3 of the table's range on.
 
     Raises
     ------
@@ -164,18 +155,20 @@ def backbone(
     a = np.full((r.size, model.modes), abs(other), dtype=complex)
     a[:, mode] = r
     model.table(np.abs(a))  # refuses what is outside
-    flow, still = shifted_flow(model, 0.0), np.zeros(a.shape, dtype=complex)
     frequency = np.tile(model.reduced.carrier, (r.size, 1))
+    flow = ForcedFlow.of(model, frequency)
     Omega = np.full(r.size, model.reduced.frequency[mode])
     for _ in range(_PASSES):
         frequency[:, mode] = Omega
-        now = balance(flow, inputs_of(still, frequency), a)
+        flow = flow.with_frequency(frequency)
+        now = flow.balance(a)
         off = now.stiffness[:, mode] - now.friction[:, mode] / r
         square = Omega**2 + off.real
         if np.isnan(square).any():
             raise SlipmodeError(
-                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m counts as more at the "
-                "frequency of the mode there, outside the friction table; tabulate further"
+                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m is a larger effective "
+                "amplitude at the frequency of the mode, outside the friction table; tabulate "
+                "further"
             )
         if not (square > 0.0).all():
             raise SlipmodeError(
@@ -186,17 +179,20 @@ def backbone(
         if change <= _CONVERGED:
             break
     zeta = off.imag / (2.0 * Omega**2)
-    factor = np.abs(coupling_factor(model.reduced, frequency))
-    weight = np.abs(now.friction[:, mode]) / (np.abs(off.imag) * r)
-    table_error = TableError.of(model, factor * np.abs(a), frequency, np.ones(r.size), weight)
-    share = factor[:, mode] * table_error.size[:, mode] / r
+    loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))
+    weight = np.abs(now.friction[:, mode]) / loss
+    table_error = TableError.of(model, effective, frequency, np.ones(r.size), weight)
+    share = effective[:, mode] / r * table_error.size[:, mode] / r
     frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
-    warn(_off_carrier_findings(model, mode, table_error, off.imag * r, frequency))
-    decay = -rates(slow_flow(model), inputs_of(still, frequency), a)[:, mode].real / r
+    change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
+    worst = float((change / loss[table_error.measured]).max(initial=0.0))
+    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
+    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is"))
+    decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
-    motion = SteadyMotion(model, a, frequency, still, None, np.ones(r.size))
+    motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))
     return Backbone(
         r,
         float(other),
@@ -212,29 +208,11 @@ def backbone(
 
 
 def friction_takes_energy(model: Model, other: float) -> bool:
-    """Return whether Im S <= 0, so that what a table has above 0 is its error.
+    """Return whether Im S <= 0 is known, so that positive values in a table are errors.
 
-    So it is for elastic contacts, whose dampers are the structure's, if modes are not coupled
-    by damping and no energy comes from another mode.
+    It is for elastic contacts, if damping does not couple the modes and no energy comes from
+    another mode.
     """
     reduced = model.reduced
-    coupling = np.abs(reduced.damping_coupling).max(initial=0.0)
-    uncoupled = coupling <= _UNCOUPLED * np.abs(reduced.modal_damping).max()
     alone = other == 0.0 and not model.combinations
-    return reduced.contacts is not None and bool(uncoupled) and alone
-
-
-def _off_carrier_findings(
-    model: Model, mode: int, error: TableError, loss: Floats, frequency: Floats
-) -> list[Finding]:
-    """Report damping that is wrong by the distance from the table's carriers.
-
-    `loss` (points,) is Im of the amplitude equation [N kg^-1/2].
-    """
-    at = error.measured
-    if not at.size:
-        return []
-    part = np.nan_to_num(np.abs(error.off_carriers[:, mode]), nan=np.inf) / np.abs(loss[at])
-    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
-    worst = float(part.max(initial=0.0))
-    return off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is")
+    return reduced.contacts is not None and alone and not reduced.damping_coupling.any()

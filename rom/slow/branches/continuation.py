@@ -8,7 +8,6 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,21 +15,19 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 Kind = Literal["fold", "Hopf"]
 
-MOST_POINTS = 5000  # to each side of where a curve is found
+MOST_POINTS = 5000  # to each side of the first solution of a curve
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Points:
-    """Neighbours along a curve F(y, p) = 0 of k unknowns y, in the core's rows."""
+    """Points along a curve F(y, p) = 0 with k unknowns y, as rows of the core."""
 
     rows: Floats
     unknowns: int
-
-    __repr__ = short_repr
 
     @property
     def z(self) -> Floats:
@@ -44,11 +41,11 @@ class Points:
 
     @property
     def unstable(self) -> NDArray[np.intp]:
-        """How many eigenvalues let deviations grow, (n,)."""
+        """Number of growing deviations, (n,)."""
         return np.asarray(np.count_nonzero(self.eigenvalues.real > 0.0, axis=1))
 
     def pass_by(self, z: Floats) -> Flags:
-        """Whether the curve goes through solutions z (solutions, k + 1), (solutions,)."""
+        """Return whether the curve passes through solutions z (solutions, k + 1), (solutions,)."""
         passed = np.empty(len(z), dtype=bool)
         at = np.ascontiguousarray(z)
         status = kernel.lib.sm_curve_passes(
@@ -63,48 +60,26 @@ class Points:
         return passed
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Branch:
-    """Solutions in the order in which the curve passes them.
-
-    Attributes
-    ----------
-    points : Points
-    special : list of (kind, z)
-        Folds and Hopf points, in the same order.
-    closed : bool
-        Whether the last point is followed by the first.
-    cut_off : list of (k + 1,) ndarray
-        Ends at which the curve goes on, but it has too many points.
-    """
+    """Solutions in their order along the curve."""
 
     points: Points
-    special: list[tuple[Kind, Floats]]
-    closed: bool
-    cut_off: list[Floats]
-
-    __repr__ = short_repr
+    special: list[tuple[Kind, Floats]]  # folds and Hopf points, in the same order
+    closed: bool  # whether the first point follows the last one
+    cut_off: list[Floats]  # ends at which a curve with too many points continues
 
     @property
     def reversed(self) -> Branch:
-        """The same solutions in the opposite order."""
+        """The branch in the opposite order."""
         points = Points(self.points.rows[::-1].copy(), self.points.unknowns)
         return Branch(points, self.special[::-1], self.closed, self.cut_off[::-1])
 
 
 def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
-    """The curve through a solution, both ways to p = 0, p = 1 or where F ends.
+    """Return the curve through a solution, both ways to p = 0, p = 1 or the end of F.
 
-    Parameters
-    ----------
-    curve : kernel.Curve
-    z : (k + 1,) ndarray
-        A solution, or near one at the same p.
-
-    Returns
-    -------
-    Branch or None
-        None if there is no solution near z.
+    `z` (k + 1,) is a solution, or near one at the same p; None if there is none.
     """
     start, found = np.ascontiguousarray(z), kernel.Branch()
     rows = np.empty((2 * MOST_POINTS - 1, 4 * curve.unknowns + 2))
@@ -118,16 +93,12 @@ def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
     points, closed = Points(rows[first : last + 1].copy(), curve.unknowns), bool(found.closed)
     ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
     cut_off = [] if closed else [points.z[end] for end in ends]
-    return Branch(points, _specials(curve, points), closed, cut_off)
-
-
-def _specials(curve: kernel.Curve, points: Points) -> list[tuple[Kind, Floats]]:
-    """What lies between neighbours."""
-    most, found = len(points.rows), ctypes.c_size_t()
-    folds, z = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
+    most, count = len(points.rows), ctypes.c_size_t()
+    folds, special = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
     status = kernel.lib.sm_curve_specials(
-        curve, most, points.rows.ctypes.data, folds.ctypes.data, z.ctypes.data, found
+        curve, most, points.rows.ctypes.data, folds.ctypes.data, special.ctypes.data, count
     )
     kernel.check(status, "curve")
-    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: found.value]]
-    return list(zip(kinds, z[: found.value], strict=True))
+    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: count.value]]
+    at = list(special[: count.value])
+    return Branch(points, list(zip(kinds, at, strict=True)), closed, cut_off)

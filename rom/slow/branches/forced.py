@@ -1,67 +1,43 @@
-"""The forced slow flow by what is varied, in scaled unknowns, and all its steady states there."""
+"""The forced slow flow with a varied parameter, in scaled unknowns, and its steady states."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
-from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.answer_error import TableError
-from slipmode.rom.slow.slow_flow import (
-    balance,
-    inputs_of,
-    rate_and_jacobian,
-    rates,
-    shifted_flow,
-)
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
-LARGEST_STEP = 0.02  # of span and table, between two points
-_DIFFERENCE = 1e-6  # of the span: for derivatives, far above rounding
-_NAMES = get_args(Varied)
-_VARIED = "force", "frequency", "limit_scale"
+LARGEST_STEP = 0.02  # between two points, relative to the span and to the table's range
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ForcedSlowFlow:
     """da/dt of the slow flow in scaled unknowns z = (Re a, Im a, ... / range, part of the span).
 
-    Where limits are varied the unknowns are amplitudes over the factor.
-
-    Attributes
-    ----------
-    inputs : (2,) ndarray of kernel.INPUTS
-        At the ends of the span.
-    is_reversed : bool
-        Whether the span was given from the larger value to the smaller one. Curves are computed
-        from the smaller value on, so that they do not depend on it.
-    curve : kernel.Curve
-        Its steady states.
+    Where limits are varied, the unknowns are amplitudes divided by the factor.
     """
 
-    model: Model
     applied: AppliedForces
-    flow: kernel.SlowFlow
+    ends: ForcedFlow  # At the two ends of the span
     span: tuple[float, float]
-    inputs: NDArray[np.void]
+    # Whether the span was given from the larger value to the smaller one. Curves are computed from
+    # the smaller value on, so that they do not depend on it.
     is_reversed: bool
-    curve: kernel.Curve
-
-    __repr__ = short_repr
+    curve: kernel.Curve  # Its steady states
 
     @classmethod
     def of(
@@ -74,17 +50,17 @@ class ForcedSlowFlow:
         span: Sequence[ArrayLike],
         largest_step: float = LARGEST_STEP,
     ) -> ForcedSlowFlow:
-        """Of arguments as `response_curve` has them, which it refuses where they do not fit."""
+        """Return the flow for arguments of `response_curve`; refuse those that do not fit."""
         applied = AppliedForces.of(model.reduced, force)
         excitation = applied.excitation(phase)
-        allowed = [name for name in _NAMES if model.modes == 2 or name[-2:] != "_B"]
+        allowed = [name for name in get_args(Varied) if model.modes == 2 or name[-2:] != "_B"]
         if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
-        ends = [as_floats("span", end) for end in (span if np.iterable(span) else ())]
+        given = [as_floats("span", end) for end in (span if np.iterable(span) else ())]
         both = vary == "frequency"
         shape = (model.modes,) if both else ()
-        fits = len(ends) == 2 and all(end.shape == shape for end in ends)
-        if not fits or not np.isfinite(values := np.array(ends)).all():
+        fits = len(given) == 2 and all(end.shape == shape for end in given)
+        if not fits or not np.isfinite(values := np.array(given)).all():
             of_what = f"points of {model.modes} frequencies" if both else "numbers"
             raise SlipmodeError(f"span: must be two finite {of_what}, got {span}")
         if np.all(values[0] == values[1]) or (not vary.startswith("freq") and values.min() < 0.0):
@@ -101,7 +77,8 @@ class ForcedSlowFlow:
             raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
         is_reversed = values[0].tolist() > values[1].tolist()
         values = values[::-1] if is_reversed else values
-        inputs = np.repeat(inputs_of(excitation[np.newaxis], Omega), 2)
+        ends = ForcedFlow.of(model, np.tile(Omega, (2, 1)), excitation, applied.shift)
+        inputs = ends.inputs
         mode = "AB".find(vary[-1])
         if both:
             inputs["frequency"][:, : model.modes] = values
@@ -113,45 +90,53 @@ class ForcedSlowFlow:
             inputs["force"] *= values[:, np.newaxis]
         else:
             inputs["limit_scale"] = values
-        carriers = inputs["frequency"][:, : model.modes]
-        check_carriers_along(model.reduced, carriers, excitation != 0.0)
-        flow = shifted_flow(model, applied.shift)
-        forced = kernel.Forced(flow=ctypes.addressof(flow), inputs=inputs.ctypes.data)
+        check_carriers_along(model.reduced, ends.frequency, excitation != 0.0)
+        forced = kernel.Forced(flow=ctypes.addressof(ends.flow), inputs=inputs.ctypes.data)
         forced.scale[: model.modes] = model.table.amplitude_range
-        forced.owned = flow, inputs
+        forced.owned = ends
         curve = kernel.Curve()
-        kernel.check(
-            kernel.lib.sm_forced_curve(forced, largest_step, ctypes.byref(curve)), "curve"
-        )
+        status = kernel.lib.sm_forced_curve(forced, largest_step, ctypes.byref(curve))
+        kernel.check(status, "curve")
         curve.owned = forced
         first, last = values.tolist() if not both else (1.0, 0.0) if is_reversed else (0.0, 1.0)
-        return cls(model, applied, flow, (first, last), inputs, is_reversed, curve)
+        return cls(applied, ends, (first, last), is_reversed, curve)
+
+    @property
+    def model(self) -> Model:
+        """The model whose table the curve is followed in."""
+        return self.ends.model
 
     @property
     def scale(self) -> Floats:
-        """Of the unknowns, (2 modes,)."""
+        """Amplitudes by which the unknowns (2 modes,) are divided [kg^1/2 m]."""
         return np.repeat(self.model.table.amplitude_range, 2)
 
     def parameter(self, part: Floats) -> Floats:
-        """The value of what is varied, at parts of the span."""
+        """Return values of the parameter at parts of the span."""
         return np.asarray(self.span[0] + part * (self.span[1] - self.span[0]))
 
     def part(self, parameter: Floats) -> Floats:
-        """Return the parts of the span that values of what is varied are."""
+        """Return the parts of the span at values of the parameter."""
         return np.asarray((parameter - self.span[0]) / (self.span[1] - self.span[0]))
 
-    def limit_scale(self, part: Floats) -> Floats:
-        """Friction limits at parts of the span, over those of the model."""
-        first, last = self.inputs["limit_scale"]
-        return np.asarray(first + part * (last - first))
+    def at(self, part: Floats) -> ForcedFlow:
+        """Return the flow at parts of the span (points,), of which its inputs are linear."""
+        first, last = self.ends.inputs
+        inputs = np.repeat(self.ends.inputs[:1], part.size)
+        for name in ("force", "frequency", "limit_scale"):
+            inputs[name] = first[name] + np.multiply.outer(part, last[name] - first[name])
+        return self.ends.with_inputs(inputs)
+
+    def size(self, part: Floats) -> Floats:
+        """Return the amplitudes (points, 2 modes) whose unknowns are 1 at parts of the span."""
+        return np.asarray(np.multiply.outer(self.at(part).inputs["limit_scale"], self.scale))
 
     def amplitude(self, z: Floats) -> Complexes:
-        """a_j (points, modes) of solutions (points, k + 1)."""
-        size = self.limit_scale(z[:, -1])[:, np.newaxis] * self.scale
-        return np.asarray((z[:, :-1] * size).view(complex))
+        """Return a_j (points, modes) of solutions (points, k + 1)."""
+        return np.asarray((z[:, :-1] * self.size(z[:, -1])).view(complex))
 
     def solutions(self, sections: int) -> Floats:
-        """Steady states at both ends of the span and parts of it between, (found, k + 1)."""
+        """Return steady states at both ends of the span and at parts between, (found, k + 1)."""
         z = np.empty((sections * kernel.FORCED_CELLS, self.curve.unknowns + 1))
         found = ctypes.c_size_t()
         status = kernel.lib.sm_forced_search(self.curve.owned, sections, z.ctypes.data, found)
@@ -159,79 +144,23 @@ class ForcedSlowFlow:
         return z[: found.value]
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
-        """Rates with a'' too, (points, k) at y (points, k); NaN outside the friction table.
+        """Return scaled rates (points, k) as a function of y (points, k), with a'' included.
 
-        As steady states have them where there are combination resonances, which turn meanwhile.
+        NaN outside the friction table. Combination resonances turn meanwhile: with these, rates do
+        not include a''.
         """
-        inputs = self.inputs_at(part)
-        size = np.multiply.outer(inputs["limit_scale"], self.scale)
+        flow, size = self.at(part), self.size(part)
 
         def rates_of(y: Floats) -> Floats:
             found = np.full_like(y, np.nan)
             (at,) = np.nonzero(np.isfinite(y).all(axis=1))
             a = np.ascontiguousarray(y[at] * size[at]).view(complex)
-            moving = balance(self.flow, inputs[at], a).rate
+            inputs = flow.inputs[at]
+            moving = flow.with_inputs(inputs).balance(a).rate
             if not self.model.combinations:
                 inside = np.isfinite(moving).all(axis=1)
-                moving[inside] = rates(self.flow, inputs[at][inside], a[inside])
+                moving[inside] = rates(flow.flow, inputs[inside], a[inside])
             found[at] = np.ascontiguousarray(moving).view(float) / size[at]
             return found
 
         return rates_of
-
-    def linearised(self, z: Floats) -> Floats:
-        """Return the derivatives of the scaled rates by z, (points, k, k + 1), at solutions.
-
-        NaN at the end of the friction table.
-        """
-        part, unknowns = z[:, -1], self.curve.unknowns
-        size = np.multiply.outer(self.limit_scale(part), self.scale)
-        _, jacobian = rate_and_jacobian(self.flow, self.inputs_at(part), self.amplitude(z))
-        found = np.empty((len(z), unknowns, unknowns + 1))
-        found[:, :, :-1] = jacobian * size[:, np.newaxis] / size[:, :, np.newaxis]
-        sides = [z + sign * _DIFFERENCE * np.eye(unknowns + 1)[-1] for sign in (1.0, -1.0)]
-        above, below = (self._scaled_rates(side) for side in sides)
-        found[:, :, -1] = (above - below) / (2.0 * _DIFFERENCE)
-        return found
-
-    def _scaled_rates(self, z: Floats) -> Floats:
-        size = np.multiply.outer(self.limit_scale(z[:, -1]), self.scale)
-        rate = balance(self.flow, self.inputs_at(z[:, -1]), self.amplitude(z)).rate
-        return np.ascontiguousarray(rate).view(float) / size
-
-    def table_error(self, z: Floats, weight: Floats | None) -> TableError:
-        """Return the error of S_j at solutions, see `TableError.of`."""
-        limit_scale = self.limit_scale(z[:, -1])
-        effective = np.abs(self._effective(z)) / limit_scale[:, np.newaxis]
-        frequency = self.inputs_at(z[:, -1])["frequency"][:, : self.model.modes]
-        return TableError.of(self.model, effective, frequency, limit_scale, weight)
-
-    def rate_change(self, z: Floats, friction: Complexes | Floats) -> Complexes:
-        """Return the change of da/dt (points, modes) by one of S_j (points, modes)."""
-        inputs = self.inputs_at(z[:, -1])
-        factor = coupling_factor(self.model.reduced, inputs["frequency"][:, : self.model.modes])
-        mass = balance(self.flow, inputs, self.amplitude(z)).mass
-        turned = np.exp(1j * np.angle(self._effective(z)))
-        return np.asarray(factor * turned * friction / mass)
-
-    def neglected_force(self, z: Floats) -> Floats:
-        """Return |da/dt| (points, modes) by the neglected force through dampers."""
-        inputs = self.inputs_at(z[:, -1])
-        mass = balance(self.flow, inputs, self.amplitude(z)).mass
-        force = inputs["force"][:, : self.model.modes] * self.applied.through_dampers
-        return np.asarray(np.abs(0.5 * force / mass))
-
-    def _effective(self, z: Floats) -> Complexes:
-        """Amplitudes (points, modes) at which the friction table is looked up."""
-        inputs, modes = self.inputs_at(z[:, -1]), slice(0, self.model.modes)
-        factor = coupling_factor(self.model.reduced, inputs["frequency"][:, modes])
-        force = phasor(inputs["force"], inputs["phase"])[:, modes]
-        return np.asarray(factor * (self.amplitude(z) + self.applied.shift * force))
-
-    def inputs_at(self, part: Floats) -> NDArray[np.void]:
-        """Return the inputs at parts of the span (points,), of which they are linear functions."""
-        first, last = self.inputs
-        at = np.repeat(self.inputs[:1], part.size)
-        for name in _VARIED:
-            at[name] = first[name] + np.multiply.outer(part, last[name] - first[name])
-        return at

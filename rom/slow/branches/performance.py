@@ -1,18 +1,18 @@
-"""Performance curves of friction dampers: the resonance peak against what presses them.
+"""Performance curves of friction dampers: the resonance peak against limits or preloads.
 
-A homogeneous law makes the peak a(F, s N) = s a(F / s, N): one backbone has it for every friction
-limit or preload s N. In phase resonance the force feeds what is lost, |F| = 4 zeta Omega^2 a, so
-that each amplitude of the backbone is a point of the curve, with s = |F| / (4 zeta Omega^2 a).
+With a homogeneous law the peak is a(F, s N) = s a(F / s, N), so one backbone has the peak for
+every friction limit or preload s N. In phase resonance the force balances the losses, |F| =
+4 zeta Omega^2 a: each amplitude of the backbone is a point with s = |F| / (4 zeta Omega^2 a).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.slip_onset import onset_lines
@@ -21,7 +21,7 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import error_at_constant
 from slipmode.rom.slow.branches.backbone import (
     BAND,
@@ -31,7 +31,7 @@ from slipmode.rom.slow.branches.backbone import (
     backbone,
     friction_takes_energy,
 )
-from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
@@ -41,15 +41,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _POINTS = 2000
-_ENOUGH = 4.0  # times where contacts begin to slip: friction takes most at about twice that
-_MATTERS = 0.1  # of what the first to yield is moved by: others that matter are moved so much
-_UNKNOWN = 1.0  # relative error of a peak from which on the curve is left out
-_LOWEST = 0.01  # of the peak: where the band ends in pictures
-_PASSES, _CONVERGED = 100, 1e-12  # of the frequencies of peaks
-_LITTLE = 0.01  # of the damping: friction that adds less has no best limit
+# Amplitudes relative to the onset of slip that a table needs: friction dissipates most at about
+# twice the onset.
+_ENOUGH = 4.0
+_MATTERS = 0.1  # load of a contact relative to the first that slips, from which it matters
+_PASSES, _CONVERGED = 100, 1e-12  # relative change of the frequencies of peaks
+_LITTLE = 0.01  # relative change of the damping by friction that has no best limit
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class PerformanceCurve:
     """Resonance peaks of a mode by a factor on all friction limits and preloads.
 
@@ -79,32 +79,30 @@ class PerformanceCurve:
     motion: SteadyMotion
     mode: int
 
-    __repr__ = short_repr
-
     @property
     def optimum(self) -> tuple[float, float]:
         """The factor at which the peak |a| is lowest, and that peak."""
         return self.lowest()
-
-    def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
-        """Return the factor at which the peak is lowest, and that peak, as it is shown: |a|."""
-        size = self.size(shown)
-        at = int(np.argmin(size))
-        return float(self.limit[at]), float(size[at])
 
     @property
     def optimum_range(self) -> tuple[float, float]:
         """The range of factors around the optimum whose peaks |a| equal it within the error."""
         return self.lowest_range()
 
+    def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
+        """Return the factor with the lowest peak, as it is shown (default: |a|), and the peak."""
+        size = self.size(shown)
+        at = int(np.argmin(size))
+        return float(self.limit[at]), float(size[at])
+
     def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
-        """Return the range of factors whose peaks, as they are shown, equal the lowest one."""
+        """Return the range of factors whose peaks equal the lowest one within the error."""
         size = self.size(shown)
         error, best = size * self.error / self.peak, int(np.argmin(size))
         return self._around(best, size - error > size[best] + error[best])
 
     def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
-        """The range of limits around the optimum whose peaks are at most `factor` times its."""
+        """Return the range of limits with peaks of at most `factor` times the lowest one."""
         size = self.size(shown)
         best = int(np.argmin(size))
         return self._around(best, size > factor * size[best])
@@ -126,12 +124,12 @@ class PerformanceCurve:
         return self.motion.displacement(dof)[:, self.mode]
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """Peak against the factor, the optimum marked; the band shows the error."""
+        """Draw the peak, with its error, against the factor; the optimum is marked."""
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
         peak = self.size(shown)
         error = peak * self.error / self.peak
-        low = np.maximum(peak - error, _LOWEST * peak)  # on a logarithmic axis
+        low = np.maximum(peak - error, 0.01 * peak)  # on a logarithmic axis
         ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
@@ -142,7 +140,7 @@ class PerformanceCurve:
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """By name, with the peak of a DOF where one is given."""
+        """Return columns by name, with the peak of a DOF if one is given."""
         found = {
             "limit": self.limit,
             "peak": self.peak,
@@ -156,14 +154,14 @@ class PerformanceCurve:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per factor; see `columns`."""
+        """Return a table with a row per factor; see `columns`."""
         return dataframe(self.columns(dof, units))
 
 
 def performance_curve(
     model: Model, force: Mapping[int, float] | ArrayLike, mode: int = 0
 ) -> PerformanceCurve:
-    """The resonance peak under a force, for every friction limit or preload, from one table.
+    """Return the resonance peak under a force for every friction limit or preload.
 
     Peaks are taken at phase resonance, which is off by the square of the damping ratio; the
     other mode is at rest. Twice the force needs twice the limits, and has twice the peaks.
@@ -200,25 +198,35 @@ def performance_curve(
             f"{_advice(model, mode)}"
         )
     share = curve.damping_error / curve.damping + curve.frequency_error / curve.frequency
-    (unknown,) = np.nonzero(share >= _UNKNOWN)
+    (unknown,) = np.nonzero(share >= 1.0)  # errors as large as the peaks
     known = int(unknown[0]) if unknown.size else share.size
     if known < 2:
         raise SlipmodeError(
             f"model: the peaks are known to {share[0]:.0%} only; tabulate to a smaller tolerance"
         )
-    curve, held = _with_force_on_contacts(model, mode, force, curve)
+    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
+    forces[mode] = force
+    applied = AppliedForces.of(model.reduced, forces)
+    curve, held = _with_force_on_contacts(model, mode, complex(applied.shift[mode]), curve)
     limit, peak = F / held[:known], F / held[:known] * curve.amplitude[:known]
     warn(_unknown_findings(curve, known, limit[-1]))
     error = _peak_errors(limit, peak, share[:known])
     kept = np.flatnonzero(_significant(limit, limit * share[:known]))[::-1]
     limit, peak, error = limit[kept], peak[kept], error[kept]
-    motion = _at_peaks(model, mode, force, limit, curve.motion, kept)
+    motion = SteadyMotion(  # the force is at 90 degrees
+        model,
+        limit[:, np.newaxis] * curve.motion.amplitude[kept],
+        curve.motion.frequency[kept],
+        np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
+        applied,
+        limit,
+    )
     frequency = curve.frequency[kept]
     return PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
 
 
 def _with_force_on_contacts(
-    model: Model, mode: int, force: Mapping[int, float] | ArrayLike, curve: Backbone
+    model: Model, mode: int, shift: complex, curve: Backbone
 ) -> tuple[Backbone, Floats]:
     """Return phase resonances, and their modal forces, if the force also acts on the contacts.
 
@@ -228,14 +236,11 @@ def _with_force_on_contacts(
 
     which has F for each A. The frequency follows from a quarter turn between a and F.
     """
-    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
-    forces[mode] = force
-    shift = AppliedForces.of(model.reduced, forces).shift[mode]
     A, frequency = curve.motion.amplitude, curve.motion.frequency.copy()
-    flow, still = shifted_flow(model, 0.0), np.zeros_like(A)
+    flow = ForcedFlow.of(model, frequency)
     takes_energy = friction_takes_energy(model, 0.0)
     for _ in range(_PASSES):
-        now = balance(flow, inputs_of(still, frequency), A)
+        now = flow.with_frequency(frequency).balance(A)
         friction, stiffness = now.friction[:, mode], now.stiffness[:, mode]
         if takes_energy:
             friction = friction.real + 1j * np.minimum(friction.imag, 0.0)
@@ -255,19 +260,19 @@ def _with_force_on_contacts(
 
 
 def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
-    """Return the error of peaks (n,) at constant limit; `share` is that of the force they need."""
+    """Return the error of peaks (n,) at constant limit; `share` is the error of their force."""
     slope = np.abs(np.gradient(np.log(peak)) / np.gradient(np.log(limit)))
     at_end = np.where(np.isfinite(slope), (1.0 + slope) * share * peak, peak)[:, np.newaxis]
-    aside = (share * peak)[:, np.newaxis], share * limit
+    displacement = (share * peak)[:, np.newaxis], share * limit
     one_branch = np.zeros(limit.size, dtype=np.intp)
-    return error_at_constant(limit, peak[:, np.newaxis], one_branch, aside, at_end)[:, 0]
+    return error_at_constant(limit, peak[:, np.newaxis], one_branch, displacement, at_end)[:, 0]
 
 
 def _significant(limit: Floats, error: Floats) -> Flags:
     """Return which points to keep, (n,), so that peaks fold over only by more than the error.
 
     Between two turning points of the limit, or one and an end, that are closer than the error of
-    the limit, the curve is left out, and so is what is beside it at the same limits.
+    the limit, the curve is left out, with its neighbours at the same limits.
     """
     kept = np.ones(limit.size, dtype=bool)
     while True:
@@ -283,14 +288,14 @@ def _significant(limit: Floats, error: Floats) -> Flags:
             return kept
         i, j = first[least], second[least]
         low, high = sorted((limit[i], limit[j]))
-        beside = np.flatnonzero(~kept | (limit < low) | (limit > high))
-        before = beside[beside < i].max(initial=-1)
-        after = beside[beside > j].min(initial=limit.size)
+        others = np.flatnonzero(~kept | (limit < low) | (limit > high))
+        before = others[others < i].max(initial=-1)
+        after = others[others > j].min(initial=limit.size)
         kept[before + 1 : after] = False
 
 
 def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding]:
-    """Report where a performance curve ends because nothing is known of its peaks beyond."""
+    """Report where a curve ends because the error of its peaks is as large as they are."""
     if known == curve.amplitude.size:
         return []
     natural = curve.motion.model.reduced.carrier[curve.mode]
@@ -303,30 +308,8 @@ def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding
     return [Finding("curve", f"not followed below limit = {limit:.3g}", reason, "warning")]
 
 
-def _at_peaks(
-    model: Model,
-    mode: int,
-    force: Mapping[int, float] | ArrayLike,
-    limit: Floats,
-    free: SteadyMotion,
-    kept: NDArray[np.intp],
-) -> SteadyMotion:
-    """Motion at the peaks (n,): of the backbone's points `kept`, scaled; the force at 90 deg."""
-    forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
-    forces[mode] = force
-    applied = AppliedForces.of(model.reduced, forces)
-    return SteadyMotion(
-        model,
-        limit[:, np.newaxis] * free.amplitude[kept],
-        free.frequency[kept],
-        np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
-        applied,
-        limit,
-    )
-
-
 def _advice(model: Model, mode: int) -> str:
-    """What to do where contacts hardly slip."""
+    """Return the advice for contacts that hardly slip."""
     first, last = slip_onset(model.reduced, model.law, mode)
     if first == 0.0:
         return "this mode does not move them"
@@ -334,9 +317,9 @@ def _advice(model: Model, mode: int) -> str:
 
 
 def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:
-    """Amplitudes [kg^1/2 m] at which the first contact yields, and the last of those that matter.
+    """Return amplitudes [kg^1/2 m] of a mode at which the first and the last contact slips.
 
-    By that mode alone; 0 if it moves none that anything holds.
+    Contacts that the mode hardly moves are left out; 0 if it moves no contact with a limit.
     """
     yielding = onset_lines(reduced, law)[:, mode]
     first = yielding.max(initial=0.0)
@@ -346,19 +329,10 @@ def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
-    """The highest resonance peak of a mode under modal forces |F_j| (n,), the other mode at rest.
+    """Return the highest resonance peaks of a mode under modal forces |F_j| (n,), and frequencies.
 
-    Returns
-    -------
-    peak : (n,) ndarray
-        |a| [kg^1/2 m]; NaN where it is outside the friction table.
-    frequency : (n,) ndarray
-        Where it is [rad/s].
-
-    Raises
-    ------
-    SlipmodeError
-        If the mode is self-excited or undamped.
+    The other mode is at rest. Peaks |a| (n,) [kg^1/2 m] and their frequencies [rad/s] are NaN
+    outside the friction table. A mode that is self-excited or undamped is refused.
     """
     curve, held = _phase_resonances(model, mode)
     r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)
@@ -373,7 +347,7 @@ def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Flo
 
 
 def _phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
-    """A backbone over the friction table, and the modal force that holds each amplitude of it."""
+    """Return the backbone over the friction table, and the modal force at each amplitude."""
     largest = model.table.amplitude_range[mode]
     curve = backbone(
         model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.reduction.force_response import Forces, phasor
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.reduction.force_response import Forces
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
@@ -23,10 +22,7 @@ from slipmode.rom.slow.branches.continuation import (
     Points,
     branch_through,
 )
-from slipmode.rom.slow.branches.curve_error import (
-    CurveError,
-    significant_specials,
-)
+from slipmode.rom.slow.branches.curve_error import CurveError, significant_specials
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -42,7 +38,7 @@ if TYPE_CHECKING:
 _SECTIONS = 9  # values of the parameter at which steady states are searched
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SpecialPoint:
     """Where stability changes.
 
@@ -60,24 +56,20 @@ class SpecialPoint:
     parameter: float
     amplitude: Complexes
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class CurveSizes:
-    """Amplitudes along a curve, each (n, modes): its points, special points, ends of cycles."""
+    """Amplitudes of points, special points and slow cycles of a curve, each (n, modes)."""
 
     points: Floats
     special: Floats
     lowest: Floats
     highest: Floats
 
-    __repr__ = short_repr
 
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class ResponseCurve:
-    """Steady states against what is varied, branch after branch.
+    """Steady states against a varied parameter, branch after branch.
 
     Attributes
     ----------
@@ -90,21 +82,20 @@ class ResponseCurve:
         Of a_j at a constant parameter: |a_j - exact| by the errors of the friction table and of
         forcing off its carriers [kg^1/2 m].
     growth : (n,) ndarray
-        Of the small deviation that grows fastest, or decays slowest [1/s]. Interpolated between
-        folds and between Hopf points that are left out because they are closer than the error.
+        Largest growth rate of small deviations [1/s]. Interpolated between folds and between
+        Hopf points that are left out because they are closer than the error.
     branch : (n,) ndarray of int
         Neighbours of one branch follow one another along the curve.
     special : tuple of SpecialPoint
     mode_shapes : (n_dofs, modes) ndarray
         [kg^-1/2]
     cycles : SlowCycles
-        Beyond Hopf points: between what amplitudes oscillate in slow time.
+        Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter where a branch goes on, but was followed no farther: it has too
-        many points.
+        Values of the parameter at which a branch with too many points ends early.
     motion : SteadyMotion
-        At the points of the curve, then at `special`, then at the least and at the largest
-        amplitudes of `cycles`, which have no force: its phase is not known.
+        At the points of the curve, then at `special`, then at the least and the largest
+        amplitudes of `cycles`, without force because its phase is not known.
     """
 
     vary: str
@@ -119,17 +110,15 @@ class ResponseCurve:
     cut_off: Floats
     motion: SteadyMotion
 
-    __repr__ = short_repr
-
     @property
     def stable(self) -> Flags:
         """Whether motion near a steady state tends to it, (n,)."""
         return np.asarray(self.growth < 0.0)
 
     def at(self, value: float) -> tuple[Complexes, Flags]:
-        """Steady states at a value of the parameter, (found, modes), and which are stable.
+        """Return steady states at a value of the parameter, (found, modes), and which are stable.
 
-        Between the points of the curve: on straight lines, by which amplitudes are some 1e-4 off.
+        Interpolated linearly between points of the curve, with errors of some 1e-4.
         """
         p = self.parameter
         across = (p[:-1] > value) != (p[1:] > value)
@@ -152,15 +141,18 @@ class ResponseCurve:
         counts = self.parameter.size, len(self.special), self.cycles.parameter.size
         return CurveSizes(*np.split(shown.size(self.motion), np.cumsum(counts)))
 
-    def _shown(self, parameter: Floats | float, units: Units) -> Floats:
-        of_frequency = self.vary.startswith("frequency_")
-        return units.of_frequency(parameter) if of_frequency else np.asarray(parameter)
+    @property
+    def _is_frequency(self) -> bool:
+        return self.vary.startswith("frequency_")
+
+    def _shown(self, parameter: ArrayLike, units: Units) -> Floats:
+        return units.of_frequency(parameter) if self._is_frequency else np.asarray(parameter)
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """|a_j|, or a DOF, against the parameter: stable solid, unstable dashed; folds, Hopf.
+        """Draw |a_j|, or the amplitude of a DOF, against the parameter.
 
-        Bands show the error, see `error`.
-        Where amplitudes oscillate in slow time, bars from the least to the largest.
+        Stable states are solid, unstable ones dashed; folds are circles, Hopf points squares.
+        Bands show the error. Bars show the range of amplitudes that oscillate in slow time.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
@@ -168,11 +160,10 @@ class ResponseCurve:
         error = self.error_of(sizes.points)
         for j in range(self.amplitude.shape[1]):
             size, color = sizes.points[:, j], f"C{j}"
+            low, high = size - error[:, j], size + error[:, j]
             for number in np.unique(self.branch):
                 own = self.branch == number
-                low, high = (size + sign * error[:, j] for sign in (-1.0, 1.0))
-                x = parameter[own]
-                ax.fill_between(x, low[own], high[own], color=color, alpha=BAND, lw=0)
+                ax.fill_between(parameter[own], low[own], high[own], color=color, alpha=BAND, lw=0)
                 for which, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
@@ -180,18 +171,17 @@ class ResponseCurve:
             low, high = sizes.lowest[:, j], sizes.highest[:, j]
             ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
             ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
-            for kind, marker in (("fold", "o"), ("Hopf", "s")):
-                at = [k for k, point in enumerate(self.special) if point.kind == kind]
-                values = [self._shown(self.special[k].parameter, units) for k in at]
-                ax.plot(values, sizes.special[at, j], marker, color=color)
-        unit = f"[{units.frequency}]" if self.vary.startswith("frequency_") else "[-]"
+            for point, height in zip(self.special, sizes.special[:, j], strict=True):
+                marker = {"fold": "o", "Hopf": "s"}[point.kind]
+                ax.plot(self._shown(point.parameter, units), height, marker, color=color)
+        unit = f"[{units.frequency}]" if self._is_frequency else "[-]"
         ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=shown.named("amplitude"))
         ax.legend()
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
-        """By name, with the amplitude of a DOF in each mode where one is given."""
-        name = units.named(self.vary) if self.vary.startswith("frequency_") else self.vary
+        """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
+        name = units.named(self.vary) if self._is_frequency else self.vary
         found: dict[str, Any] = {name: self._shown(self.parameter, units), "branch": self.branch}
         for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
             found |= {f"{mode}_re": self.amplitude[:, j].real}
@@ -206,7 +196,7 @@ class ResponseCurve:
         return found | {"growth": self.growth}
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """One row per steady state; see `columns`."""
+        """Return a table with a row per steady state; see `columns`."""
         return dataframe(self.columns(dof, units) | {"stable": self.stable})
 
 
@@ -221,16 +211,16 @@ def response_curve(
 ) -> ResponseCurve:
     """Follow every steady state within the friction table, through folds, with its stability.
 
-    Branches are searched from many amplitudes and phases at values all over the span, so also
-    those that no sweep reaches; one that is narrower than the searches may be missed.
+    Steady states are searched from many amplitudes and phases at several values of the span, which
+    also finds branches that no sweep reaches. A branch between two such values may not be found.
 
     Parameters
     ----------
     model : Model
-        The nearer its carriers to the forcing, the more exact: up to 7 % off where a strong
-        contact lifts off and the forcing is 3 % away.
+        Its carriers should be near the forcing: errors reach 7 % where a strong contact lifts
+        off and the forcing is 3 % away.
     frequency : (modes,) array_like
-        Forcing frequencies [rad/s]; what is varied is not looked at.
+        Forcing frequencies [rad/s]; a varied one is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
         Force amplitudes [N] as in `steady`.
     vary : str
@@ -248,17 +238,17 @@ def response_curve(
     Returns
     -------
     ResponseCurve
-        It ends where an amplitude leaves the table, or after 5000 points to a side: `cut_off`.
+        It ends where an amplitude leaves the table, or after 5000 points on a side: `cut_off`.
 
     Raises
     ------
     SlipmodeError
-        If no steady state is found at all, or a frequency is none that the slow flow can follow.
+        If no steady state is found, or the slow flow cannot follow a frequency.
 
     Warns
     -----
     ValidityWarning
-        Where friction or the force strain what the method assumes, or a branch has too many
+        Where friction or the force violates an assumption of the method, or a branch has too many
         points.
     """
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
@@ -281,104 +271,76 @@ def response_curve(
         branches = [branch.reversed for branch in branches]
     rows = np.concatenate([branch.points.rows for branch in branches])
     points = Points(rows, problem.curve.unknowns)
-    amplitude = problem.amplitude(points.z)
-    scale = problem.limit_scale(points.z[:, -1])[:, np.newaxis]
-    relative, inputs = np.abs(amplitude) / scale, problem.inputs_at(points.z[:, -1])
-    excitation = phasor(inputs["force"], inputs["phase"])[:, : model.modes]
-    held = SteadyStates.of(problem.applied, amplitude / scale, excitation / scale)
-    check_force_patterns(model, problem.applied, held)
-    warn(friction_findings(model.reduced, model.law, relative.max(axis=0)))
-    frequencies, forces = (
-        problem.inputs[name][:, : model.modes] for name in ("frequency", "force")
-    )
-    forced = (forces != 0.0).any(axis=0)
-    warn(forcing_findings(model.reduced, frequencies, forced))
+    part, amplitude = points.z[:, -1], problem.amplitude(points.z)
+    flow, forced = problem.at(part), (problem.ends.force != 0.0).any(axis=0)
+    scale = flow.inputs["limit_scale"][:, np.newaxis]
+    states = SteadyStates.of(problem.applied, amplitude / scale, flow.force / scale)
+    check_force_patterns(model, problem.applied, states)
+    warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
+    warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
     number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
     error = CurveError.of(problem, points.z, number)
-    apart = (frequencies / model.reduced.carrier - 1.0)[:, forced]
+    apart = (problem.ends.frequency / model.reduced.carrier - 1.0)[:, forced]
     warn(
         off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are")
     )
-    ends = _cut_off(branches)
-    cut_off = problem.parameter(np.array([end[-1] for end in ends]))
-    warn(_cut_off_findings(vary, cut_off))
-    specials, smaller = _significant(problem, branches, error)
-    special = [
-        SpecialPoint(kind, float(problem.parameter(at[-1])), problem.amplitude(at[np.newaxis])[0])
-        for kind, at in specials
-    ]
+    cut_off = problem.parameter(np.array(_cut_off(branches)))
+    if cut_off.size:
+        where = f"{vary} = {', '.join(f'{value:.6g}' for value in cut_off)}"
+        reason = (
+            f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
+        )
+        warn([Finding("curve", f"not followed beyond {where}", reason, "warning")])
+    specials, smaller = significant_specials(problem, branches, error)
+    at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])
+    values, amplitudes = problem.parameter(at[:, -1]).tolist(), problem.amplitude(at)
+    special = tuple(
+        SpecialPoint(kind, value, a)
+        for (kind, _), value, a in zip(specials, values, amplitudes, strict=True)
+    )
     cycles = slow_cycles(problem, Points(rows[~smaller], points.unknowns))
     growth = points.eigenvalues[:, 0].real
     if smaller.any():
-        at = np.arange(growth.size)
-        growth = np.where(smaller, np.interp(at, at[~smaller], growth[~smaller]), growth)
-    motion = _motion(
-        problem,
-        [parts := points.z[:, -1], np.array([z[-1] for _, z in specials])],
-        [amplitude, *(each.amplitude[np.newaxis] for each in special)],
-        cycles,
-    )
+        every = np.arange(growth.size)
+        growth = np.where(smaller, np.interp(every, every[~smaller], growth[~smaller]), growth)
     return ResponseCurve(
         vary,
-        problem.parameter(parts),
+        problem.parameter(part),
         amplitude,
         error.amplitude,
         growth,
         number,
-        tuple(special),
+        special,
         model.reduced.mode_shapes.copy(),
         cycles,
         cut_off,
-        motion,
+        _motion(problem, np.vstack((points.z, at)), cycles),
     )
 
 
-def _significant(
-    problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
-) -> tuple[list[tuple[Kind, Floats]], Flags]:
-    """Return special points that are larger than the error; points between the others."""
-    ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
-    parts = zip(
-        branches, np.split(error.friction, ends), np.split(error.growth, ends), strict=True
-    )
-    found = [significant_specials(problem, *part) for part in parts]
-    return [one for kept, _ in found for one in kept], np.concatenate([each for _, each in found])
-
-
-def _motion(
-    problem: ForcedSlowFlow, parts: list[Floats], amplitude: list[Complexes], cycles: SlowCycles
-) -> SteadyMotion:
-    """Steady states at parts of the span and with these amplitudes, then the ends of cycles."""
-    modes = slice(0, problem.model.modes)
+def _motion(problem: ForcedSlowFlow, z: Floats, cycles: SlowCycles) -> SteadyMotion:
+    """Return steady states z, then the ends of cycles, whose force is not known."""
     at_cycles = np.tile(problem.part(cycles.parameter), 2)
-    inputs = problem.inputs_at(np.concatenate([*parts, at_cycles]))
-    force = phasor(inputs["force"], inputs["phase"])[:, modes]
-    force[len(force) - at_cycles.size :] = 0.0
+    flow = problem.at(np.append(z[:, -1], at_cycles))
+    force = flow.force
+    force[len(z) :] = 0.0
     return SteadyMotion(
         problem.model,
-        np.concatenate([*amplitude, cycles.lowest, cycles.highest]),
-        inputs["frequency"][:, modes],
+        np.concatenate([problem.amplitude(z), cycles.lowest, cycles.highest]),
+        flow.frequency,
         force,
         problem.applied,
-        inputs["limit_scale"],
+        flow.inputs["limit_scale"],
     )
 
 
-def _cut_off(branches: list[Branch]) -> list[Floats]:
-    """Ends at which a curve goes on, and no other search has found what comes next."""
+def _cut_off(branches: list[Branch]) -> list[float]:
+    """Return parts of the span where a curve continues, and no other branch covers it."""
     return [
-        end
+        float(end[-1])
         for branch in branches
         for end in branch.cut_off
         if not any(
             other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
         )
     ]
-
-
-def _cut_off_findings(vary: str, cut_off: Floats) -> list[Finding]:
-    if not cut_off.size:
-        return []
-    where = ", ".join(f"{value:.6g}" for value in cut_off)
-    reason = f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
-    return [Finding("curve", f"not followed beyond {vary} = {where}", reason, "warning")]

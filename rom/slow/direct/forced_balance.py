@@ -4,11 +4,11 @@ At every harmonic nu = n Omega_A + m Omega_B of the contacts all modes respond,
 
     D(nu) q_nm = f_nm / 2 - B(nu) P_nm,
 
-the retained ones to their carriers as well. Near a resonance that is more than the contact problem
-can take in one step; the amplitudes are led there along the slow flow, 2 i Omega da/dt + ..., by
-steps of implicit Euler (pseudo-transient continuation, Kelley and Keyes 1998): in each of them the
-retained mode has the dynamic stiffness D + i kappa, kappa = 2 Omega / step, and drags what it was.
-Secants of the imbalance in these steps make them quasi-Newton's.
+and so do the retained modes at their carriers. Near a resonance one step of the contact problem
+cannot take in that response. The amplitudes follow the slow flow, 2 i Omega da/dt + ..., by steps
+of implicit Euler instead (pseudo-transient continuation, Kelley and Keyes 1998). In each step the
+retained modes have the dynamic stiffness D + i kappa, with the shift kappa = 2 Omega / step.
+Secants of the residual make the steps quasi-Newton steps.
 """
 
 from __future__ import annotations
@@ -28,137 +28,88 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
-from slipmode.rom.slow.direct.receptance import Receptance
-from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.direct.steady_harmonics import (
+    Receptance,
+    SteadyHarmonics,
+    relative_error,
+)
 
-_UNSETTLED = 1e-2  # distance from periodicity from where a step was too long
+_FIRST_SHIFT = 0.1  # of the largest detuning of a mode by slip
 _STEPS = 60
-_SHORTEST_STEP = 1e4  # kappa, over the first: nothing moves any more
-# Of the contacts' motion, by modes: far from the steady state, and at it by the tolerance. With
-# two the phases of the lines drift against the grid; that is only as small as its error. With one
-# contacts that creep change little in a period long before they are where they tend to.
+_NOT_PERIODIC = 1e-2  # distance from periodicity of the contacts at which a step was too long
+# Tolerance of the contact motion far from the steady state, and at it relative to the tolerance of
+# the amplitudes, by the number of modes. The phase lines of two modes drift against the grid,
+# which limits the periodicity. Contacts that creep, of one mode, change little in a period long
+# before they reach their steady motion.
 _COARSE = {1: 1e-5, 2: 1e-3}
 _PRECISION = {1: 1e-3, 2: 0.03}
-_PATIENCE = 3
-_MOST_SECANTS = 12
-_LONGEST_MOVE = 0.5  # by secants, of the largest displacement
-_SMALL = 0.03  # response to a harmonic that does not count, of the tolerance
-_ONE_CONTACT = 20  # harmonics that cost as much as what else a contact takes in a step
+# Steps without progress after which a state within the tolerance is accepted: the phase lines of
+# two modes drift against the grid (test_the_branch_of_two_modes_is_followed_from_a_steady_state).
+_STALLED = 3
+_NEGLIGIBLE = 0.03  # response to a harmonic, relative to the tolerance
 LINES = (16, 32, 64, 128)
-CLOSEST = 0.1  # of the tolerance: change of the amplitudes at which the iteration ends
+CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Balanced(SteadyHarmonics):
-    """Those of a balance.
+    """Harmonics in balance."""
 
-    Attributes
-    ----------
-    off : (modes,) ndarray
-        By what the next step would change the amplitudes [kg^1/2 m].
-    changes : (8 or more, n) ndarray
-        Of displacements and of the imbalance on the way, see `_Secants`.
-    grid : Discretisation
-    """
-
-    off: Floats
+    off: Floats  # (modes,), change of the amplitudes by the next step [kg^1/2 m]
+    # (4 modes, n), changes of displacements and residuals in the last steps, see `_Secants`
     changes: Floats
     grid: Discretisation
 
-    __repr__ = short_repr
 
-
-class Effort:
-    """Steps along phase lines that a balance may still march, weighted by what one costs."""
-
-    def __init__(self, most: float) -> None:
-        """Of N_c (N_c + orders + ...) each."""
-        self.left = most
-
-    def spend(self, steps: float, contacts: int, orders: int) -> None:
-        """So many steps of so many contacts and harmonics."""
-        self.left -= steps * contacts * (contacts + orders + _ONE_CONTACT)
-        if self.left < 0.0:
-            raise SlipmodeError(
-                "frequency: no steady state found, the search takes longer than integration in "
-                "time would (rom.full)"
-            )
-
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class ForcedBalance:
-    """The balance under forces 2 half cos(Omega_j t), (modes, n).
-
-    Attributes
-    ----------
-    effort : Effort
-        That it may take.
-    led : float
-        Dynamic stiffness below which steps lead a mode at a harmonic too, over that of the first
-        step; 0: the retained modes alone are led.
-    first_step : float
-        kappa of that, over how far slip can detune the mode.
-    """
+    """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
 
     reduced: Reduced
     law: Friction
     half: Floats
     tolerance: float
-    effort: Effort
-    led: float
-    first_step: float
-
-    __repr__ = short_repr
-
-    def _receptance(self, orders: Sequence[Order]) -> Receptance:
-        return Receptance.of(self.reduced, orders, self.half, self.led, self.first_step)
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None
     ) -> Balanced:
-        """The steady state with these harmonics, the carriers first, on this grid."""
-        modes = len(self.half)
-        receptance = self._receptance(orders)
-        q, k = receptance.resonant
-        frequency = receptance.frequency[:modes]
-        target, P = np.zeros(q.size, dtype=complex), None
+        """Return the steady state with these harmonics, the carriers first, on this grid."""
+        receptance = Receptance.of(self.reduced, orders, self.half)
+        modes, own = len(self.half), receptance.own
+        B = receptance.B[own, own]
+        first_shift = np.maximum(_FIRST_SHIFT * self._detuning(B), np.finfo(float).tiny)
+        shift, moves = first_shift, np.linalg.norm(B, axis=1)
+        target, P, secants = np.zeros(modes, dtype=complex), None, _Secants(moves)
         if start is not None:
-            P = _extended(start.P, start.orders, orders)
-            target = _extended(start.modal, start.orders, orders)[q, k]
-        kappa, moves = receptance.kappa, np.linalg.norm(receptance.B[q, k], axis=1)
-        secants = _Secants(moves, modes)
-        if isinstance(start, Balanced) and np.array_equal(start.frequency[:modes], frequency):
-            secants.take_on(start.changes)
-        closest, far, least, idle = CLOSEST * self.tolerance, 1.0, np.inf, 0
-        finest = _PRECISION[modes] * self.tolerance
+            target, P = start.amplitude, _extended(start.P, start.orders, orders)
+            same = np.array_equal(start.frequency[:modes], receptance.frequency[:modes])
+            if isinstance(start, Balanced) and same:
+                secants.take_on(start.changes)
+        far, least, stalled = 1.0, np.inf, 0
         for _ in range(_STEPS):
-            precision = float(np.clip(0.1 * far, finest, _COARSE[modes]))
-            reaction = receptance.stepped_reaction(kappa)
-            solved = self._contacts(
-                receptance, reaction, orders, grid, kappa, target, P, precision
-            )
-            if solved.residual[0] > _UNSETTLED:
-                kappa, secants, P = 3.0 * kappa, _Secants(moves, modes), None
-                if kappa[0] > _SHORTEST_STEP * receptance.kappa[0]:
-                    break
+            precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
+            forces = self._contact_forces(receptance, shift, target, P)
+            solved = self._march(orders, grid, forces, float(precision))
+            if solved.residual[0] > _NOT_PERIODIC:
+                shift, secants, P = 3.0 * shift, _Secants(moves), None
                 continue
             P = solved.P[0]
-            modal = receptance.stepped_modal(P, kappa, target)
-            found = modal[q, k]
-            imbalance = 1j * kappa * (found - target) / receptance.kappa
-            target = secants.next(found, imbalance)
+            modal = receptance.modal(P, shift, target)
+            found = modal[own, own]
+            target = secants.next(found, 1j * shift * (found - target) / first_shift)
             if secants.spanning:
                 off = np.abs(target - found) + secants.unresolved
-                far = relative_error(self.reduced, off[:modes], found[:modes])
-                drawn = max((moves * np.abs(found))[:modes].max(), np.finfo(float).tiny)
-                far = max(far, float((moves * off).max() / drawn))
-            idle = 0 if far < 0.5 * least or not secants.own_suffice else idle + 1
+                far = relative_error(self.reduced, off, found)
+                largest = max((moves * np.abs(found)).max(), np.finfo(float).tiny)
+                far = max(far, float((moves * off).max() / largest))
+            stalled = 0 if far < 0.5 * least or not secants.own_suffice else stalled + 1
             least = min(far, least)
-            if far <= closest or (far <= self.tolerance and idle >= _PATIENCE):
+            converged = far <= CLOSEST * self.tolerance
+            if converged or (far <= self.tolerance and stalled >= _STALLED):
                 return Balanced(
-                    amplitude=found[:modes],
-                    off=off[:modes],
+                    amplitude=found,
+                    off=off,
                     changes=secants.changes,
                     orders=list(orders),
                     frequency=receptance.frequency,
@@ -169,62 +120,62 @@ class ForcedBalance:
         raise self._refusal(orders, solved)
 
     def responding(self, state: Balanced, highest: int) -> tuple[list[Order], Floats]:
-        """Further harmonics up to an order that modes respond to, and what others amount to.
+        """Return more harmonics up to an order to which modes respond, and the effect of others.
 
-        That is the sum of what these would do to the contacts, as amplitudes (modes,) that would
-        do the same [kg^1/2 m].
+        The effect is the sum of the forces that the others would exert on the contacts, as
+        amplitudes (modes,) that would exert the same [kg^1/2 m].
         """
         modes, known = len(self.half), len(state.orders)
         candidates = harmonic_orders(highest, modes, self.reduced.even)
-        further = [order for order in candidates if order not in state.orders]
-        orders = [*state.orders, *further]
-        receptance = self._receptance(orders)
-        q, k = receptance.resonant
-        reaction = receptance.stepped_reaction(receptance.kappa)
-        reaction[known:] = 0.0
-        target = _extended(state.modal, state.orders, orders)[q, k]
-        solved = self._contacts(
-            receptance,
-            reaction,
-            orders,
-            replace(state.grid, lines=enough_lines(orders, state.grid.lines)),
-            receptance.kappa,
-            target,
-            _extended(state.P, state.orders, orders),
-            _COARSE[modes],
-        )
-        moved = np.abs(np.einsum("qcd,qd->qc", receptance.reaction, solved.P[0])).max(axis=1)
+        more = [order for order in candidates if order not in state.orders]
+        orders = [*state.orders, *more]
+        receptance = Receptance.of(self.reduced, orders, self.half)
+        P = _extended(state.P, state.orders, orders)
+        shift = _FIRST_SHIFT * self._detuning(receptance.B[receptance.own, receptance.own])
+        forces = self._contact_forces(receptance, shift, state.amplitude, P)
+        reaction = forces.reaction.copy()
+        forces.reaction[known:] = 0.0
+        grid = replace(state.grid, lines=enough_lines(orders, state.grid.lines))
+        solved = self._march(orders, grid, forces, _COARSE[modes])
+        moved = np.abs(np.einsum("qcd,qd->qc", reaction, solved.P[0])).max(axis=1)[known:]
         carried = np.einsum("qkc,qk->qc", receptance.B[:modes], state.modal[:modes])
-        wanted = moved[known:] > _SMALL * self.tolerance * np.abs(carried).max()
+        wanted = moved > _NEGLIGIBLE * self.tolerance * np.abs(carried).max()
         moves = np.linalg.norm(self.reduced.coupling, axis=1)
-        left = moved[known:][~wanted].sum() / np.maximum(moves, np.finfo(float).tiny)
-        return [order for order, one in zip(further, wanted, strict=True) if one], left
+        neglected = moved[~wanted].sum() / np.maximum(moves, np.finfo(float).tiny)
+        return [order for order, one in zip(more, wanted, strict=True) if one], neglected
 
-    def _contacts(
-        self,
-        receptance: Receptance,
-        reaction: Complexes,
-        orders: Sequence[Order],
-        grid: Discretisation,
-        kappa: Floats,
-        target: Complexes,
-        start: Complexes | None,
-        tolerance: float,
-    ) -> ContactTerms:
-        """The contacts in a step, (D + i kappa) q = f / 2 - B P + i kappa target."""
+    def _detuning(self, B: Complexes) -> Floats:
+        """Return the largest change of omega_j^2 by slip, (modes,), of modes with coupling B."""
+        if self.reduced.contacts is not None:
+            return np.asarray(np.abs(B) ** 2 @ self.reduced.contacts.reference)
+        moved = np.linalg.solve(self.reduced.stiffness, B.conj().T)
+        return np.asarray(np.abs(np.einsum("jc,cj->j", B, moved)))
+
+    def _contact_forces(
+        self, receptance: Receptance, shift: Floats, target: Complexes, guess: Complexes | None
+    ) -> ContactForces:
+        """Return the forces on the contacts in a step: stuck modes and reactions.
+
+        A step is (D + i kappa) q = f / 2 - B P + i kappa q_0, with `shift` kappa, `target` q_0.
+        """
         modes = len(self.half)
-        nothing = np.zeros((len(orders), self.reduced.n_contacts), dtype=complex)
-        stuck = receptance.stepped_modal(nothing, kappa, target)
+        still = np.zeros((len(receptance.orders), self.reduced.n_contacts), dtype=complex)
+        stuck = receptance.modal(still, shift, target)
         held = -np.einsum("qkc,qk->qc", receptance.B, stuck)
         held[:modes] += self.half @ self.reduced.contact_shapes
         coupling = -held[:modes]
         held[:modes] = 0.0
-        forces = ContactForces(coupling, reaction, held, start)
+        return ContactForces(coupling, receptance.reaction(shift), held, guess)
+
+    def _march(
+        self,
+        orders: Sequence[Order],
+        grid: Discretisation,
+        forces: ContactForces,
+        tolerance: float,
+    ) -> ContactTerms:
         problem = ContactProblem(self.reduced, self.law, tuple(orders), given_forces=forces)
-        solved = problem.on(grid, tolerance).solve(np.ones((1, modes)))
-        marched = float(solved.marched[0]) * grid.lines
-        self.effort.spend(marched, self.reduced.n_contacts, len(orders))
-        return solved
+        return problem.on(grid, tolerance).solve(np.ones((1, len(self.half))))
 
     def _refusal(self, orders: Sequence[Order], solved: ContactTerms) -> SlipmodeError:
         met = strongest_resonance(self.reduced, orders)
@@ -238,7 +189,7 @@ class ForcedBalance:
 
 
 def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
-    """Phase lines that tell these harmonics apart."""
+    """Return a number of phase lines that distinguishes these harmonics."""
     highest = max(abs(m) for _, m in orders)
     if highest == 0:
         return 1
@@ -246,59 +197,59 @@ def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
 
 
 class _Secants:
-    """Where the imbalance would be 0, by its last changes (Anderson 1965).
+    """The displacement at which the residual would be 0, by its last changes (Anderson 1965).
 
     Attributes
     ----------
-    unresolved : (pairs,) ndarray
-        Displacement by the part of the imbalance that no change has touched, were the structure as
-        soft to that as to the one change that it was softest to.
+    unresolved : (modes,) ndarray
+        Displacement by the part of the residual that no change has touched, if the structure
+        were as soft to it as to the change to which it was softest.
     """
 
-    def __init__(self, moves: Floats, modes: int) -> None:
-        """Weighted by what unit displacements (pairs,), `modes` retained, do to the contacts."""
-        self._moves = moves
-        # of one mode the first tells enough, and friction's noise would pass for what is left
-        self._enough = {1: 1, 2: 4}[modes]
+    def __init__(self, moves: Floats) -> None:
+        """Displacements are weighted by the contact forces `moves` (modes,) that they cause."""
+        self._moves = np.maximum(moves, 1e-300)
+        # The changes of one mode span its plane at once: a later residual is noise of friction.
+        self._enough = {1: 1, 2: 4}[moves.size]
         self.unresolved = np.zeros(moves.size)
-        self._most = min(2 * moves.size, _MOST_SECANTS)
         self._points: list[Floats] = []
         self._before = np.zeros((4 * moves.size, 0))
 
     def take_on(self, changes: Floats) -> None:
-        """Those of another balance of the same modes at the same frequencies.
+        """Use the changes of another balance of the same two modes at the same frequencies.
 
-        Of one mode a balance finds its own in two steps.
+        A balance of one mode finds its own in two steps.
         """
-        if self._enough > 1 and len(changes) == len(self._before):
+        if self._enough > 1:
             self._before = changes
 
     @property
     def changes(self) -> Floats:
-        """Of displacements, and of the imbalance below, weighted, (4 pairs, n); the last first.
+        """Weighted changes of displacements, and below of the residual, (4 modes, n).
 
-        Its own where they are enough: those of another grid differ by what it moves.
+        The last are first. Changes of another balance are used until there are enough own ones,
+        because they differ by the error of its grid.
         """
         last, *before = reversed(self._points)
         own = np.array([last - point for point in before]).reshape(-1, last.size).T
         if self.own_suffice:
             return own
-        return np.hstack((own, self._before))[:, : self._most]
+        return np.hstack((own, self._before))[:, : 2 * self._moves.size]
 
     @property
     def own_suffice(self) -> bool:
-        """Whether there are enough without those taken on."""
+        """Whether there are enough changes without those of another balance."""
         return len(self._points) > self._enough
 
     @property
     def spanning(self) -> bool:
-        """Whether there are enough for all the retained modes may do."""
+        """Whether there are enough changes for all motions of the retained modes."""
         return bool(self.changes.shape[1] >= self._enough)
 
-    def next(self, found: Complexes, imbalance: Complexes) -> Complexes:
-        """The next displacement (pairs,)."""
-        moved = self._moves * np.array((found, imbalance))
-        self._points = [*self._points[-self._most :], moved.ravel().view(float)]
+    def next(self, found: Complexes, residual: Complexes) -> Complexes:
+        """Return the next displacement (modes,)."""
+        moved = self._moves * np.array((found, residual))
+        self._points = [*self._points[-2 * found.size :], moved.ravel().view(float)]
         changes = self.changes
         if not changes.size:
             return found
@@ -306,16 +257,14 @@ class _Secants:
         theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
         displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
         softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
-        left = (last[size:] - changes[size:] @ theta).view(complex)
+        rest = (last[size:] - changes[size:] @ theta).view(complex)
         if self._enough > 1:
-            self.unresolved = softest * np.abs(left) / np.maximum(self._moves, 1e-300)
+            self.unresolved = softest * np.abs(rest) / self._moves
         move = (changes[:size] @ theta).view(complex)
-        most = _LONGEST_MOVE * np.abs(moved[0]).max()
-        part = min(1.0, most / max(np.abs(move).max(), 1e-300))
-        return np.asarray(found - part * move / np.maximum(self._moves, 1e-300))
+        return np.asarray(found - move / self._moves)
 
 
 def _extended(known: Complexes, orders: Sequence[Order], wanted: Sequence[Order]) -> Complexes:
-    """Rows of some harmonics for others, 0 where there are none."""
+    """Return rows of some harmonics for others, 0 for new ones."""
     rows = dict(zip(orders, known, strict=True))
     return np.array([rows.get(order, np.zeros_like(known[0])) for order in wanted])

@@ -1,48 +1,87 @@
-"""Harmonics of a steady state, and what errors of its amplitudes are relative to."""
+"""Harmonics of a steady state, and the response of all modes: D(nu) q = f / 2 - B(nu) P."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
-_WEAK = 0.1  # contact motion of a mode, of the strongest's: its error is relative to that below
+# Contact motion relative to the strongest mode's; errors of weaker modes are relative to it.
+_WEAK = 0.1
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class SteadyHarmonics:
-    """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first.
+    """Harmonics 2 Re(c_nm exp(i (n t_A + m t_B))) of a steady state, the carriers first."""
 
-    Attributes
-    ----------
-    amplitude : (modes,) complex ndarray
-        a_j of the retained modes at their carriers [kg^1/2 m].
-    orders : list of (n, m)
-    frequency : (orders,) ndarray
-        n Omega_A + m Omega_B [rad/s].
-    modal : (orders, modes + nonresonant) complex ndarray
-        Displacement of all modes [kg^1/2 m].
-    P : (orders, N_c) complex ndarray
-        Of the contact displacement [m].
-    """
-
-    amplitude: Complexes
+    amplitude: Complexes  # (modes,), a_j of the retained modes at their carriers [kg^1/2 m]
     orders: list[Order]
-    frequency: Floats
-    modal: Complexes
-    P: Complexes
-
-    __repr__ = short_repr
+    frequency: Floats  # (orders,), n Omega_A + m Omega_B [rad/s]
+    modal: Complexes  # (orders, modes + nonresonant), displacement of all modes [kg^1/2 m]
+    P: Complexes  # (orders, N_c), of the contact displacement [m]
 
 
 def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Complexes) -> float:
-    """The largest of errors (modes,) of amplitudes, by the contact motion that they bring."""
+    """Return the largest error (modes,) of amplitudes, relative to their contact motion."""
     moves = np.linalg.norm(reduced.coupling, axis=1)
     motion = moves * np.abs(amplitude)
     scale = np.maximum(motion, _WEAK * motion.max())
     return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
+
+
+@frozen
+class Receptance:
+    """Matrices of all modes at the harmonics of forces and contacts."""
+
+    orders: tuple[Order, ...]  # The carriers of the retained modes first
+    frequency: Floats  # (orders,), nu = n Omega_A + m Omega_B [rad/s]
+    # (orders, modes + nonresonant, modes + nonresonant), dynamic stiffness of the modes
+    # [rad^2/s^2]
+    D: Complexes
+    B: Complexes  # (orders, modes + nonresonant, N_c), coupling to the contacts
+    # (orders, N_c, N_c), force on the contacts due to the inertia that follows them
+    follows: Complexes
+    loads: Complexes  # (orders, modes + nonresonant), half of the modal forces [N kg^-1/2]
+    # (modes,), numbers of the retained modes, and of their carriers among the harmonics
+    own: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, reduced: Reduced, orders: Sequence[Order], half: Floats) -> Self:
+        """Return the matrices under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
+        own = np.arange(len(half))
+        nu = np.array(orders, dtype=float)[:, : own.size] @ reduced.carrier
+        B = reduced.modal_coupling(nu)
+        loads = np.zeros(B.shape[:2], dtype=complex)
+        loads[own] = half @ reduced.all_shapes
+        return cls(
+            tuple(orders), nu, reduced.modal_stiffness(nu), B, reduced.following(nu), loads, own
+        )
+
+    def modal(
+        self, P: Complexes, shift: Floats | float = 0.0, target: Complexes | float = 0.0
+    ) -> Complexes:
+        """Return the displacement of all modes due to the forces and contact harmonics P.
+
+        With a `shift` kappa (modes,) [rad^2/s^2], the retained modes have the dynamic stiffness
+        D + i kappa at their carriers, and are pulled to displacements `target` (modes,).
+        """
+        loads = self.loads - np.einsum("qkc,qc->qk", self.B, P)
+        loads[self.own, self.own] += 1j * shift * target
+        return np.asarray(np.linalg.solve(self._shifted(shift), loads[..., np.newaxis])[..., 0])
+
+    def reaction(self, shift: Floats) -> Complexes:
+        """Return the force on the contacts per contact harmonic, (orders, N_c, N_c)."""
+        response = np.linalg.solve(self._shifted(shift), self.B)
+        return np.asarray(np.swapaxes(self.B, 1, 2) @ response + self.follows)
+
+    def _shifted(self, shift: Floats | float) -> Complexes:
+        D = self.D.copy()
+        D[self.own, self.own, self.own] += 1j * shift
+        return D

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 
 _FLAT = 1e-9  # distance between contacts at one place, relative to the interface
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class MotionPatches:
     """Patches of contacts, and the error of given motions that they cause.
 
@@ -35,8 +33,6 @@ class MotionPatches:
     patch: NDArray[np.intp]
     variation: Floats
     error: Floats
-
-    __repr__ = short_repr
 
 
 def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> MotionPatches:

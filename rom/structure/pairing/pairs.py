@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Sparse, as_csc
 from slipmode.rom.structure.pairing.surfaces import Indices
 
@@ -20,7 +20,7 @@ _BENT = 0.5  # mean of the unit normals of a patch that bends by 60 degrees to e
 _ALONG = 0.1  # part of a direction across a normal, below which it gives no tangent
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class ContactPairs:
     """Contacts between a surface and its target, ready for Structure and FrictionalContact.
 
@@ -52,8 +52,6 @@ class ContactPairs:
     nodes: tuple[Indices, ...]
     unpaired: Indices
     tangents: int
-
-    __repr__ = short_repr
 
     @property
     def W(self) -> Sparse:  # noqa: N802

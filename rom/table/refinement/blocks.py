@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Blocks:
     """Rectangles of cells without samples between them.
 
@@ -32,8 +31,6 @@ class Blocks:
     width: Floats
     middle: Floats
     indicator: Floats
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, axes: Sequence[Floats], block: NDArray[np.int64], indicator: Floats) -> Self:

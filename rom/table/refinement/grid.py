@@ -7,13 +7,13 @@ have the values of the surface, which is accurate enough there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.check_points import at_cells, holding_cells
 from slipmode.rom.table.refinement.blocks import apart
 
@@ -21,7 +21,7 @@ _CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
 _LEAST_LEFT = 1 / 4  # of an error by halving: a faster decay may have missed a kink
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Grid:
     """Nodes of each mode, and the cells between them, which are (cells_a, cells_b).
 
@@ -53,8 +53,6 @@ class Grid:
     sampled: Flags
     block: NDArray[np.int64]
     closest: float
-
-    __repr__ = short_repr
 
     @classmethod
     def upto(cls, ends: Floats, intervals: int, closest: float) -> Grid:

@@ -6,18 +6,17 @@ are kept in rows, to which the nodes refer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.refinement.grid import Grid
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class NodeSamples:
     """Those of a grid, or of some of its lines.
 
@@ -32,8 +31,6 @@ class NodeSamples:
     tabulated: Complexes
     rows: Complexes
     row: NDArray[np.int64]
-
-    __repr__ = short_repr
 
     @classmethod
     def of(cls, samples: Complexes, tabulated: int) -> Self:

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen, short_repr
 from slipmode.rom.table.check_points import unpredicted
 from slipmode.rom.table.hermite import Table, make_table
 
@@ -68,7 +68,7 @@ class Columns:
         return np.where(norm.share(points) < SMALLEST_SHARE, 0.0, relative.max(axis=-1))
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Sampling:
     """Where samples come from: values (points, columns) at amplitudes (points, modes).
 
@@ -82,8 +82,6 @@ class Sampling:
     amplitude_range: Floats
     onset_lines: Floats
     noise: float
-
-    __repr__ = short_repr
 
     def norm(self, table: Table) -> ErrorNorm:
         """Return the norm with the largest |S_j| at the nodes of a table."""

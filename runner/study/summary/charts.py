@@ -11,17 +11,12 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.study.outputs.outputs import MODAL
 from slipmode.runner.study.results import FAILED
+from slipmode.runner.study.sample_outputs import MODAL
 from slipmode.runner.study.study_file import Distribution, Study, Varied
 from slipmode.runner.study.summary.statistics import Choice
 from slipmode.runner.view.charts import Axis, Chart, Layer
 from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
-
-_MOST_ROWS = 4  # of charts, to stay legible
-_MOST_POINTS = 4000  # of a chart: more only overlap
-_MOST_BINS = 40
-_BANDS = ((0.05, 0.95, GREY), (0.25, 0.75, GREEN))
 
 
 class ShownOutput(NamedTuple):
@@ -70,7 +65,7 @@ def study_charts(dataset: Any, study: Study, choice: Choice | None) -> list[list
     If a best value of a key is chosen, points are the samples with it.
     """
     rows = []
-    for name, unit, values in outputs(dataset, study)[:_MOST_ROWS]:
+    for name, unit, values in outputs(dataset, study)[:4]:  # more would not be legible
         label = f"{name} [{unit}]".replace("kg^1/2", "kg^0.5")  # Rerun has no formulae
         entity = f"/{name.replace(' ', '_')}"
         row = []
@@ -112,7 +107,7 @@ def _against(
         curve = at.size > 1
         median = np.array([np.median(each) for each in own])
         layers.append(Layer(at, median, BLUE, "median", curve, 2.5))
-        for low, high, color in _BANDS:
+        for low, high, color in ((0.05, 0.95, GREY), (0.25, 0.75, GREEN)):
             for part, name in ((low, f"{low:.0%} to {high:.0%}"), (high, "")):
                 edge = np.array([np.quantile(each, part) for each in own])
                 layers.append(Layer(at, edge, color, name, curve, 1.0))
@@ -135,12 +130,12 @@ def _some_samples(dataset: Any, choice: Choice | None) -> NDArray[np.intp]:
     shown = np.random.default_rng(0).permutation(dataset.sizes["sample"])
     if choice is not None:
         shown = shown[dataset[choice.of.key].values[shown] == choice.values[choice.best]]
-    return shown[:_MOST_POINTS]
+    return shown[:4000]  # more only overlap
 
 
 def _histogram(values: Floats) -> list[Layer]:
     known = values[np.isfinite(values)]
-    bins = min(_MOST_BINS, max(1, round(2 * known.size ** (1 / 3))))  # Rice's rule
+    bins = min(40, max(1, round(2 * known.size ** (1 / 3))))  # Rice's rule
     counts, edges = np.histogram(known, bins)
     x, y = np.repeat(edges, 2), np.concatenate(([0], np.repeat(counts, 2), [0])).astype(float)
     quantiles = {part: float(np.quantile(known, part)) for part in (0.05, 0.5, 0.95)}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,12 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.design import unit_problem
 from slipmode.runner.study.study_file import Choose
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Choice:
     """A quantile of an output against a key."""
 
@@ -25,8 +24,6 @@ class Choice:
     # failed; and the number of these
     quantile: Floats
     failed: np.ndarray
-
-    __repr__ = short_repr
 
     @property
     def best(self) -> int:
@@ -45,10 +42,7 @@ class Choice:
 def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
     """Return the quantile of an output (samples,) for each value of a key (samples,).
 
-    Raises
-    ------
-    SlipmodeError
-        If every value has a failed sample.
+    Raises SlipmodeError if every value has a failed sample.
     """
     values, group = np.unique(column, return_inverse=True)
     quantile, failed = np.full(values.size, np.nan), np.zeros(values.size, dtype=int)
@@ -64,7 +58,7 @@ def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
     return Choice(of, values, quantile, failed)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class Sensitivity:
     """Sobol indices of an output: shares of its variance due to each key."""
 
@@ -76,8 +70,6 @@ class Sensitivity:
     # first_error, total_error: (keys,): Half of their confidence intervals of 95 %
     first_error: Floats
     total_error: Floats
-
-    __repr__ = short_repr
 
     def text(self) -> list[str]:
         """Return a line per key."""
@@ -92,12 +84,9 @@ class Sensitivity:
 
 
 def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -> Sensitivity:
-    """Return the indices of samples that were drawn by the method "saltelli".
+    """Return the indices of samples of the method "saltelli".
 
-    Raises
-    ------
-    SlipmodeError
-        If a sample failed: the method needs all of them.
+    Raises SlipmodeError if a sample failed: the method needs all of them.
     """
     failed = int(np.count_nonzero(np.isnan(values)))
     if failed:

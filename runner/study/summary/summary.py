@@ -18,9 +18,6 @@ from slipmode.runner.view.charts import write_charts
 
 _log = logging.getLogger("slipmode.study")
 
-_MOST_REASONS = 3  # on the screen
-_MOST_FAILURES = 200  # in the recording, one by one
-
 
 def summarise(done: StudyResults) -> list[str]:
     """Return lines with the findings, failures first; write a picture and a recording."""
@@ -65,7 +62,7 @@ def summarise(done: StudyResults) -> list[str]:
 def _failures(reasons: list[str]) -> list[str]:
     """Return the most frequent reasons."""
     count = Counter(reasons)
-    lines = [f"failed: {n} x {command_words(why)}" for why, n in count.most_common(_MOST_REASONS)]
+    lines = [f"failed: {n} x {command_words(why)}" for why, n in count.most_common(3)]
     others = len(count) - len(lines)
     return [*lines, f"and {others} other reasons"] if others > 0 else lines
 
@@ -76,10 +73,10 @@ def _failed_samples(dataset: Any, reasons: list[str]) -> str:
         return "None."
     numbers = np.flatnonzero(dataset["status"].values == FAILED)
     each = [f"- sample {k}: {why}" for k, why in zip(numbers, reasons, strict=True)]
-    others = len(each) - _MOST_FAILURES
+    others = len(each) - 200
     more = [f"- and {others} others"] if others > 0 else []
     count = [f"- {n} x {why}" for why, n in Counter(reasons).most_common()]
-    return "\n".join([*count, "", *each[:_MOST_FAILURES], *more])
+    return "\n".join([*count, "", *each[:200], *more])
 
 
 def _sensitivities(dataset: Any, done: StudyResults) -> list[str]:

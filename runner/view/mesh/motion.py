@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Self
@@ -16,9 +15,10 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.states import STATES
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.recording.load import Signals, load
+from slipmode.runner.view.viewer import find_viewer, write_picture
 
 _KINDS = {4: "tetra", 8: "hexahedron"}  # of cells, by their corners
 # corners of each face, counter-clockwise as seen from outside
@@ -28,7 +28,7 @@ _FACES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class MeshMotion:
     """Frames of a mesh and its contacts, for `show_mesh` and `write_mesh`.
 
@@ -59,8 +59,6 @@ class MeshMotion:
     contacts: tuple[NDArray[np.intp], ...]
     state: NDArray[np.int8]
     time: Floats
-
-    __repr__ = short_repr
 
     def __init__(
         self,
@@ -199,17 +197,10 @@ def _numbers(name: str, given: ArrayLike, nodes: int) -> NDArray[np.intp]:
 
 
 def skin(cells: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the facets that belong to one cell alone: what is seen of a mesh from outside.
+    """Return the facets (facets, 3 or 4) that belong to one cell alone: the surface of a mesh.
 
-    Parameters
-    ----------
-    cells : (cells, 4 or 8) ndarray of int
-        Tetrahedra; hexahedra, the lower four corners first, as Abaqus and VTK order them.
-
-    Returns
-    -------
-    (facets, 3 or 4) ndarray of int
-        Counter-clockwise as seen from outside.
+    Cells (cells, 4 or 8) are tetrahedra or hexahedra, the lower four corners first, as Abaqus and
+    VTK order them. Facets are counter-clockwise as seen from outside.
     """
     cells = np.asarray(cells)
     faces = cells[:, _FACES[cells.shape[1]]]
@@ -227,11 +218,42 @@ def triangles(facets: NDArray[np.intp]) -> NDArray[np.intp]:
     return facets[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
+def show_mesh(
+    motion: MeshMotion, save: str | Path | None = None, screenshot: str | Path | None = None
+) -> None:
+    """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
+
+    Above the mesh as it moves, beneath it the contacts alone, seen along their normal. Raises
+    SlipmodeError if nothing moves, or no viewer can be started; OSError if a file cannot be
+    written.
+
+    Parameters
+    ----------
+    motion : MeshMotion
+    save : path, optional
+        Write an .rrd file, views included, instead of opening the viewer.
+    screenshot : path, optional
+        Write a PNG of the last frame, without a window.
+    """
+    if not motion.displacement.any():
+        raise SlipmodeError("displacement: nothing moves")
+    from slipmode.runner.view.mesh.show import draw_mesh  # Rerun takes a while to import
+
+    if save is not None:
+        draw_mesh(motion, Path(save))
+    if screenshot is not None:
+        write_picture(screenshot, lambda rrd: draw_mesh(motion, rrd), float(motion.time[-1]))
+    if save is None and screenshot is None:
+        draw_mesh(motion, find_viewer())
+
+
 def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
     """Write frames of a mesh and its contacts as VTK files (needs `slipmode[mesh]`).
 
     Nodes have a "displacement" [m], to warp by. The nodes of contacts are cells of their own,
     vertices, whose "state" is 0 stuck, 1 slipping, 2 open; the "state" of other cells is -1.
+    Returns the files. Raises SlipmodeError if the path ends otherwise, or meshio is not installed;
+    OSError if a file cannot be written.
 
     Parameters
     ----------
@@ -239,18 +261,6 @@ def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
     path : path
         Ending in .vtu. Each of several frames gets a file, NAME_000.vtu and so on, which
         ParaView opens as one series.
-
-    Returns
-    -------
-    list of Path
-        The files.
-
-    Raises
-    ------
-    SlipmodeError
-        If the path ends otherwise, or meshio is not installed.
-    OSError
-        If a file cannot be written.
     """
     target = Path(path)
     if target.suffix != ".vtu":

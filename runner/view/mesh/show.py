@@ -3,71 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.states import STATES
 from slipmode.runner.recording.record import create_file
+from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
-from slipmode.runner.view.viewer import Viewer, find_viewer
-
-if TYPE_CHECKING:
-    import rerun as rr
-    import rerun.blueprint as rrb
+from slipmode.runner.view.viewer import Viewer
 
 COLORS = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
-_NAMES = ("green", "orange", "red")
-_STILL, _MOST = np.array((95, 100, 110)), np.array((150, 200, 245))  # of the skin
-_SHOWN = 0.06  # largest displacement, of the size of the mesh
-_DOT = 0.4  # radius of a contact's node, of the distance to the next
-_NEAR = np.array((1.4, 0.5))  # how far away the eye is, of the second and the first extent
-_BODY, _CONTACTS, _INTERFACE = "/mesh/body", "/mesh/contacts", "/interface"
 
 
-def show_mesh(
-    motion: MeshMotion,
-    save: str | Path | None = None,
-    screenshot: str | Path | None = None,
-) -> None:
-    """Show a mesh in motion, displacements enlarged, and its contacts coloured by state.
-
-    Above the mesh as it moves, beneath it the contacts alone, seen along their normal.
-
-    Parameters
-    ----------
-    motion : MeshMotion
-    save : path, optional
-        Write an .rrd file, views included, instead of opening the viewer.
-    screenshot : path, optional
-        Write a PNG of the last frame, without a window.
-
-    Raises
-    ------
-    SlipmodeError
-        If nothing moves, or no viewer can be started.
-    OSError
-        If `save` or `screenshot` cannot be written.
-    """
-    largest = np.linalg.norm(motion.displacement, axis=-1).max()
-    if not largest > 0.0:
-        raise SlipmodeError("displacement: nothing moves")
-    if save is not None:
-        _write(motion, Path(save), largest)
-    if screenshot is not None:
-        from slipmode.runner.view.screenshot import write_picture
-
-        end = float(motion.time[-1])
-        write_picture(screenshot, lambda rrd: _write(motion, rrd, largest), end)
-    if save is None and screenshot is None:
-        _write(motion, find_viewer(), largest)
-
-
-def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
-    import rerun as rr  # it takes a while to import
-
+def draw_mesh(motion: MeshMotion, target: Path | Viewer) -> None:
+    """Write an .rrd file of a mesh in motion, or show it in a viewer."""
     stream = rr.RecordingStream("slipmode mesh")
     layout = _blueprint(motion)
     if isinstance(target, Path):
@@ -75,7 +27,9 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
         stream.save(target, default_blueprint=layout)
     else:
         stream.connect_grpc(target.url, default_blueprint=layout)
-    scale = _size(motion.nodes) * _SHOWN / largest
+    # the largest displacement is shown as 6 % of the size of the mesh
+    largest = np.linalg.norm(motion.displacement, axis=-1).max()
+    scale = 0.06 * float(np.ptp(motion.nodes, axis=0).max()) / float(largest)
     _draw_skin(stream, motion, scale)
     _draw_contacts(stream, motion, scale)
     stream.flush()
@@ -84,8 +38,6 @@ def _write(motion: MeshMotion, target: Path | Viewer, largest: float) -> None:
 
 def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
     """Draw all frames; nodes that move far are light; facets have corners of their own."""
-    import rerun as rr
-
     facets = skin(motion.cells)
     corner = facets.ravel()
     length = np.linalg.norm(motion.displacement, axis=-1).max(axis=0)[corner]
@@ -94,24 +46,25 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
     normal = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, np.newaxis]
     own = np.arange(corner.size).reshape(facets.shape)
+    dark, light = np.array((95, 100, 110)), np.array((150, 200, 245))
     still = rr.Mesh3D.from_fields(
         triangle_indices=triangles(own),
         vertex_normals=np.repeat(normal, facets.shape[1], axis=0),
-        vertex_colors=(_STILL + share * (_MOST - _STILL)).astype(np.uint8),
+        vertex_colors=(dark + share * (light - dark)).astype(np.uint8),
     )
-    stream.log(_BODY, still, static=True)
+    stream.log("/mesh/body", still, static=True)
     moved = motion.nodes[corner] + scale * motion.displacement[:, corner]
     columns = rr.Mesh3D.columns(vertex_positions=moved.reshape(-1, 3))
-    stream.send_columns(_BODY, [_times(motion)], columns.partition([corner.size] * len(moved)))
+    stream.send_columns(
+        "/mesh/body", [_times(motion)], columns.partition([corner.size] * len(moved))
+    )
 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
     """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
-    import rerun as rr
-
     node, contact = motion.contact_nodes()
-    radius = _DOT * _spacing(motion.nodes[node])
-    for entity, enlarged in ((_CONTACTS, scale), (_INTERFACE, 0.0)):
+    radius = 0.4 * _spacing(motion.nodes[node])
+    for entity, enlarged in (("/mesh/contacts", scale), ("/interface", 0.0)):
         stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
         place = motion.nodes[node] + enlarged * motion.displacement[:, node]
         columns = rr.Points3D.columns(
@@ -121,15 +74,11 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
 
 
 def _times(motion: MeshMotion) -> rr.TimeColumn:
-    from slipmode.runner.view.phase_portraits import time_column
-
     return time_column(np.round(motion.time * 1e9).astype(np.int64))
 
 
 def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
     """Return the views: the mesh from a side, the contacts along their thinnest direction."""
-    import rerun.blueprint as rrb
-
     x = motion.nodes[np.unique(motion.cells)]
     interface = motion.nodes[np.concatenate(motion.contacts)]
     axes = np.linalg.svd(interface - interface.mean(axis=0), full_matrices=False)[2]
@@ -143,7 +92,8 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
     ) -> rrb.Spatial3DView:
         centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         extent = np.sort(np.ptp(points, axis=0))[1:]
-        eye = centre + np.max(_NEAR * extent) * towards / np.linalg.norm(towards)
+        distance = max(1.4 * extent[0], 0.5 * extent[1])  # both sides are in sight
+        eye = centre + distance * towards / np.linalg.norm(towards)
         return rrb.Spatial3DView(
             origin=origin,
             name=name,
@@ -151,18 +101,15 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
             eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=upwards),
         )
 
-    said = ", ".join(f"{color} {name}" for color, name in zip(_NAMES, STATES, strict=True))
+    colors = zip(("green", "orange", "red"), STATES, strict=True)
+    said = ", ".join(f"{color} {name}" for color, name in colors)
     return rrb.Blueprint(
         rrb.Vertical(
             seen("Mesh, displacements enlarged", "/mesh", x, side, up),
-            seen(f"Contacts: {said}", _INTERFACE, interface, up, across),
+            seen(f"Contacts: {said}", "/interface", interface, up, across),
         ),
         collapse_panels=True,
     )
-
-
-def _size(points: Floats) -> float:
-    return float(np.ptp(points, axis=0).max())
 
 
 def _spacing(points: Floats) -> float:

@@ -25,8 +25,8 @@ static double residual_of(const joints *j, const double *u, const double *x,
     double *y = new_doubles(n), *next = new_doubles(sm_elastic_memory(&j->elastic)), most = 0.0;
     for (int e = 0; e < j->elastic.elements; e++) {
         const sm_element *element = &j->element[e];
-        sm_element_force at;
-        sm_element_evaluate(&j->elastic, element, 1.0, x, memory, &at, next);
+        sm_element_force at = {.next = next};
+        sm_element_evaluate(&j->elastic, element, 1.0, x, memory, &at);
         memory += sm_element_memory(element);
         for (int k = 0; k < sm_element_columns(element); k++) {
             const int32_t i = element->column[k];
@@ -317,8 +317,9 @@ static int random_motion(void) {
     double *x = new_doubles(9 * n), *from = new_doubles(n);
     if (random_below(8) == 0) from[random_below((int)n)] = random_below(2) ? NAN : 1e200;
     spoil_joints(&j);
-    const sm_status status = sm_contact_motion(&j.contact, 1, &g, from, 4 + random_below(60), 3,
-                                               times, x, x + 3 * n, x + 6 * n);
+    const sm_contact_samples samples = {3, times, x, x + 3 * n, x + 6 * n};
+    const sm_status status =
+        sm_contact_motion(&j.contact, 1, &g, from, 4 + random_below(60), &samples);
     check_response(status, x, 9 * n);
     free_joints(&j);
     free(x);

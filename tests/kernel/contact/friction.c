@@ -3,9 +3,8 @@
 #include <stdlib.h>
 
 #include "contact/friction.h"
-#include "contact/slipping.h"
+#include "contact/stage/active_set.h"
 #include "contact/stage/chebyshev.h"
-#include "contact/stage/warm_chebyshev.h"
 #include "driver.h"
 #include "fixtures.h"
 
@@ -294,7 +293,7 @@ static int check_many_contacts(int n, double joint, double alpha) {
     return enough;
 }
 
-#define MANY 32 /* contacts: conjugate gradients take over from 16 on */
+#define MANY 32 /* contacts: conjugate gradients take over from here on */
 
 static void check_many(void) {
     for (int e = 1; e <= 5; e++) { /* smaller alpha: some stages by factors */

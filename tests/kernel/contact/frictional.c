@@ -21,15 +21,16 @@ static sm_element contact(int tangents, double preload) {
 }
 
 static sm_element_force at(const sm_element *element, const double *x, const double *memory) {
-    sm_element_force result;
     double next[MOST];
-    sm_element_evaluate(&NOTHING, element, 1.0, x, memory, &result, next);
+    sm_element_force result = {.next = next};
+    sm_element_evaluate(&NOTHING, element, 1.0, x, memory, &result);
+    result.next = NULL;
     return result;
 }
 
 static void move(const sm_element *element, const double *x, double *memory) {
-    sm_element_force result;
-    sm_element_evaluate(&NOTHING, element, 1.0, x, memory, &result, memory);
+    sm_element_force result = {.next = memory};
+    sm_element_evaluate(&NOTHING, element, 1.0, x, memory, &result);
 }
 
 static void random_place(double *x, const double *from, double size) {

@@ -71,8 +71,9 @@ static void free_call(motion_call *c) {
 
 static sm_status march(void *arguments) {
     motion_call *c = arguments;
+    const sm_contact_samples samples = {c->samples, c->times, c->x, c->v, c->f};
     return sm_contact_motion(&c->p.contact, c->segments, c->segment, c->start_x,
-                             c->steps_per_period, c->samples, c->times, c->x, c->v, c->f);
+                             c->steps_per_period, &samples);
 }
 
 /* -2 Re(L_j a_j exp(i theta_j)) summed over the modes, straight from the definition. */
@@ -148,13 +149,15 @@ static void check_optional_arguments(void) {
     c.times[0] = bare.times[0] = 3.0;
     CHECK_STATUS(march(&c), SM_OK);
     CHECK(c.x[0] == 0.0 && c.v[1] == 0.0 && c.f[0] == 0.0);
-    CHECK_STATUS(sm_contact_motion(&bare.p.contact, SEGMENTS, bare.segment, NULL, 64, SAMPLES,
-                                   bare.times, NULL, bare.v, NULL),
-                 SM_OK);
+    const sm_contact_samples velocities = {SAMPLES, bare.times, NULL, bare.v, NULL};
+    CHECK_STATUS(
+        sm_contact_motion(&bare.p.contact, SEGMENTS, bare.segment, NULL, 64, &velocities), SM_OK);
     CHECK(memcmp(c.v, bare.v, 2 * SAMPLES * sizeof(double)) == 0);
-    CHECK_STATUS(sm_contact_motion(&bare.p.contact, SEGMENTS, bare.segment, NULL, 64, 0, NULL,
-                                   NULL, NULL, NULL),
+    const sm_contact_samples none = {.count = 0};
+    CHECK_STATUS(sm_contact_motion(&bare.p.contact, SEGMENTS, bare.segment, NULL, 64, &none),
                  SM_OK);
+    CHECK_STATUS(sm_contact_motion(&bare.p.contact, SEGMENTS, bare.segment, NULL, 64, NULL),
+                 SM_BAD_ARGUMENT);
     free_call(&c);
     free_call(&bare);
 }

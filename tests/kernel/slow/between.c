@@ -22,25 +22,26 @@ typedef struct {
 
 static sm_status divide(void *arguments) {
     call *c = arguments;
-    return sm_trajectory_divide(&c->flow, STEPS, c->inputs, c->duration, c->start, c->end,
-                                c->parts, c->between);
+    const sm_trajectory_steps steps = {STEPS, c->inputs, c->duration, c->start, c->end};
+    return sm_trajectory_divide(&c->flow, &steps, c->parts, c->between);
 }
 
 static sm_status bend(void *arguments) {
     call *c = arguments;
-    return sm_trajectory_bend(&c->flow, STEPS, c->inputs, c->duration, c->start, c->end, c->bend);
+    const sm_trajectory_steps steps = {STEPS, c->inputs, c->duration, c->start, c->end};
+    return sm_trajectory_bend(&c->flow, &steps, c->bend);
 }
 
 /* Amplitudes y so many seconds after the start of the inputs, by midpoint steps that are short. */
 static void flow_along(const call *c, double seconds, double *y) {
     const int steps = 100000;
     const double h = seconds / steps;
-    double rate[COUNT], half[COUNT], power;
+    double rate[COUNT], half[COUNT], power[2];
     for (int k = 0; k < steps; k++) {
-        CHECK_STATUS(sm_slow_flow_rate(&c->flow, c->inputs, h * k, y, rate, &power, &power), SM_OK);
+        CHECK_STATUS(sm_slow_flow_rate(&c->flow, c->inputs, h * k, y, rate, power), SM_OK);
         for (int u = 0; u < COUNT; u++) half[u] = y[u] + 0.5 * h * rate[u];
         CHECK_STATUS(
-            sm_slow_flow_rate(&c->flow, c->inputs, h * (k + 0.5), half, rate, &power, &power),
+            sm_slow_flow_rate(&c->flow, c->inputs, h * (k + 0.5), half, rate, power),
             SM_OK);
         for (int u = 0; u < COUNT; u++) y[u] += h * rate[u];
     }
@@ -123,16 +124,20 @@ static void check_refusals(void) {
     call c = new_call(1.0);
     set_parts(&c, 2);
     const sm_slow_flow *const f = &c.flow;
-    const double *const d = c.duration, *const a = c.start, *const b = c.end;
-    CHECK_STATUS(sm_trajectory_divide(NULL, 1, c.inputs, d, a, b, 2, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, NULL, d, a, b, 2, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, c.inputs, NULL, a, b, 2, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, c.inputs, d, NULL, b, 2, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, c.inputs, d, a, NULL, 2, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, c.inputs, d, a, b, 2, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_divide(f, 1, c.inputs, d, a, b, 1, c.between), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_bend(f, 1, c.inputs, d, a, b, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_trajectory_bend(f, 1, NULL, d, a, b, c.bend), SM_BAD_ARGUMENT);
+    const sm_trajectory_steps steps = {1, c.inputs, c.duration, c.start, c.end};
+    const sm_trajectory_steps wrong[] = {{1, NULL, c.duration, c.start, c.end},
+                                         {1, c.inputs, NULL, c.start, c.end},
+                                         {1, c.inputs, c.duration, NULL, c.end},
+                                         {1, c.inputs, c.duration, c.start, NULL}};
+    for (int k = 0; k < 4; k++) {
+        CHECK_STATUS(sm_trajectory_divide(f, &wrong[k], 2, c.between), SM_BAD_ARGUMENT);
+        CHECK_STATUS(sm_trajectory_bend(f, &wrong[k], c.bend), SM_BAD_ARGUMENT);
+    }
+    CHECK_STATUS(sm_trajectory_divide(NULL, &steps, 2, c.between), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_trajectory_divide(f, NULL, 2, c.between), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_trajectory_divide(f, &steps, 2, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_trajectory_divide(f, &steps, 1, c.between), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_trajectory_bend(f, &steps, NULL), SM_BAD_ARGUMENT);
     const entry both[] = {divide, bend};
     for (int k = 0; k < 2; k++) {
         CHECK_REFUSES(double, c.duration[1], 0.0, both[k](&c), SM_BAD_ARGUMENT);

@@ -31,9 +31,11 @@ static trace traced(const model *m, const double *durations, const sm_inputs *in
     trace t = {.out = new_doubles(MOST_ROWS * m->outputs)};
     do {
         double *part = new_doubles(capacity * m->outputs);
-        size_t count = 99;
-        t.status = sm_component_trace(m->component, STEPS, durations, inputs, capacity, part,
-                                      &count, &t.done, &t.elapsed);
+        sm_trace rows = {capacity, 99, part, t.done, t.elapsed};
+        t.status = sm_component_trace(m->component, STEPS, durations, inputs, &rows);
+        const size_t count = rows.count;
+        t.done = rows.done;
+        t.elapsed = rows.elapsed;
         CHECK(count <= capacity && t.rows + count <= MOST_ROWS);
         CHECK(count == capacity || t.done == STEPS || t.status != SM_OK);
         memcpy(t.out + t.rows * m->outputs, part, count * m->outputs * sizeof *part);
@@ -140,33 +142,23 @@ static void check_failure(double duration, double force, size_t done, sm_status 
 static void check_nothing_to_do(void) {
     model m = new_model(1, 1, 0);
     double durations[STEPS], *before = new_doubles(m.state), *after = new_doubles(m.state);
-    double out[SM_OUTPUTS_FIXED], elapsed = 0.0;
+    double out[SM_OUTPUTS_FIXED];
     sm_inputs inputs[STEPS];
-    size_t count = 99, done = STEPS;
+    sm_trace rows = {.capacity = 1, .count = 99, .outputs = out, .done = STEPS};
     sm_component *c = m.component;
     script(durations, inputs);
     CHECK_STATUS(sm_component_get_state(c, before), SM_OK);
-    CHECK_STATUS(sm_component_trace(c, STEPS, durations, inputs, 1, out, &count, &done, &elapsed),
-                 SM_OK);
-    CHECK(count == 0 && done == STEPS && elapsed == 0.0);
-    done = 0;
-    CHECK_STATUS(sm_component_trace(c, STEPS, durations, inputs, 0, out, &count, &done, &elapsed),
-                 SM_OK);
-    CHECK(count == 0 && done == 0 && elapsed == 0.0);
-    CHECK_STATUS(sm_component_trace(NULL, 1, durations, inputs, 1, out, &count, &done, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, NULL, inputs, 1, out, &count, &done, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, durations, NULL, 1, out, &count, &done, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, durations, inputs, 1, NULL, &count, &done, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, durations, inputs, 1, out, NULL, &done, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, durations, inputs, 1, out, &count, NULL, &elapsed),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_component_trace(c, 1, durations, inputs, 1, out, &count, &done, NULL),
-                 SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_trace(c, STEPS, durations, inputs, &rows), SM_OK);
+    CHECK(rows.count == 0 && rows.done == STEPS && rows.elapsed == 0.0);
+    rows.done = rows.capacity = 0;
+    CHECK_STATUS(sm_component_trace(c, STEPS, durations, inputs, &rows), SM_OK);
+    CHECK(rows.count == 0 && rows.done == 0 && rows.elapsed == 0.0);
+    CHECK_STATUS(sm_component_trace(NULL, 1, durations, inputs, &rows), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_trace(c, 1, NULL, inputs, &rows), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_trace(c, 1, durations, NULL, &rows), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_component_trace(c, 1, durations, inputs, NULL), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double *, rows.outputs, NULL, sm_component_trace(c, 1, durations, inputs, &rows),
+                  SM_BAD_ARGUMENT);
     CHECK_STATUS(sm_component_get_state(c, after), SM_OK);
     CHECK(memcmp(before, after, m.state * sizeof(double)) == 0);
     free(before);

@@ -13,7 +13,7 @@ typedef struct {
     sm_slow_flow flow;
     double amplitude[4], d_amplitude[4];
     sm_inputs inputs, d_inputs;
-    double elapsed, change[RESULTS];
+    double change[RESULTS];
 } directional_call;
 
 /* Everything that a slow flow can have, on ramps of every input. */
@@ -28,8 +28,7 @@ static directional_call new_call(int modes, int paper) {
                                      .phase_rate = {0.02, 0.01},
                                      .limit_scale = 1.3,
                                      .limit_scale_rate = -0.01,
-                                     .angle = {0.4, 2.0}},
-                          .elapsed = 0.5};
+                                     .angle = {0.4, 2.0}}};
     c.flow = flow_over(&c.t);
     c.flow.paper = paper;
     c.flow.combination[0] = (sm_combination){1, 5, -2};
@@ -44,9 +43,8 @@ static directional_call new_call(int modes, int paper) {
 
 static sm_status evaluate(void *arguments) {
     directional_call *c = arguments;
-    return sm_slow_flow_directional(&c->flow, &c->inputs, c->elapsed, c->amplitude,
-                                    c->d_amplitude, &c->d_inputs, c->change, c->change + 4,
-                                    c->change + 5);
+    const sm_slow_point at = {c->amplitude, &c->inputs}, along = {c->d_amplitude, &c->d_inputs};
+    return sm_slow_flow_directional(&c->flow, &at, &along, c->change, c->change + 4);
 }
 
 static void rate_at(const directional_call *c, double distance, double *result) {
@@ -56,9 +54,7 @@ static void rate_at(const directional_call *c, double distance, double *result) 
     for (size_t k = 0; k < INPUTS; k++)
         ((double *)&inputs)[k] += distance * ((const double *)&c->d_inputs)[k];
     memset(result, 0, RESULTS * sizeof *result);
-    CHECK_STATUS(sm_slow_flow_rate(&c->flow, &inputs, c->elapsed, amplitude, result, result + 4,
-                                   result + 5),
-                 SM_OK);
+    CHECK_STATUS(sm_slow_flow_rate(&c->flow, &inputs, 0.0, amplitude, result, result + 4), SM_OK);
 }
 
 /* Along a direction, against a difference of fourth order. */
@@ -101,7 +97,7 @@ static void check_ends(void) {
     CHECK_FINITE(c.change, RESULTS);
     CHECK(fabs(c.change[1]) > 1e-3);
     memset(c.flow.coupling_ratio, 0, sizeof c.flow.coupling_ratio);
-    c.amplitude[1] = 4.0 * (c.inputs.limit_scale + c.elapsed * c.inputs.limit_scale_rate);
+    c.amplitude[1] = 4.0 * c.inputs.limit_scale;
     double inside[RESULTS];
     CHECK_STATUS(evaluate(&c), SM_OK);
     memcpy(inside, c.change, sizeof inside);
@@ -113,15 +109,16 @@ static void check_ends(void) {
 
 static void check_refusals(void) {
     directional_call c = new_call(2, 0);
-    double r[4], *a = c.amplitude, *d = c.d_amplitude;
-    const sm_inputs *in = &c.inputs, *d_in = &c.d_inputs;
-    CHECK_STATUS(sm_slow_flow_directional(NULL, in, 0.0, a, d, d_in, r, r, r), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_directional(&c.flow, NULL, 0.0, a, d, d_in, r, r, r),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_directional(&c.flow, in, 0.0, a, d, NULL, r, r, r),
-                 SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_directional(&c.flow, in, 0.0, a, d, d_in, NULL, r, r),
-                 SM_BAD_ARGUMENT);
+    double r[4];
+    const sm_slow_point at = {c.amplitude, &c.inputs}, along = {c.d_amplitude, &c.d_inputs};
+    const sm_slow_point wrong[] = {{NULL, &c.inputs}, {c.amplitude, NULL}};
+    for (int k = 0; k < 2; k++) {
+        CHECK_STATUS(sm_slow_flow_directional(&c.flow, &wrong[k], &along, r, r), SM_BAD_ARGUMENT);
+        CHECK_STATUS(sm_slow_flow_directional(&c.flow, &at, &wrong[k], r, r), SM_BAD_ARGUMENT);
+    }
+    CHECK_STATUS(sm_slow_flow_directional(NULL, &at, &along, r, r), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_directional(&c.flow, &at, &along, NULL, r), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_directional(&c.flow, &at, &along, r, NULL), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, c.amplitude[2], 7.0, evaluate(&c), SM_OUTSIDE_TABLE);
     CHECK_REFUSES(double, c.inputs.limit_scale, 0.0, evaluate(&c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, c.flow.table.modes, 3, evaluate(&c), SM_BAD_ARGUMENT);

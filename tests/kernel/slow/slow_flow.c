@@ -14,7 +14,7 @@ typedef struct {
     table t;
     sm_slow_flow flow;
     sm_inputs inputs;
-    double elapsed, amplitude[4], rate[4], input_power, friction_power;
+    double elapsed, amplitude[4], rate[4], powers[2];
 } rate_call;
 
 static rate_call new_call(int modes, int paper) {
@@ -37,7 +37,7 @@ static rate_call new_call(int modes, int paper) {
 static sm_status evaluate(void *arguments) {
     rate_call *c = arguments;
     return sm_slow_flow_rate(&c->flow, &c->inputs, c->elapsed, c->amplitude, c->rate,
-                             &c->input_power, &c->friction_power);
+                             c->powers);
 }
 
 static double complex mass_of(const rate_call *c, int j, double t) {
@@ -97,7 +97,7 @@ static void check_equation(int modes, int paper) {
         power -= 2.0 * (c.inputs.frequency[j] + t * c.inputs.frequency_rate[j]) * cabs(a[j])
                  * scale * s[2 * j + 1];
     }
-    CHECK_NEAR(c.friction_power, power, 1e-14);
+    CHECK_NEAR(c.powers[1], power, 1e-14);
     free_table(&c.t);
 }
 
@@ -141,8 +141,8 @@ static void check_power_balance(void) {
     }
     CHECK_STATUS(evaluate(&c), SM_OK);
     for (int k = 0; k < 4; k++) CHECK_NEAR(c.rate[k], 0.0, 1e-15);
-    CHECK(c.friction_power > 0.1);
-    CHECK_NEAR(c.input_power, c.friction_power + damped, 1e-14);
+    CHECK(c.powers[1] > 0.1);
+    CHECK_NEAR(c.powers[0], c.powers[1] + damped, 1e-14);
     free_table(&c.t);
 }
 
@@ -224,8 +224,8 @@ static void check_homogeneity(double s) {
     CHECK_STATUS(evaluate(&c), SM_OK);
     CHECK_STATUS(evaluate(&scaled), SM_OK);
     for (int k = 0; k < 4; k++) CHECK_NEAR(scaled.rate[k] / s, c.rate[k], 1e-14);
-    CHECK_NEAR(scaled.friction_power / (s * s), c.friction_power, 1e-14);
-    CHECK_NEAR(scaled.input_power / (s * s), c.input_power, 1e-14);
+    CHECK_NEAR(scaled.powers[1] / (s * s), c.powers[1], 1e-14);
+    CHECK_NEAR(scaled.powers[0] / (s * s), c.powers[0], 1e-14);
     free_table(&c.t);
     free_table(&scaled.t);
 }
@@ -252,13 +252,12 @@ static void check_combination_refusals(void) {
 
 static void check_refusals(void) {
     rate_call c = new_call(2, 0);
-    double *const a = c.amplitude, *const r = c.rate, *const p = &c.input_power;
-    CHECK_STATUS(sm_slow_flow_rate(NULL, &c.inputs, 0.0, a, r, p, p), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_rate(&c.flow, NULL, 0.0, a, r, p, p), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, NULL, r, p, p), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, NULL, p, p), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, r, NULL, p), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, r, p, NULL), SM_BAD_ARGUMENT);
+    double *const a = c.amplitude, *const r = c.rate, *const p = c.powers;
+    CHECK_STATUS(sm_slow_flow_rate(NULL, &c.inputs, 0.0, a, r, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, NULL, 0.0, a, r, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, NULL, r, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, NULL, p), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_slow_flow_rate(&c.flow, &c.inputs, 0.0, a, r, NULL), SM_BAD_ARGUMENT);
     const int32_t wrong[] = {0, -1, 3, INT32_MIN, INT32_MAX};
     for (int k = 0; k < 5; k++)
         CHECK_REFUSES(int32_t, c.flow.table.modes, wrong[k], evaluate(&c), SM_BAD_ARGUMENT);

@@ -15,12 +15,12 @@ static void check_values(int modes, int count_a, int count_b) {
     for (int k = 0; k < 200 * modes; k++) points[k] = 4.0 * random_number();
     points[0] = 0.0;
     points[200 * modes - 1] = 4.0; /* both ends belong to the table */
-    CHECK_STATUS(sm_table_lookup_many(&t.table, 200, points, s), SM_OK);
+    CHECK_STATUS(sm_table_lookup(&t.table, 200, points, s), SM_OK);
     for (int k = 0; k < 200; k++) {
         double exact[4], alone[4];
         const double *point = points + k * modes;
         exact_friction(modes, point[0], modes == 2 ? point[1] : 0.0, exact);
-        CHECK_STATUS(sm_table_lookup(&t.table, point, alone), SM_OK);
+        CHECK_STATUS(sm_table_lookup(&t.table, 1, point, alone), SM_OK);
         for (int f = 0; f < 2 * modes; f++) {
             CHECK_NEAR(alone[f], exact[f], 1e-14);
             CHECK(s[k * 2 * modes + f] == alone[f]);
@@ -38,8 +38,9 @@ static void check_slopes(int modes, int count_a, int count_b) {
     for (int k = 0; k < 200; k++) {
         const double at[2] = {0.1 + 3.8 * random_number(), 0.1 + 3.8 * random_number()};
         double slopes[12], value[4], after[4], before[4];
-        CHECK_STATUS(sm_table_lookup(&t.table, at, value), SM_OK);
-        CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, slopes), SM_OK);
+        int32_t cell[2] = {0, 0};
+        CHECK_STATUS(sm_table_lookup(&t.table, 1, at, value), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, 2 * (size_t)modes, cell, slopes, NULL), SM_OK);
         for (int f = 0; f < 2 * modes; f++) CHECK_NEAR(slopes[f], value[f], 1e-16);
         for (int j = 0; j < 2; j++) {
             const double b = modes == 2 ? at[1] : 0.0, in_b = modes == 2 && j == 1 ? step : 0.0;
@@ -88,33 +89,24 @@ static void check_table_refusals(int modes) {
 static void check_lookup_refusals(void) {
     table t = new_table(2, 4, 4);
     sm_table *T = &t.table;
-    double s[4], slopes[12], at[2] = {1.0, 2.0};
-    CHECK_STATUS(sm_table_lookup(NULL, at, s), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup(T, NULL, s), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup(T, at, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_many(NULL, 1, at, s), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_many(T, 1, NULL, s), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_many(T, 1, at, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_many(T, 0, NULL, NULL), SM_OK);
-    CHECK_STATUS(sm_table_lookup_slopes(NULL, at, slopes), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_slopes(T, NULL, slopes), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_table_lookup_slopes(T, at, NULL), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup_slopes(T, at, slopes), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, T->count_b, 0, sm_table_lookup(T, at, s), SM_BAD_ARGUMENT);
+    double s[4], at[2] = {1.0, 2.0};
+    CHECK_STATUS(sm_table_lookup(NULL, 1, at, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup(T, 1, NULL, s), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup(T, 1, at, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_table_lookup(T, 0, NULL, NULL), SM_OK);
+    CHECK_REFUSES(int32_t, T->modes, 3, sm_table_lookup(T, 1, at, s), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, T->count_b, 0, sm_table_lookup(T, 1, at, s), SM_BAD_ARGUMENT);
     for (int j = 0; j < 2; j++) {
-        CHECK_REFUSES(double, at[j], nextafter(4.0, 5.0), sm_table_lookup(T, at, s),
+        CHECK_REFUSES(double, at[j], nextafter(4.0, 5.0), sm_table_lookup(T, 1, at, s),
                       SM_OUTSIDE_TABLE);
-        CHECK_REFUSES(double, at[j], -1e-300, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
-        CHECK_REFUSES(double, at[j], 1e308, sm_table_lookup(T, at, s), SM_OUTSIDE_TABLE);
-        CHECK_REFUSES(double, at[j], NAN, sm_table_lookup(T, at, s), SM_NOT_FINITE);
-        CHECK_REFUSES(double, at[j], 4.1, sm_table_lookup_slopes(T, at, slopes), SM_OUTSIDE_TABLE);
-        CHECK_REFUSES(double, at[j], INFINITY, sm_table_lookup_many(T, 1, at, s), SM_NOT_FINITE);
+        CHECK_REFUSES(double, at[j], -1e-300, sm_table_lookup(T, 1, at, s), SM_OUTSIDE_TABLE);
+        CHECK_REFUSES(double, at[j], 1e308, sm_table_lookup(T, 1, at, s), SM_OUTSIDE_TABLE);
+        CHECK_REFUSES(double, at[j], NAN, sm_table_lookup(T, 1, at, s), SM_NOT_FINITE);
+        CHECK_REFUSES(double, at[j], INFINITY, sm_table_lookup(T, 1, at, s), SM_NOT_FINITE);
     }
     /* an unchecked table with a NaN in it gives a status, never the NaN */
     for (int k = 0; k < 4 * 4 * 16; k++) t.values[k] = NAN;
-    CHECK_STATUS(sm_table_lookup(T, at, s), SM_NOT_FINITE);
-    CHECK_STATUS(sm_table_lookup_slopes(T, at, slopes), SM_NOT_FINITE);
+    CHECK_STATUS(sm_table_lookup(T, 1, at, s), SM_NOT_FINITE);
     free_table(&t);
 }
 
@@ -125,7 +117,7 @@ static void check_some_slopes(void) {
         const double at[2] = {4.0 * random_number(), 4.0 * random_number()};
         double all[30], some[30] = {0.0};
         int32_t cell[2] = {0, 0};
-        CHECK_STATUS(sm_table_lookup_slopes(&t.table, at, all), SM_OK);
+        CHECK_STATUS(sm_table_slopes_from(&t.table, at, 10, cell, all, NULL), SM_OK);
         CHECK_STATUS(sm_table_slopes_from(&t.table, at, sloped, cell, some, NULL), SM_OK);
         CHECK(memcmp(some, all, 10 * sizeof *some) == 0);
         for (size_t part = 1; part < 3; part++)
@@ -148,7 +140,7 @@ static void check_rate_correction(void) {
             expected[SM_RATE_CORRECTIONS];
         int32_t cell[2] = {0, 0};
         CHECK_STATUS(sm_table_slopes_from(&t.table, at, 0, cell, slopes, rate_correction), SM_OK);
-        CHECK_STATUS(sm_table_lookup(&alone, at, expected), SM_OK);
+        CHECK_STATUS(sm_table_lookup(&alone, 1, at, expected), SM_OK);
         CHECK(memcmp(rate_correction, expected, sizeof rate_correction) == 0);
     }
     CHECK_REFUSES_NOT_FINITE(t.rate_correction, 4 * 5 * 4 * SM_RATE_CORRECTIONS, call_table_check,

@@ -178,6 +178,17 @@ def test_a_steady_state_that_is_not_found_names_the_aerodynamics():
         rom.steady_state(reduced, law, (0.98, 1.65), ({0: 0.15}, {1: 0.25}))
 
 
+def test_a_steady_state_in_which_a_force_holds_a_self_excited_mode_is_that_of_a_table():
+    law, frequency, force = rom.Jenkins(2.0, 50.0), (0.96,), ({0: 0.3},)
+    reduced = rom.reduce(
+        rom.two_mass(beta=0.01), (0,), law=law, carrier=frequency, aerodynamics=(-0.012j,)
+    )
+    assert reduced.modal_damping[0] < 0.0
+    state = rom.steady_state(reduced, law, frequency, force)
+    looked_up = rom.steady(rom.tabulate(reduced, law, (5.0,), 1e-3), frequency, force)
+    assert state.amplitude == pytest.approx(looked_up, rel=2e-3)
+
+
 def test_a_force_at_its_own_frequency_holds_a_self_excited_mode():
     of = model()
     stable, _ = rom.limit_cycles(of)

@@ -100,7 +100,10 @@ def contents(folder):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (("export", "-o", "out.npz", "--topics", "/mode"), "no channel /mode: /modes, /contact/0"),
+        (
+            ("export", "-o", "out.npz", "--topics", "/mode"),
+            "/mode: no such channel; the recording has /modes",
+        ),
         (("export", "-o", "out.mat"), "must end in .npz, .csv or .parquet"),
         (("export", "-o", "no/out.npz"), "No such file"),
         (("export", "-o", "no/out.csv", "--topics", "/modes"), "No such file"),

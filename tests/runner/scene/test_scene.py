@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from runs import TANH_ON_BOTH_MODES
 
+from slipmode.rom import Tanh
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
@@ -84,7 +85,7 @@ def test_reads_every_section(tmp_path):
     scene = parse_scene(SCENE, tmp_path)
     assert scene.title == "Both modes"
     assert scene.structure == TwoMass({"beta": 0.01})
-    assert (scene.friction.law, scene.friction.limit, scene.friction.alpha) == ("tanh", 2.0, 0.02)
+    assert scene.friction == Tanh(limit=2.0, alpha=0.02)
     assert scene.modes == Modes(A=0, B=1)
     assert scene.forcing["A"].amplitude == Script.constant(0.15)
     assert scene.forcing["A"].frequency == Script((0.0, 1000.0), (0.96, 1.0))
@@ -101,7 +102,7 @@ def test_reads_every_section(tmp_path):
 def test_defaults():
     scene = parse_scene(MINIMAL, ".")
     assert scene.structure.build().beta == two_mass().beta
-    assert scene.modes.numbers == (0,)
+    assert scene.modes.numbers == {"A": 0}
     assert scene.forcing["A"].phase == Script.constant(0.0)
     assert scene.run.tolerance == 1e-6
     assert scene.model.tolerance == 1e-3

@@ -14,14 +14,12 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.study import cluster
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman
-from slipmode.runner.study.outputs.batch import Batch
-from slipmode.runner.study.outputs.outputs import Outputs
+from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.sample_outputs import Batch, Outputs
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.study_file import load_study
-from slipmode.runner.study.tasks import make_tasks
 
 PEAKS = """
 [[vary]]
@@ -87,7 +85,7 @@ class NoWork:
             return arguments
         self.tasks += 1
         (samples, _), model, _, numbers = arguments
-        batch = Batch.empty(samples, numbers.size)
+        batch = Batch.empty(samples.outputs, samples.modes, numbers.size)
         batch.outside[:] = model.result() < self.outside
         return self.Future(self.tasks, (batch, True))
 
@@ -141,7 +139,7 @@ def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path
     pytest.importorskip("zarr")
     study = load_study(study_file(PEAKS))
     design = make_design(study)
-    samples = Samples(study.content, study.folder, study.modes, study.outputs)
+    samples = Samples(study.content, study.folder, tuple(study.scene.modes.numbers), study.outputs)
     results = Results(tmp_path / "study.zarr", study, design)
     written, write = [], Results._write
 
@@ -152,7 +150,7 @@ def test_neighbours_are_written_at_once_and_nothing_is_left(study_file, tmp_path
     monkeypatch.setattr(Results, "_write", counted)
     tasks = [task for task in make_tasks(samples, design) if task.start != 250]
     for task in reversed(tasks):
-        batch = Batch.empty(samples, task.stop - task.start)
+        batch = Batch.empty(samples.outputs, samples.modes, task.stop - task.start)
         batch.values["peak"][:, 0] = np.arange(task.start, task.stop)
         batch.reason[0] = "none" if task.start == 500 else ""
         results.write(task, batch)

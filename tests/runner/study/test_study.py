@@ -7,7 +7,7 @@ from slipmode import rom, runner
 from slipmode.rom import SlipmodeError
 from slipmode.runner.curves.scene_curves import SceneForcing
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
-from slipmode.runner.study import results, scene_model, tasks
+from slipmode.runner.study import foreman, results, scene_model
 from slipmode.runner.study.results import Results
 from slipmode.runner.study.study import run_study
 
@@ -58,7 +58,7 @@ def test_results_do_not_depend_on_batches_or_on_who_computes_them(
 ):
     path = study_file(FORCES + STEADY)
     whole = computed(path, tmp_path / "whole", scheduler)
-    monkeypatch.setattr(tasks, "AT_ONCE", 5)
+    monkeypatch.setattr(foreman, "AT_ONCE", 5)
     parts = computed(path, tmp_path / "parts", scheduler)
     np.testing.assert_allclose(parts["steady"], whole["steady"], rtol=1e-13)
     again = computed(path, tmp_path / "again", scheduler)
@@ -69,7 +69,7 @@ def test_what_was_computed_before_an_interruption_stays(
     study_file, tmp_path, scheduler, monkeypatch
 ):
     path = study_file(FORCES + STEADY)
-    monkeypatch.setattr(tasks, "AT_ONCE", 4)
+    monkeypatch.setattr(foreman, "AT_ONCE", 4)
     whole = computed(path, tmp_path / "whole", scheduler)
     write, written = Results.write, []
 
@@ -190,7 +190,7 @@ def test_a_full_disk_is_one_line_and_what_was_computed_stays(
     study_file, tmp_path, scheduler, monkeypatch
 ):
     resource = pytest.importorskip("resource")
-    monkeypatch.setattr(tasks, "AT_ONCE", 8)
+    monkeypatch.setattr(foreman, "AT_ONCE", 8)
     path = study_file(FORCES + STEADY)
     monkeypatch.setattr(results, "_EVERY", 0.0)
     write, before = Results._write, resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -12,7 +12,7 @@ from slipmode.rom import SlipmodeError
 from slipmode.rom.structure.files import source_files
 from slipmode.runner.cli import main
 from slipmode.runner.scene.scene import read_scene, shipped_scenes
-from slipmode.runner.scene.toml_writer import toml_text
+from slipmode.runner.scene.toml_table import toml_text
 from slipmode.runner.study import cluster
 from slipmode.runner.study.design import make_design
 from slipmode.runner.study.scene_keys import check_key, declared, get, with_value

@@ -7,7 +7,7 @@ from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view.labels import readable, reading
-from slipmode.runner.view.phase_portraits import RESPONSE, Portrait, portraits
+from slipmode.runner.view.phase_portraits import Portrait, portraits
 from slipmode.runner.view.samples import Latest
 from slipmode.runner.view.views import _in_rows
 
@@ -47,7 +47,7 @@ def test_a_long_window_is_shown_from_where_it_is_readable():
 
 def response() -> Portrait:
     listed = [channels.modes(("A",)), channels.forcing(("A",))]
-    (found,) = (each for each in portraits(listed) if each.entity.startswith(RESPONSE))
+    (found,) = (each for each in portraits(listed) if each.entity.startswith("/response"))
     return found
 
 

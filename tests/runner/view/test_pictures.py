@@ -9,7 +9,7 @@ import pytest
 
 from slipmode.runner import run, shipped_scenes
 from slipmode.runner.cli import main
-from slipmode.runner.view.phase_portraits import TIMELINE
+from slipmode.runner.view.drawing import TIMELINE
 from slipmode.runner.view.replay import replay
 
 WORDS_ALONE = ("How to read this", "Events")

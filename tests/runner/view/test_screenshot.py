@@ -9,8 +9,8 @@ import pytest
 from PIL import Image, ImageDraw
 
 from slipmode.rom import SlipmodeError
-from slipmode.runner.view import screenshot
-from slipmode.runner.view.screenshot import photograph
+from slipmode.runner.view import viewer as module
+from slipmode.runner.view.viewer import photograph
 
 SIZE = (192, 108)
 
@@ -76,8 +76,8 @@ class Viewer:
 def take(monkeypatch, tmp_path):
     """A picture by such viewers, one after the other; and how many of them were started."""
     now = iter(np.arange(0.0, 1e6))
-    monkeypatch.setattr(screenshot.clock, "monotonic", lambda: next(now))
-    monkeypatch.setattr(screenshot.clock, "sleep", lambda seconds: None)
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr(module.time, "sleep", lambda seconds: None)
 
     def picture(*viewers):
         waiting = list(viewers)
@@ -86,7 +86,7 @@ def take(monkeypatch, tmp_path):
         def started():
             yield waiting.pop(0)
 
-        monkeypatch.setattr(screenshot, "windowless_viewer", started)
+        monkeypatch.setattr(module, "windowless_viewer", started)
         try:
             return photograph(tmp_path / "run.rrd", 1.0), len(viewers) - len(waiting)
         finally:

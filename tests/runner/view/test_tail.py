@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from slipmode.runner.view.torus_view import tails
+from slipmode.runner.view.drawing import tails
 
 STARTS = np.where(np.arange(50) < 20, 0, 20)  # two stretches
 SHOWN = np.array([0, 5, 19, 20, 33, 49])

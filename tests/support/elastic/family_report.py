@@ -85,7 +85,7 @@ def full_order(
     except rom.SlipmodeError:
         found = settled(most_windows=WINDOWS, periods=PERIODS)
     integrator = Integrator(case.structure, case.law, excitation, outputs, 128)
-    return found, nonharmonic_motion(integrator, found.end)[1].share
+    return found, nonharmonic_motion(integrator, found.end).share
 
 
 def relative(reduced: rom.Reduced, found: np.ndarray, expected: np.ndarray) -> np.ndarray:

@@ -1,4 +1,17 @@
-#include "contact/elastic/frictional.h"
+/* Coulomb's cone over an elastic surface that may open: N = N0 + k_n (x_n - gap) >= 0, |f_t| <= mu N.
+ *
+ * Return map along the straight line from where the contact was to where it is, with N linear on
+ * it, exact on that line: second order in its length. The contact remembers its sliders, then all
+ * its displacements.
+ *
+ * - An open contact has its sliders where it is; on the way in they stop at touch-down.
+ * - In one tangential direction sliders are at x - mu N / k_t wherever they slide.
+ * - In two, the elastic stretch e = x - s grows with x until |e| = rho = mu N / k_t. From there on
+ *   s follows e's direction d, a tractrix: with the straight path q in units of rho and
+ *   kappa = |q|, d becomes d + q (sinh(kappa) / kappa + (q . d) (cosh(kappa) - 1) / kappa^2), of
+ *   unit length.
+ */
+#include "contact/elastic/law.h"
 
 #include <string.h>
 
@@ -133,11 +146,12 @@ static path path_of(const sm_element *element, const double *x, const double *me
 }
 
 void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
-                            const double *memory, sm_element_force *result, double *next) {
+                            const double *memory, sm_element_force *result) {
     const int tangents = element->tangents, normal = tangents;
+    double *next = result->next;
     const double preload = scale * element->preload, k_n = element->normal_stiffness;
     const double N = preload + k_n * (x[normal] - element->gap);
-    memset(result, 0, sizeof *result);
+    *result = (sm_element_force){.next = next};
     if (N <= 0.0) {
         result->force[normal] = -preload;
         result->state = SM_OPEN;

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "base/check.h"
-#include "contact/elastic/frictional.h"
 
 #define MOST_SLIDERS 100000
 
@@ -21,17 +20,14 @@ int sm_elastic_homogeneous(const sm_elastic *elastic) {
 }
 
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
-                         const double *x, const double *memory, sm_element_force *result,
-                         double *next) {
+                         const double *x, const double *memory, sm_element_force *result) {
     if (element->law == SM_SLIDERS) {
-        result->force[0] = sm_sliders_evaluate(elastic, element, scale, x[element->column[0]],
-                                               memory, &result->tangent[0][0], &result->state,
-                                               next);
+        sm_sliders_evaluate(elastic, element, scale, x[element->column[0]], memory, result);
         return;
     }
     double own[SM_MOST_COLUMNS] = {0.0};
     for (int k = 0; k <= element->tangents; k++) own[k] = x[element->column[k]];
-    sm_frictional_evaluate(element, scale, own, memory, result, next);
+    sm_frictional_evaluate(element, scale, own, memory, result);
 }
 
 static int has_column(const sm_element *element, int columns, int32_t column) {
@@ -106,8 +102,8 @@ sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, const do
         return SM_NOT_FINITE;
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        sm_element_force at;
-        sm_element_evaluate(elastic, element, 1.0, x, memory, &at, memory);
+        sm_element_force at = {.next = memory};
+        sm_element_evaluate(elastic, element, 1.0, x, memory, &at);
         for (int k = 0; k < sm_element_columns(element); k++)
             force[element->column[k]] = at.force[k];
         memory += sm_element_memory(element);

@@ -18,6 +18,7 @@ typedef struct {
     double force[SM_MOST_COLUMNS];
     double tangent[SM_MOST_COLUMNS][SM_MOST_COLUMNS]; /* d force / d x */
     sm_contact_state state;
+    double *next; /* set by the caller: where the memory after the motion goes; may be `memory` */
 } sm_element_force;
 
 /* Contact DOFs of an element. */
@@ -38,40 +39,43 @@ static inline int sm_elastic_slides_in_two(const sm_elastic *elastic) {
     return found;
 }
 
-/* Jenkins elements side by side, Jenkins' law and Iwan's: their force at x, and its tangent. */
-static inline double sm_sliders_evaluate(const sm_elastic *elastic, const sm_element *element,
-                                         double scale, double x, const double *memory,
-                                         double *tangent, sm_contact_state *state, double *next) {
-    double sum = 0.0;
-    *tangent = 0.0;
-    *state = SM_STICK;
+/* Jenkins elements side by side (Jenkins' law and Iwan's) at displacement x. */
+static inline void sm_sliders_evaluate(const sm_elastic *elastic, const sm_element *element,
+                                       double scale, double x, const double *memory,
+                                       sm_element_force *result) {
+    double sum = 0.0, tangent = 0.0;
+    result->state = SM_STICK;
     for (int k = 0; k < element->sliders; k++) {
         const double *slider = elastic->slider + 2 * (size_t)(element->first_slider + k);
         const double limit = scale * slider[0], stiffness = slider[1];
         const double trial = stiffness * (x - memory[k]);
         if (fabs(trial) <= limit) {
             sum += trial;
-            *tangent += stiffness;
-            next[k] = memory[k];
+            tangent += stiffness;
+            result->next[k] = memory[k];
         } else {
             const double force = copysign(limit, trial);
             sum += force;
-            next[k] = x - force / stiffness;
-            *state = SM_SLIP;
+            result->next[k] = x - force / stiffness;
+            result->state = SM_SLIP;
         }
     }
-    return sum;
+    result->force[0] = sum;
+    result->tangent[0][0] = tangent;
 }
 
-/* Force at displacements x (N_c), with limits and preloads times `scale`; `next` is what the
- * element remembers if the motion gets there from `memory`; they may be the same array. */
+/* Any element at displacements x (N_c), reached from `memory`, with limits and preloads times
+ * `scale`. */
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
-                         const double *x, const double *memory, sm_element_force *result,
-                         double *next);
+                         const double *x, const double *memory, sm_element_force *result);
 
 /* Whether limits and preloads times s make x and f s times as large: there is no gap. */
 int sm_elastic_homogeneous(const sm_elastic *elastic);
 
 sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts);
+
+/* Friction with a varying normal force, frictional.c, at displacements x of the element's columns. */
+void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
+                            const double *memory, sm_element_force *result);
 
 #endif

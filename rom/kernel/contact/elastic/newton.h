@@ -11,7 +11,6 @@
 #include "contact/elastic/solve.h"
 
 #define SM_STICKING 1e-14 /* of the reference stiffness: a smaller deficit of the tangent is rounding */
-#define SM_ROWS 4         /* of R whose sums are formed together */
 #define SM_SLIGHT 1e-3    /* of the residual that is tolerated: y that is as it was */
 
 /* fmax, but for NaN: a call costs more than the comparison. */
@@ -30,14 +29,14 @@ SM_INLINE int sm_evaluate_sliders(sm_elastic_solver *s, int32_t e, const double 
     const sm_element *element = &s->elastic->element[e];
     const int32_t i = element->column[0];
     const double reference = s->elastic->reference[i];
-    double tangent;
-    sm_contact_state state;
-    s->f[i] = sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &tangent, &state,
-                                  next);
+    sm_element_force at;
+    at.next = next;
+    sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &at);
+    s->f[i] = at.force[0];
     s->y[i] = reference * x[i] - s->f[i];
-    s->state[e] = (int32_t)state;
-    s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - tangent;
-    return fabs(reference - tangent) <= SM_STICKING * reference;
+    s->state[e] = (int32_t)at.state;
+    const double deficit = s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - at.tangent[0][0];
+    return fabs(deficit) <= SM_STICKING * reference;
 }
 
 /* The same of another element; adds the contact DOFs that do not stick to the active ones. */
@@ -45,8 +44,8 @@ static int sm_evaluate_element(sm_elastic_solver *s, int32_t e, const double *me
                                const double *x, double *next, int active) {
     const sm_element *element = &s->elastic->element[e];
     const int columns = sm_element_columns(element);
-    sm_element_force at;
-    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at, next);
+    sm_element_force at = {.next = next};
+    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at);
     s->state[e] = (int32_t)at.state;
     for (int k = 0; k < columns; k++) {
         const int32_t i = element->column[k];
@@ -109,36 +108,19 @@ SM_INLINE int sm_evaluate(sm_elastic_solver *s, const double *memory, const doub
     return active;
 }
 
-/* residual = x - R y - u; its largest entry. R is symmetric: its rows are its columns. */
+/* Sets residual = x - R y - u; returns its largest entry. */
 SM_INLINE double sm_find_residual(sm_elastic_solver *s, const double *u, const double *x) {
     const size_t n = (size_t)s->contacts;
-    size_t first = 0;
     for (size_t i = 0; i < n; i++) {
         s->residual[i] = x[i] - u[i];
         s->changed[i] = (int32_t)i;
     }
-    if (n >= SM_MANY_EQUATIONS)
-        first = sm_subtract_many(n, s->flexibility, s->changed, n, s->y, s->residual);
-    for (; first < n; first += SM_ROWS) {
-        const size_t count = n - first < SM_ROWS ? n - first : SM_ROWS;
-        const double *restrict row = s->flexibility + first;
-        double sum[SM_ROWS] = {0.0}; /* stays in registers */
-        if (count == SM_ROWS) {
-            for (size_t k = 0; k < n; k++, row += n) {
-                SM_SIMD
-                for (size_t i = 0; i < SM_ROWS; i++) sum[i] += row[i] * s->y[k];
-            }
-        } else {
-            for (size_t k = 0; k < n; k++, row += n)
-                for (size_t i = 0; i < count; i++) sum[i] += row[i] * s->y[k];
-        }
-        for (size_t i = 0; i < count; i++) s->residual[first + i] -= sum[i];
-    }
+    sm_subtract_columns(n, s->flexibility, s->changed, n, s->y, s->residual);
     return sm_largest(0.0, s->residual, n);
 }
 
-/* From x - R taken - u to x - R y - u; its largest entry. Differences of y that are rounding, beside
- * a residual that is tolerated, stay out until they add up. */
+/* Updates the residual from x - R taken - u to x - R y - u; returns its largest entry. Differences of
+ * y that are rounding against the tolerated residual are left out until they add up. */
 SM_INLINE double sm_renew_residual(sm_elastic_solver *s, double tolerated) {
     size_t changed = 0;
     for (int32_t i = 0; i < s->contacts; i++) {

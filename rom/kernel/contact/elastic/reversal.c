@@ -67,8 +67,8 @@ void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, 
     }
 }
 
-/* y is bent where its slider begins to slide, after a part of the step, by as much as it would move in
- * a step. Means over steps are off by that times the second Bernoulli polynomial of the part. */
+/* y has a kink where its slider begins to slide, after a part of the step. The error of means over
+ * steps is the second Bernoulli polynomial of that part, times the motion in a step. */
 static void begin(const double slider[2], double soft, double stretch, double moved, double *now) {
     if (moved == 0.0 || slid(slider[1] * stretch, slider[0])) return;
     const double direction = copysign(1.0, moved);

@@ -1,6 +1,7 @@
 #include "contact/elastic/solve.h"
 
 #include <string.h>
+#include <stdlib.h>
 
 #include "base/block.h"
 #include "base/check.h"
@@ -12,12 +13,11 @@
 #define MOST_TRIES 1000
 #define MOST_CREEP 400
 #define MOST_HELD 4.0
-#define STARTS 5
 #define TOLERANCE 1e-11 /* of the displacements */
 #define ROUNDING 1e-15
 
-/* Where else solutions are looked for: normal displacements, relative to all others. */
-static const double START[STARTS] = {0.0, -1.0, 1.0, -1e3, 1e3};
+/* Normal displacements of further initial guesses, relative to all displacements. */
+static const double START[] = {0.0, -1.0, 1.0, -1e3, 1e3};
 
 static size_t integers(int contacts, const sm_elastic *elastic) {
     return sm_doubles((3 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
@@ -64,7 +64,7 @@ SM_INLINE double given_scale(const sm_elastic_solver *s, const double *u) {
     return sm_largest(sm_largest(s->least, u, n), s->start, n);
 }
 
-/* The residual that counts as none at x. */
+/* The residual at x below which it is solved. */
 SM_INLINE double tolerated(const sm_elastic_solver *s, double given, const double *x) {
     return sm_larger(TOLERANCE * sm_largest(given, x, (size_t)s->contacts), s->rounding);
 }
@@ -83,7 +83,7 @@ static double rounding_of(const sm_elastic *elastic, double scale) {
 
 /* What was found at displacements. */
 typedef struct {
-    double residual, allowed; /* largest entry, and what counts as none */
+    double residual, allowed; /* largest entry; below `allowed` it is solved */
 } found;
 
 /* x as if there were no y; what there is comes next. */
@@ -94,8 +94,8 @@ SM_INLINE void begin(sm_elastic_solver *s, const double *u, const double *x) {
     }
 }
 
-/* Of sliders the residual is that of the last x, renewed. Contacts that open are stiffer than what
- * they are on: from far away, differences of what they do would be as inexact as that is large. */
+/* Evaluates the contacts at x. The residual of sliders is that of the last x, updated. Contacts that
+ * open are stiffer than the structure, and updates over large steps would lose digits. */
 SM_INLINE found look(sm_elastic_solver *s, const double *u, double given, const double *memory,
                      const double *x) {
     s->yielding = sm_evaluate(s, memory, x);
@@ -208,7 +208,7 @@ static sm_status solve(sm_elastic_solver *s, const double *u, const double *memo
     sm_status status = newton(s, u, memory, x);
     if (status == SM_NOT_CONVERGED) status = in_pieces(s, u, memory, x);
     if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
-    for (int start = 0; status == SM_NOT_CONVERGED && start < STARTS; start++) {
+    for (int start = 0; status == SM_NOT_CONVERGED && start < (int)(sizeof START / sizeof *START); start++) {
         displaced_guess(s, u, START[start], x);
         begin(s, u, x);
         status = newton(s, u, memory, x);
@@ -230,4 +230,24 @@ sm_status sm_elastic_follow(sm_elastic_solver *s, const double *u, const double 
     s->taken = taken;
     s->residual = residual;
     return solve(s, u, memory, x);
+}
+
+sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
+                                 const double *flexibility, const double *displacement, double *x,
+                                 double *force) {
+    const sm_status given = sm_elastic_check(elastic, contacts);
+    if (given != SM_OK) return given;
+    if (!flexibility || !displacement || !x || !force) return SM_BAD_ARGUMENT;
+    const size_t n = (size_t)contacts, solver_size = sm_elastic_solver_size(elastic, contacts);
+    if (!sm_all_finite(flexibility, n * n) || !sm_all_finite(displacement, n))
+        return SM_NOT_FINITE;
+    double *block = calloc(solver_size + sm_elastic_memory(elastic), sizeof(double));
+    if (!block) return SM_NO_MEMORY;
+    sm_elastic_solver solver;
+    sm_elastic_solver_place(&solver, elastic, contacts, flexibility, block);
+    memcpy(x, displacement, n * sizeof(double)); /* as if all stuck */
+    const sm_status status = sm_elastic_solve(&solver, displacement, block + solver_size, x);
+    if (status == SM_OK) memcpy(force, solver.f, n * sizeof(double));
+    free(block);
+    return status;
 }

@@ -2,7 +2,6 @@
 
 #include "contact/stage/newton_cg.h"
 
-#define FEWEST_FOR_CG 16 /* contacts from which that is faster than factors */
 #define STEPS 6
 #define FLAT 20.0 /* v / alpha from which tanh is 1 to rounding */
 
@@ -47,7 +46,7 @@ SM_INLINE int chebyshev(const int n, const int lanes, const sm_stepper *s, sm_la
 SM_INLINE int smooth(const int lanes, const sm_stepper *s, sm_lanes *m) {
     if (s->contacts == 1) return chebyshev(1, lanes, s, m);
     if (s->contacts == 2) return chebyshev(2, lanes, s, m);
-    if (s->contacts >= FEWEST_FOR_CG && sm_newton_cg_try(lanes, s, m)) return 1;
+    if (s->contacts >= SM_FEWEST_FOR_CG && sm_newton_cg_try(lanes, s, m)) return 1;
     return chebyshev(s->contacts, lanes, s, m);
 }
 

@@ -1,7 +1,7 @@
 /* The stage problem S v + g(v) = r of any law, by semismooth Newton in y, see sdirk2.h.
  *
- * Should Newton not settle, what takes over goes down on the potential from anywhere, so that the
- * step cannot fail: active_set.h, or under tanh friction Gauss-Seidel sweeps.
+ * If Newton does not converge, a method that descends on the potential from anywhere takes over:
+ * active_set.h, or under tanh friction Gauss-Seidel sweeps. So the step cannot fail.
  */
 #ifndef SLIPMODE_NEWTON_H
 #define SLIPMODE_NEWTON_H
@@ -64,30 +64,6 @@ SM_INLINE void sm_newton_move(const int lanes, const sm_stepper *s, sm_lanes *m,
     }
 }
 
-/* Under Coulomb friction D = 1 / S_ii where a contact slips and 0 where it sticks, and the system
- * is S_AA z = residual over those that slip. */
-SM_INLINE void sm_newton_coulomb(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int n = s->contacts;
-    double *restrict z = m->u, *restrict packed = m->packed;
-    if (m->factored != s->matrix) sm_lanes_forget(m, n, lanes);
-    m->factored = s->matrix;
-    for (int l = 0; l < lanes; l++) {
-        const sm_slipping a = sm_slipping_of(n, l, m->slipping, m->factor);
-        for (int row = *a.count - 1; row >= 0; row--)
-            if (m->d[a.order[row] * lanes + l] == 0.0) sm_slipping_remove(&a, n, a.order[row]);
-        for (int i = 0; i < n; i++)
-            if (m->d[i * lanes + l] > 0.0 && a.place[i] == 0)
-                sm_slipping_add(&a, n, s->matrix, i);
-        for (int row = 0; row < *a.count; row++)
-            packed[row] = m->residual[a.order[row] * lanes + l];
-        sm_slipping_divide(&a, n, packed);
-        for (int i = 0; i < n; i++)
-            z[i * lanes + l] = a.place[i] > 0 ? packed[a.place[i] - 1] : 0.0;
-        if (*a.count > 0 && !isfinite(packed[0])) sm_slipping_forget(&a, n);
-    }
-    sm_newton_move(lanes, s, m, z);
-}
-
 /* Newton update of y. With v = D y (D = dv/dy, diagonal) the symmetric form is
  *   (I + D^1/2 S_off D^1/2) w = D^1/2 residual,   dy = -residual + S_off D^1/2 w. */
 SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
@@ -103,10 +79,6 @@ SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
             y0[l] -= (r0[l] - off * d1[l] * r1[l]) * inv;
             y1[l] -= (r1[l] - off * d0[l] * r0[l]) * inv;
         }
-        return;
-    }
-    if (s->laws[0].law == SM_COULOMB) {
-        sm_newton_coulomb(lanes, s, m);
         return;
     }
     double *restrict f = m->factor;
@@ -175,11 +147,20 @@ SM_INLINE void sm_gauss_seidel(const int lanes, const sm_stepper *s, sm_lanes *m
     }
 }
 
-/* Solve S v + g(v) = r for the lanes; v holds the first guess. */
+/* Solve S v + g(v) = r for the lanes; v holds the initial guess.
+ *
+ * Coulomb friction: the active set, which is the fastest for one lane; side by side in lanes a
+ * Gauss-Seidel sweep solves most stages before it at a fraction of the cost. Two contacts, whose
+ * Newton steps are two lines, take half the time by these (benchmarks/contact_solves.py). */
 SM_INLINE sm_status sm_newton_solve(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int coulomb = s->laws[0].law == SM_COULOMB;
-    const int newton_only = coulomb ? 3 : 8, mixed = 40, sweeps = 20000;
+    const int n = s->contacts, coulomb = s->laws[0].law == SM_COULOMB;
+    const int newton_only = !coulomb ? 8 : n == 2 ? 3 : 0, mixed = 40, sweeps = 20000;
     int newton_works = 1, by_newton = 0;
+    double norm[SM_LANES];
+    if (coulomb && lanes == 1 && n > 2) {
+        norm[0] = 1.0;
+        return sm_active_set_all(lanes, s, m, norm);
+    }
     for (int iteration = 0; iteration < sweeps; iteration++) {
         if (by_newton) {
             sm_newton(lanes, s, m);
@@ -187,8 +168,8 @@ SM_INLINE sm_status sm_newton_solve(const int lanes, const sm_stepper *s, sm_lan
         } else {
             sm_gauss_seidel(lanes, s, m);
         }
-        if (s->contacts == 1) return SM_OK; /* a sweep is exact for one contact */
-        double norm[SM_LANES], worst = 0.0;
+        if (n == 1) return SM_OK; /* a sweep is exact for one contact */
+        double worst = 0.0;
         sm_residual(lanes, s, m, norm);
         for (int l = 0; l < lanes; l++) worst = norm[l] > worst ? norm[l] : worst;
         if (worst <= SM_STAGE_TOLERANCE) return SM_OK;
@@ -197,7 +178,7 @@ SM_INLINE sm_status sm_newton_solve(const int lanes, const sm_stepper *s, sm_lan
         if (!(worst < INFINITY)) { /* Newton met a singular matrix, or the data overflow */
             if (!newton_works) return SM_NOT_FINITE;
             newton_works = 0;
-            memset(m->v, 0, (size_t)s->contacts * (size_t)lanes * sizeof(double));
+            memset(m->v, 0, (size_t)n * (size_t)lanes * sizeof(double));
         }
         by_newton = newton_works && (iteration < newton_only ||
                                      (iteration < mixed && iteration % 2 == 0));

@@ -1,17 +1,16 @@
-/* What warm_chebyshev.h declares, for n contacts: a literal where they are few.
+/* The one-lane solver of chebyshev.h for n contacts; n is a literal for two.
  *
- * Two contacts are in a file of their own, warm_two.c, for vectors hold them up.
+ * Two contacts are compiled apart, warm_two.c, without vector instructions: marches take 20 % longer
+ * otherwise.
  */
 #ifndef SLIPMODE_WARM_ITERATION_H
 #define SLIPMODE_WARM_ITERATION_H
 
 #include "contact/stage/newton_cg.h"
-#include "contact/stage/warm_chebyshev.h"
+#include "contact/stage/chebyshev.h"
 
-#define SM_FEWEST_FOR_CG 40 /* contacts from which that is faster than factors */
-
-/* Newton's method from lane->v for lane->r, where Chebyshev's does not settle; by conjugate
- * gradients, and whether they were enough. */
+/* Newton's method from lane->v for lane->r, if Chebyshev's iteration does not converge; and by
+ * conjugate gradients, which returns whether they were enough. */
 sm_status sm_warm_newton(const sm_stepper *s, sm_lanes *lane);
 int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane);
 
@@ -24,8 +23,8 @@ SM_INLINE void sm_copy_few(const int n, const double *from, double *to) {
     for (int i = 0; i < n; i++) to[i] = from[i];
 }
 
-/* The inverse of J of two contacts, for which a single division is waited for: its diagonal, and
- * what is off it. The slopes of friction are given times `scale`. */
+/* The inverse of J of two contacts, with a single division: its diagonal, then the off-diagonal
+ * entry. The slopes of friction are multiplied by `scale`. */
 SM_INLINE void sm_warm_invert_two(const sm_stepper *s, sm_warm *warm, const double *scale,
                                   const double *slope) {
     const double *S = s->matrix;
@@ -100,8 +99,8 @@ SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict
         for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
 }
 
-/* Moves `next` by Chebyshev's step, J^-1 delta and what the curvature of g adds to it; whether
- * what remains is below the tolerance. */
+/* Moves `next` by Chebyshev's step, J^-1 delta and its correction by the curvature of g; returns
+ * whether the remaining error is below the tolerance. */
 SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
     int small = 1, settled = 1;
     sm_warm_divide(n, warm, warm->delta);
@@ -119,7 +118,7 @@ SM_INLINE int sm_warm_move(const int n, const sm_stepper *s, sm_warm *warm) {
     return settled;
 }
 
-/* One Chebyshev step from `next`; whether it ends at the solution. */
+/* One Chebyshev step from `next`; returns whether it ends at the solution. */
 SM_INLINE int sm_warm_iterate(const int n, const sm_stepper *s, sm_warm *warm, const double *r) {
     sm_warm_linearise(n, s, warm);
     for (int i = 0; i < n; i++) {

@@ -1,7 +1,7 @@
-/* One lane of two contacts: all numbers of a stage have room in registers. */
+/* One lane of two contacts: all numbers of a stage fit in registers. */
 #include "contact/stage/warm_iteration.h"
 
-/* What is kept from one solution to the next. */
+/* Copies what is kept from one solution to the next. */
 SM_INLINE void carry(const sm_warm *from, const sm_warm *to) {
     sm_copy_few(2, from->v, to->v);
     sm_copy_few(2, from->r, to->r);

@@ -2,7 +2,6 @@
 #include <string.h>
 
 #include "slow/branches/curve.h"
-#include "slow/branches/eigenvalues.h"
 
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7      /* step, and distance of two points */
@@ -38,18 +37,16 @@ static sm_status at_end(const sm_curve *curve, const sm_curve_point *inside,
     const double end = outside->z[k] > 1.0 ? 1.0 : 0.0;
     const double part = (end - inside->z[k]) / (outside->z[k] - inside->z[k]);
     double guess[MOST + 1], upwards[MOST + 1] = {0.0};
-    int passes;
     for (int r = 0; r < n; r++) guess[r] = inside->z[r] + part * (outside->z[r] - inside->z[r]);
     guess[k] = end;
     upwards[k] = 1.0;
-    return sm_curve_corrected(curve, guess, upwards, inside->tangent, found, &passes);
+    return sm_curve_corrected(curve, guess, upwards, inside->tangent, found);
 }
 
 /* The next point at a distance along the tangent, guessed on the cubic through the last two and their
  * tangents, `before` being NULL at the first; unless the curve bends too much for it. */
 static sm_status stepped(const sm_curve *curve, const sm_curve_point *before,
-                         const sm_curve_point *last, double step, sm_curve_point *found,
-                         int *passes) {
+                         const sm_curve_point *last, double step, sm_curve_point *found) {
     const int n = curve->unknowns + 1;
     double guess[MOST + 1];
     for (int r = 0; r < n; r++) guess[r] = last->z[r] + step * last->tangent[r];
@@ -63,7 +60,7 @@ static sm_status stepped(const sm_curve *curve, const sm_curve_point *before,
         }
     }
     const sm_status status =
-        sm_curve_corrected(curve, guess, last->tangent, last->tangent, found, passes);
+        sm_curve_corrected(curve, guess, last->tangent, last->tangent, found);
     if (status != SM_OK) return status;
     const double turn = sm_curve_dot(n, found->tangent, last->tangent);
     return turn < cos(LARGEST_TURN) ? SM_NOT_CONVERGED : SM_OK;
@@ -79,8 +76,7 @@ static size_t traced(const sm_curve *curve, const sm_curve_point *start, size_t 
     int far = 0;
     put(curve, out, 0, start);
     while (count < most) {
-        int passes;
-        if (stepped(curve, count > 1 ? &before : NULL, &last, step, &next, &passes) != SM_OK) {
+        if (stepped(curve, count > 1 ? &before : NULL, &last, step, &next) != SM_OK) {
             step *= 0.5;
             if (step < SHORTEST) break;
             continue;
@@ -92,7 +88,7 @@ static size_t traced(const sm_curve *curve, const sm_curve_point *start, size_t 
                 put(curve, out, count++, &end);
             break;
         }
-        if (passes <= EASY_PASSES) step = fmin(LONGER * step, curve->largest_step);
+        if (next.passes <= EASY_PASSES) step = fmin(LONGER * step, curve->largest_step);
         put(curve, out, count++, &next);
         const double away = sm_curve_distance(n, next.z, start->z);
         if (far && away < step && sm_curve_dot(n, next.tangent, start->tangent) > 0.0) {
@@ -114,9 +110,8 @@ sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t mos
     const ptrdiff_t row = ROW(k);
     double upwards[MOST + 1] = {0.0};
     sm_curve_point at;
-    int passes;
     upwards[k] = 1.0;
-    const sm_status status = sm_curve_corrected(curve, start, upwards, upwards, &at, &passes);
+    const sm_status status = sm_curve_corrected(curve, start, upwards, upwards, &at);
     if (status != SM_OK) return status;
     double *middle = points + (ptrdiff_t)(most - 1) * row;
     const rows onwards = {middle, row, 1.0}, back = {middle, -row, -1.0};

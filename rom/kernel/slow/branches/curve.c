@@ -15,7 +15,8 @@ typedef struct {
 static const search FOLLOWING = {8, 5e-7, INFINITY, 0.05}, BISECTING = {8, 1e-8, INFINITY, 0.05},
                     SEARCHING = {30, 1e-8, 0.3, INFINITY};
 
-/* A (n, n) with two right-hand sides beside it, which become the solutions; 0: A is singular. */
+/* Replaces the two right-hand sides in the last columns by the solutions; returns 0 if the matrix
+ * (n, n) is singular. */
 static int solved(int n, double A[MOST + 1][MOST + 3]) {
     for (int c = 0; c < n; c++) {
         int pivot = c;
@@ -43,12 +44,11 @@ static int solved(int n, double A[MOST + 1][MOST + 3]) {
 
 /* Newton's method on F = 0 in the plane through a guess; the tangent points onward. */
 static sm_status corrected(const sm_curve *curve, search limits, const double *guess,
-                           const double *normal, const double *onward, sm_curve_point *found,
-                           int *passes) {
+                           const double *normal, const double *onward, sm_curve_point *found) {
     const int k = curve->unknowns, n = k + 1;
     double z[MOST + 1], F[MOST], J[MOST * (MOST + 1)];
     memcpy(z, guess, (size_t)n * sizeof *z);
-    for (*passes = 0; *passes < limits.passes; ++*passes) {
+    for (int passes = 0; passes < limits.passes; passes++) {
         double A[MOST + 1][MOST + 3], off = 0.0, size = 0.0, far = 0.0;
         if (curve->rates(curve->of, z, F, J) != SM_OK) return SM_NOT_CONVERGED;
         for (int r = 0; r < k; r++) {
@@ -67,6 +67,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
         }
         if (size <= limits.good) {
             double tangent[MOST + 1];
+            found->passes = passes;
             for (int r = 0; r < n; r++) tangent[r] = A[r][n + 1];
             const double length = sqrt(sm_curve_dot(n, tangent, tangent));
             const double sign = sm_curve_dot(n, tangent, onward) < 0.0 ? -1.0 : 1.0;
@@ -92,23 +93,21 @@ int sm_curve_is_valid(const sm_curve *curve) {
 }
 
 sm_status sm_curve_corrected(const sm_curve *curve, const double *guess, const double *normal,
-                             const double *onward, sm_curve_point *found, int *passes) {
-    return corrected(curve, FOLLOWING, guess, normal, onward, found, passes);
+                             const double *onward, sm_curve_point *found) {
+    return corrected(curve, FOLLOWING, guess, normal, onward, found);
 }
 
 sm_status sm_curve_between(const sm_curve *curve, const double *guess, const double *normal,
                            const double *onward, sm_curve_point *found) {
-    int passes;
-    return corrected(curve, BISECTING, guess, normal, onward, found, &passes);
+    return corrected(curve, BISECTING, guess, normal, onward, found);
 }
 
 sm_status sm_curve_solved(const sm_curve *curve, double *z) {
     const int k = curve->unknowns;
     double upwards[MOST + 1] = {0.0};
     sm_curve_point found;
-    int passes;
     upwards[k] = 1.0;
-    const sm_status status = corrected(curve, SEARCHING, z, upwards, upwards, &found, &passes);
+    const sm_status status = corrected(curve, SEARCHING, z, upwards, upwards, &found);
     if (status == SM_OK) memcpy(z, found.z, ((size_t)k + 1) * sizeof *z);
     return status;
 }

@@ -10,6 +10,7 @@
 typedef struct {
     double z[SM_CURVE_UNKNOWNS + 1], tangent[SM_CURVE_UNKNOWNS + 1];
     double jacobian[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS];
+    int passes; /* of Newton's method that led to it */
 } sm_curve_point;
 
 static inline double sm_curve_dot(int n, const double *a, const double *b) {
@@ -29,7 +30,7 @@ int sm_curve_is_valid(const sm_curve *curve);
 /* The point close to a guess in the plane through it that has this normal; its tangent points
  * onward. SM_NOT_CONVERGED: there is none. */
 sm_status sm_curve_corrected(const sm_curve *curve, const double *guess, const double *normal,
-                             const double *onward, sm_curve_point *found, int *passes);
+                             const double *onward, sm_curve_point *found);
 
 /* The same with a tangent and Jacobian that tell where stability changes. */
 sm_status sm_curve_between(const sm_curve *curve, const double *guess, const double *normal,
@@ -37,5 +38,11 @@ sm_status sm_curve_between(const sm_curve *curve, const double *guess, const dou
 
 /* The solution with the p of z, which may be far from it, and which it replaces. */
 sm_status sm_curve_solved(const sm_curve *curve, double *z);
+
+#define SM_EIGENVALUES 4 /* at most */
+
+/* Of a finite matrix (n, n), as (Re, Im), the largest real part first, pairs together; NaN for any
+ * that is not found. */
+void sm_eigenvalues(int n, const double *matrix, double *values);
 
 #endif

@@ -1,5 +1,5 @@
 /* Eigenvalues by Francis' implicit double QR steps (Golub and Van Loan, Matrix computations, 7.5). */
-#include "slow/branches/eigenvalues.h"
+#include "slow/branches/curve.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,10 +1,9 @@
 /* Steady states of the slow flow along a line of inputs, as a curve. */
 #include "base/check.h"
-#include "slow/branches/forced.h"
 #include "slow/branches/points.h"
 #include "slow/slow_flow.h"
 
-#define ALONG 0x1p-40 /* of the line: beside a fast change an amplitude would count as none */
+#define ALONG 0x1p-40 /* of the line: along the whole of it, a small amplitude would be taken as zero */
 
 /* How they change with p; what does not is 0. */
 static sm_inputs change_of(const sm_forced *forced) {

@@ -15,7 +15,7 @@ sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points, const sm_i
         double powers[2];
         const sm_status status =
             sm_slow_flow_rate(flow, inputs + p, 0.0, amplitude + p * unknowns,
-                              rate + p * unknowns, &powers[0], &powers[1]);
+                              rate + p * unknowns, powers);
         if (status != SM_OK) return status;
     }
     return SM_OK;

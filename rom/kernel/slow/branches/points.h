@@ -2,6 +2,7 @@
 #ifndef SLIPMODE_POINTS_H
 #define SLIPMODE_POINTS_H
 
+#include "slipmode.h"
 #include "slow/first_order.h"
 
 /* At amplitudes y (2 modes) and inputs that are checked; of a flow that is. `sloped` as in
@@ -13,5 +14,8 @@ sm_status sm_steady_point(const sm_slow_flow *flow, const sm_inputs *inputs, int
  * one. */
 void sm_steady_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
                         const sm_flow_state *state, double *jacobian);
+
+/* The inputs at p; neither is checked. */
+sm_inputs sm_forced_inputs(const sm_forced *forced, double p);
 
 #endif

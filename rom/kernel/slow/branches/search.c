@@ -1,13 +1,13 @@
 /* All steady states of the forced slow flow at some p.
  *
- * Friction depends on the moduli of the effective amplitudes alone, so each mode says what its modulus
- * takes to be held, too much or too little: cells of the moduli are searched where none of the modes
- * has the same answer at all corners. */
+ * Friction depends on the moduli of the effective amplitudes alone, so the force that a modulus needs
+ * can be compared with the force that acts on the mode. Cells of the plane of moduli are searched if
+ * the needed force is larger at some corners and smaller at others, for each mode. */
 #include <math.h>
 
 #include "base/check.h"
 #include "slow/branches/curve.h"
-#include "slow/branches/forced.h"
+#include "slow/branches/points.h"
 #include "slow/instant.h"
 #include "table/table.h"
 
@@ -74,13 +74,13 @@ static held held_at(const sm_instant *instant, int j) {
     return mode;
 }
 
-/* What a modulus takes to be held. */
+/* The force that a modulus needs. */
 SM_INLINE sm_complex taken(const held *mode, double modulus, sm_complex S) {
     return sm_csub(sm_cscale(mode->spring, modulus), sm_cmul(mode->gain, S));
 }
 
-/* Two bits of each mode at each corner: what is there is enough, it is no more than enough; of a mode
- * that does not exist both. */
+/* Two bits for each mode at each corner: the force suffices; it does not exceed the need. Both are set
+ * for a mode that does not exist. */
 SM_HOT static void answer(const grid *moduli, const held *mode, uint8_t *answers) {
     for (int c = 0; c < moduli->corners; c++) {
         int bits = 0;
@@ -94,14 +94,14 @@ SM_HOT static void answer(const grid *moduli, const held *mode, uint8_t *answers
     }
 }
 
-/* What the corners of a cell answer together, at the first of these. */
+/* The bits of all corners of a cell, given its first corner. */
 static int around(const grid *moduli, const uint8_t *answers, int corner) {
     const int aside = moduli->cells[1] > 0, ahead = moduli->cells[0] ? moduli->cells[1] + 1 : 0;
     const uint8_t *here = answers + corner, *there = here + ahead;
     return here[0] | here[aside] | there[0] | there[aside];
 }
 
-/* The amplitudes, scaled as unknowns, that moduli have in the phase of what holds them. */
+/* Amplitudes with these moduli, in phase with the forces that balance them, scaled as unknowns. */
 static void balanced(const sm_forced *forced, const sm_instant *instant, const held *mode,
                      const double *modulus, const sm_complex *S, double *y) {
     for (int j = 0; j < forced->flow->table.modes; j++) {

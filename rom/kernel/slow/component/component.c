@@ -160,19 +160,25 @@ static double first_step(const sm_component *c) {
     return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
 }
 
-/* Integrates the slow flow over [0, duration], to the inputs `after`, in so many tries at most; y,
- * its derivative dy, step and the contacts' queue are advanced. */
+/* The unknowns, their derivative, and the next internal step. */
+typedef struct {
+    double y[SM_UNKNOWNS], dy[SM_UNKNOWNS], step;
+} integration;
+
+/* Integrates the slow flow over [0, duration], to the inputs `after`, in so many tries at most. The
+ * contacts' queue is advanced with it. */
 static sm_status integrate(sm_component *c, double duration, int64_t most, const sm_inputs *after,
-                           double *y, double *dy, double *step) {
+                           integration *now) {
+    double *y = now->y, *dy = now->dy;
     const int wanted = c->contacts.motion.wanted;
     sm_inputs begin = c->inputs;
     double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
     sm_status status = SM_OK;
     if (c->rate_known)
-        memcpy(dy, c->rate, sizeof c->rate);
+        memcpy(dy, c->rate, sizeof now->dy);
     else
         status = sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, y, dy);
-    double elapsed = 0.0, h = *step > 0.0 ? *step : fmin(duration, first_step(c));
+    double elapsed = 0.0, h = now->step > 0.0 ? now->step : fmin(duration, first_step(c));
     int64_t tries = 0;
     while (status == SM_OK && elapsed < duration) {
         if (++tries > most) return SM_STEP_TOO_SMALL;
@@ -209,7 +215,7 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
         const double grown = tried * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
         h = last && grown < h ? h : grown; /* a step cut short by the call says little */
     }
-    *step = h;
+    now->step = h;
     return status;
 }
 
@@ -232,14 +238,16 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     if (status != SM_OK) return status;
     slow_state fresh = later(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
-    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
-    memcpy(y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, y)) c->rate_known = 0;
-    status = integrate(c, duration, most, &after, y, dy, &fresh.step);
+    integration now = {.y = {0.0}, .step = fresh.step};
+    const double *dy = now.dy;
+    memcpy(now.y, c->slow.amplitude, sizeof c->slow.amplitude);
+    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, now.y)) c->rate_known = 0;
+    status = integrate(c, duration, most, &after, &now);
     if (status != SM_OK) return status;
-    memcpy(fresh.amplitude, y, sizeof fresh.amplitude);
+    fresh.step = now.step;
+    memcpy(fresh.amplitude, now.y, sizeof fresh.amplitude);
     fresh.held = sm_hold_force(&after);
-    sm_add(&fresh.energy, y[SM_DISSIPATED]);
+    sm_add(&fresh.energy, now.y[SM_DISSIPATED]);
     if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
         !sm_all_finite(dy, SM_UNKNOWNS))
         return SM_NOT_FINITE;
@@ -316,8 +324,8 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     const sm_status status = check_inputs(c, inputs);
     if (status != SM_OK) return status;
     const sm_detail detail = smooth ? SM_UNHALVED : SM_TO_BE_READ;
-    return sm_contact_output_recent(&c->contacts, &c->flow, inputs, amplitude, rate, detail,
-                                    motion);
+    const sm_slow_point at = {amplitude, inputs};
+    return sm_contact_output_recent(&c->contacts, &c->flow, &at, rate, detail, motion);
 }
 
 sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,
@@ -356,23 +364,21 @@ sm_status sm_component_advance(sm_component *c, double left, double *taken) {
 }
 
 sm_status sm_component_trace(sm_component *c, size_t steps, const double *durations,
-                             const sm_inputs *inputs, size_t capacity, double *outputs,
-                             size_t *count, size_t *done, double *elapsed) {
-    if (!c || !durations || !inputs || !outputs || !count || !done || !elapsed)
-        return SM_BAD_ARGUMENT;
+                             const sm_inputs *inputs, sm_trace *t) {
+    if (!c || !durations || !inputs || !t || !t->outputs) return SM_BAD_ARGUMENT;
     const size_t width = sm_component_output_count(c);
-    for (*count = 0; *count < capacity && *done < steps; ++*count) {
-        const double left = durations[*done] - *elapsed;
+    for (t->count = 0; t->count < t->capacity && t->done < steps; t->count++) {
+        const double left = durations[t->done] - t->elapsed;
         double taken;
         sm_status status = SM_OK;
-        if (*elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[*done]);
+        if (t->elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[t->done]);
         if (status == SM_OK) status = sm_component_advance(c, left, &taken);
-        if (status == SM_OK) status = sm_component_outputs(c, outputs + *count * width);
+        if (status == SM_OK) status = sm_component_outputs(c, t->outputs + t->count * width);
         if (status != SM_OK) return status;
-        *elapsed += taken;
+        t->elapsed += taken;
         if (taken == left) {
-            ++*done;
-            *elapsed = 0.0;
+            t->done++;
+            t->elapsed = 0.0;
         }
     }
     return SM_OK;

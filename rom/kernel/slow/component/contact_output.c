@@ -1,9 +1,8 @@
 #include "slow/component/contact_output.h"
 
-#include "slow/component/response_surface.h"
 #include "base/block.h"
 #include "base/check.h"
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "base/exact_sum.h"
 
 #define MOST_ELASTIC 1000000
@@ -277,7 +276,7 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow
 }
 
 void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow) {
-    /* what cannot be marched stays for who reads it, to be told */
+    /* a stretch that cannot be marched stays: reading the motion returns its status */
     while (out->queue->count > SM_STRETCHES - SPARE && take_first(out, flow) == SM_OK) continue;
 }
 
@@ -373,25 +372,27 @@ sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flo
     return SM_OK;
 }
 
-/* The inputs with a sweep, or a change of the limits, so fast that it would have begun at zero
- * taken as just begun. */
-static sm_inputs begun_inputs(const sm_inputs *inputs, int modes, double duration) {
-    sm_inputs begun = *inputs;
+/* The inputs without rates so fast that a frequency or limit would have been zero within the duration
+ * before. */
+static sm_inputs without_fast_rates(const sm_inputs *inputs, int modes, double duration) {
+    sm_inputs slow = *inputs;
     for (int j = 0; j < modes; j++)
         if (fabs(duration * inputs->frequency_rate[j]) >= 0.5 * inputs->frequency[j])
-            begun.frequency_rate[j] = 0.0;
+            slow.frequency_rate[j] = 0.0;
     if (fabs(duration * inputs->limit_scale_rate) >= 0.5 * inputs->limit_scale)
-        begun.limit_scale_rate = 0.0;
-    return begun;
+        slow.limit_scale_rate = 0.0;
+    return slow;
 }
 
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
-                                   const sm_inputs *inputs, const double *y, const double *rate,
-                                   sm_detail detail, double *values) {
+                                   const sm_slow_point *at, const double *rate, sm_detail detail,
+                                   double *values) {
+    const sm_inputs *inputs = at->inputs;
+    const double *y = at->amplitude;
     const int modes = out->contact.modes;
     const size_t count = (size_t)out->contact.contacts, bytes = count * sizeof(double);
     const double duration = memory_of(out, inputs);
-    const sm_inputs end = begun_inputs(inputs, modes, duration);
+    const sm_inputs end = without_fast_rates(inputs, modes, duration);
     sm_stretch past = {.duration = duration, .inputs = sm_inputs_after(&end, modes, -duration)};
     for (int k = 0; k < 2 * modes; k++) {
         past.y[k] = y[k] - duration * rate[k];

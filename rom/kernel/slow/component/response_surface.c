@@ -1,8 +1,8 @@
-#include "slow/component/response_surface.h"
+#include "slow/component/contact_output.h"
 
 #include <math.h>
 
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "base/lanes.h"
 #include "slow/first_order.h"
 #include "table/table.h"

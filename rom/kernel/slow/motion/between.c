@@ -5,11 +5,8 @@
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
-#define AMPLITUDES (2 * SM_MODES)
-
-/* Where in a step, of its length; no multiples of each other, which a beat could hide behind. */
-#define LOOKED_AT 2
-static const double INSIDE[LOOKED_AT] = {0.25, 0.6};
+/* Parts of a step at which the slopes are compared: not commensurate, so that no beat hides between. */
+static const double INSIDE[] = {0.25, 0.6};
 
 /* A step of the trajectory: its inputs move along straight lines. */
 typedef struct {
@@ -20,18 +17,18 @@ typedef struct {
 /* dy/dt so many seconds into the step. */
 static sm_status rate_at(const step_flow *step, double elapsed, const double *y, double *dy) {
     double powers[2];
-    return sm_slow_flow_rate(step->flow, step->inputs, elapsed, y, dy, &powers[0], &powers[1]);
+    return sm_slow_flow_rate(step->flow, step->inputs, elapsed, y, dy, powers);
 }
 
 /* The largest difference of the cubic's slope from the slow flow, times the duration. */
 static sm_status bend_of(const step_flow *step, double duration, const double *start,
                          const double *end, double *bend) {
     const int count = 2 * step->flow->table.modes;
-    double y[AMPLITUDES], leaving[AMPLITUDES], arriving[AMPLITUDES], rate[AMPLITUDES];
+    double y[2 * SM_MODES], leaving[2 * SM_MODES], arriving[2 * SM_MODES], rate[2 * SM_MODES];
     sm_status status = rate_at(step, 0.0, start, leaving);
     if (status == SM_OK) status = rate_at(step, duration, end, arriving);
     *bend = 0.0;
-    for (int k = 0; k < LOOKED_AT && status == SM_OK; k++) {
+    for (int k = 0; k < 2 && status == SM_OK; k++) {
         const double r = INSIDE[k], rest = 1.0 - r, moved = r * r * (3.0 - 2.0 * r);
         for (int u = 0; u < count; u++)
             y[u] = start[u] + moved * (end[u] - start[u])
@@ -48,17 +45,22 @@ static sm_status bend_of(const step_flow *step, double duration, const double *s
     return status;
 }
 
-sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
-                             const double *duration, const double *start, const double *end,
-                             double *bend) {
-    if (!flow || !inputs || !duration || !start || !end || !bend) return SM_BAD_ARGUMENT;
+static sm_status check_steps(const sm_slow_flow *flow, const sm_trajectory_steps *steps) {
+    if (!flow || !steps || !steps->inputs || !steps->duration || !steps->start || !steps->end)
+        return SM_BAD_ARGUMENT;
     sm_status status = sm_slow_flow_check(flow);
-    for (size_t k = 0; k < steps && status == SM_OK; k++) {
+    for (size_t k = 0; k < steps->count && status == SM_OK; k++)
+        status = sm_check_positive(steps->duration[k]);
+    return status;
+}
+
+sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
+                             double *bend) {
+    sm_status status = bend ? check_steps(flow, steps) : SM_BAD_ARGUMENT;
+    for (size_t k = 0; status == SM_OK && k < steps->count; k++) {
         const size_t at = k * 2 * (size_t)flow->table.modes;
-        const step_flow step = {flow, inputs + k};
-        status = sm_check_positive(duration[k]);
-        if (status != SM_OK) break;
-        status = bend_of(&step, duration[k], start + at, end + at, bend + k);
+        const step_flow step = {flow, steps->inputs + k};
+        status = bend_of(&step, steps->duration[k], steps->start + at, steps->end + at, bend + k);
         if (status != SM_OUTSIDE_TABLE) continue;
         bend[k] = INFINITY;
         status = SM_OK;
@@ -70,7 +72,7 @@ sm_status sm_trajectory_bend(const sm_slow_flow *flow, size_t steps, const sm_in
 static sm_status runge_kutta(const step_flow *step, double elapsed, double h, double *y) {
     static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
     const int count = 2 * step->flow->table.modes;
-    double trial[AMPLITUDES], k[AMPLITUDES] = {0.0}, sum[AMPLITUDES] = {0.0};
+    double trial[2 * SM_MODES], k[2 * SM_MODES] = {0.0}, sum[2 * SM_MODES] = {0.0};
     for (int stage = 0; stage < 4; stage++) {
         for (int u = 0; u < count; u++) trial[u] = y[u] + node[stage] * h * k[u];
         const sm_status status = rate_at(step, elapsed + node[stage] * h, trial, k);
@@ -81,19 +83,16 @@ static sm_status runge_kutta(const step_flow *step, double elapsed, double h, do
     return SM_OK;
 }
 
-sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps, const sm_inputs *inputs,
-                               const double *duration, const double *start, const double *end,
+sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
                                int32_t parts, double *between) {
-    if (!flow || !inputs || !duration || !start || !end || !between || parts < 2)
-        return SM_BAD_ARGUMENT;
-    sm_status status = sm_slow_flow_check(flow);
+    sm_status status = between && parts >= 2 ? check_steps(flow, steps) : SM_BAD_ARGUMENT;
+    if (status != SM_OK) return status;
     const size_t count = 2 * (size_t)flow->table.modes, inner = (size_t)parts - 1;
-    for (size_t k = 0; k < steps && status == SM_OK; k++) {
-        double *own = between + k * inner * count, y[AMPLITUDES];
-        const step_flow step = {flow, inputs + k};
-        const double h = duration[k] / (double)parts;
-        status = sm_check_positive(duration[k]);
-        memcpy(y, start + k * count, count * sizeof(double));
+    for (size_t k = 0; k < steps->count && status == SM_OK; k++) {
+        double *own = between + k * inner * count, y[2 * SM_MODES];
+        const step_flow step = {flow, steps->inputs + k};
+        const double h = steps->duration[k] / (double)parts, *end = steps->end + k * count;
+        memcpy(y, steps->start + k * count, count * sizeof(double));
         for (size_t part = 0; part < (size_t)parts && status == SM_OK; part++) {
             if (part > 0) memcpy(own + (part - 1) * count, y, count * sizeof(double));
             status = runge_kutta(&step, h * (double)part, h, y);
@@ -103,7 +102,7 @@ sm_status sm_trajectory_divide(const sm_slow_flow *flow, size_t steps, const sm_
         for (size_t part = 1; part < (size_t)parts; part++)
             for (size_t u = 0; u < count; u++)
                 own[(part - 1) * count + u] +=
-                    (double)part / (double)parts * (end[k * count + u] - y[u]);
+                    (double)part / (double)parts * (end[u] - y[u]);
         if (!sm_all_finite(own, inner * count)) status = SM_NOT_FINITE;
     }
     return status;

@@ -11,20 +11,19 @@
 #include "base/exact_sum.h"
 
 #define MAX_STEPS 1e10 /* of one march: hours */
-/* Tolerances of v / alpha: S magnifies what it is off by where the force is read. */
+/* Tolerances of v / alpha; at the end S magnifies the error of v in the force that is read. */
 #define ON_THE_WAY 1e-5
 #define AT_THE_END 1e-10
-/* Halvings of a step. Elastic contacts have no inertia: what is between two steps does not matter
- * to what follows. */
-#define RIGID_HALVINGS (SM_RIGID_LEVELS - 1)
+/* Halvings of a step. Elastic contacts have no inertia: later steps do not depend on the motion
+ * between two steps. */
 #define ELASTIC_HALVINGS 6
-/* By how much a velocity may part from a straight line in a step, relative to that without
+/* Largest deviation of a velocity from a straight line in a step, relative to the velocity without
  * friction. */
 #define BEND 0.2
-#define STRAIGHT 0.2 /* part of that below which the next step is twice as long */
-#define AS_READ 0.3 /* part of that in the last step, where the velocity is to be read */
-/* Vibrations that have died away to exp(-5) where a march ends are not followed. */
-#define DEAD 5.0
+#define STRAIGHT 0.2 /* part of BEND below which the next step is twice as long */
+#define AS_READ 0.3 /* part of BEND allowed in the last step if the velocity is read */
+/* Vibrations that have decayed to exp(-5) at the end of a march are not resolved. */
+#define DECAYED 5.0
 #define KEPT 6 /* numbers of each contact that a step changes */
 
 static size_t remembered(const sm_contact *contact) {
@@ -174,7 +173,7 @@ static void put_back_rigid(const int n, sm_march *march) {
         warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
-/* By how much velocities v part from straight lines, h seconds after the step's start, at most. */
+/* Largest deviation of velocities v from straight lines, h seconds after the step's start. */
 SM_INLINE double bend(const int n, const sm_march *march, const double *v, double h) {
     const double *start = march->before + n, *acceleration = march->acceleration;
     double most = 0.0;
@@ -197,7 +196,7 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     sm_lanes *lane = &march->lane;
     march->warm.tolerance = tolerance;
     keep_rigid(n, march);
-    for (int stage = 0; stage < SM_STAGES; stage++) {
+    for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_TR_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
         const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->pull, stage);
@@ -230,8 +229,7 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Seconds in which the slowest to die away of the rigid contacts' own vibrations has done so;
- * infinite: it does not. */
+/* Seconds in which the slowest vibration of the rigid contacts decays; infinite: it does not. */
 static double lasting(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
@@ -239,12 +237,12 @@ static double lasting(const sm_contact *contact) {
         const double mass = contact->mass ? contact->mass[k] : 0.0;
         longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
     }
-    return DEAD * longest;
+    return DECAYED * longest;
 }
 
 /* Steps of h 2^-level seconds; time is counted in the finest of them. */
 typedef struct {
-    double from, h;
+    double from, to, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
     int64_t lasting;    /* from where on vibrations last to the end */
@@ -252,8 +250,10 @@ typedef struct {
     int to_be_read;
 } sm_steps;
 
-static sm_status divide(const sm_contact *contact, const sm_segment *segment, double from,
-                        double to, int steps_per_period, sm_detail detail, sm_steps *steps) {
+/* Sets the steps between steps->from and steps->to. */
+static sm_status divide(const sm_contact *contact, const sm_segment *segment,
+                        int steps_per_period, sm_detail detail, sm_steps *steps) {
+    const double from = steps->from, to = steps->to;
     double fastest = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
@@ -263,9 +263,10 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment, do
     const double count = ceil((to - from) / longest * (1.0 - 1e-9));
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
-    const int halvings = elastic ? ELASTIC_HALVINGS : RIGID_HALVINGS;
+    const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
+                        .to = to,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,
                         .bend = INFINITY,
@@ -353,8 +354,8 @@ SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *st
 SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period, sm_detail detail) {
-    sm_steps steps;
-    sm_status status = divide(contact, segment, from, to, steps_per_period, detail, &steps);
+    sm_steps steps = {.from = from, .to = to};
+    sm_status status = divide(contact, segment, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     const int reacting = contact->response && segment->reaction_start && segment->reaction_end;

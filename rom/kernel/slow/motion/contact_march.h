@@ -3,7 +3,7 @@
 
 #include "slow/motion/forcing.h"
 #include "contact/elastic/solve.h"
-#include "contact/stage/warm_chebyshev.h"
+#include "contact/stage/chebyshev.h"
 
 /* Lengths of the steps of rigid contacts, each half the one before. */
 #define SM_RIGID_LEVELS 4

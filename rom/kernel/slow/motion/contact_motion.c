@@ -1,7 +1,7 @@
 /* Contact motion at given times along a slow trajectory.
  *
  * Friction forgets its past within a few periods, so the march may start a few periods before
- * the first time asked for; there is no need to start at t = 0.
+ * the first sample; there is no need to start at t = 0.
  */
 #include <stdlib.h>
 
@@ -10,15 +10,15 @@
 #include "slow/motion/segment.h"
 
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
-                            const double *start_x, int32_t steps_per_period, size_t samples,
-                            const double *times, double *displacement, double *velocity,
-                            double *force) {
-    sm_status status = sm_contact_check(contact);
+                            const double *start_x, int32_t steps_per_period,
+                            const sm_contact_samples *samples) {
+    sm_status status = samples ? sm_contact_check(contact) : SM_BAD_ARGUMENT;
     if (status == SM_OK) status = sm_segments_check(segments, segment, contact->modes);
-    if (status == SM_OK) status = sm_times_check(samples, times, segments, segment);
+    if (status == SM_OK) status = sm_times_check(samples->count, samples->times, segments, segment);
     if (status != SM_OK) return status;
-    const size_t n = (size_t)contact->contacts;
-    if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples, n * sizeof(double)))
+    const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
+    const double *times = samples->times;
+    if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples->count, bytes))
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
     const int orders = contact->response ? contact->response->orders_count : 0;
@@ -26,13 +26,13 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
         calloc(sm_march_size(contact, orders) + sm_march_state_count(contact), sizeof(double));
     if (!memory) return SM_NO_MEMORY;
     double *state = memory + sm_march_size(contact, orders);
-    if (start_x) memcpy(state, start_x, n * sizeof(double));
+    if (start_x) memcpy(state, start_x, bytes);
     sm_march march;
     sm_march_place(&march, contact, orders, memory);
     sm_march_start(&march, contact, state);
     size_t g = 0;
     double now = segment[0].start;
-    for (size_t k = 0; k < samples && status == SM_OK; k++) {
+    for (size_t k = 0; k < samples->count && status == SM_OK; k++) {
         while (now < times[k] && status == SM_OK) {
             const double end = sm_segment_end(&segment[g]);
             if (now >= end && g + 1 < segments) {
@@ -45,9 +45,9 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                                     to - segment[g].start, steps_per_period, detail);
             now = to;
         }
-        if (displacement) memcpy(displacement + k * n, march.x, n * sizeof(double));
-        if (velocity) memcpy(velocity + k * n, march.v, n * sizeof(double));
-        if (force) memcpy(force + k * n, march.force, n * sizeof(double));
+        if (samples->displacement) memcpy(samples->displacement + k * n, march.x, bytes);
+        if (samples->velocity) memcpy(samples->velocity + k * n, march.v, bytes);
+        if (samples->force) memcpy(samples->force + k * n, march.force, bytes);
     }
     free(memory);
     return status;

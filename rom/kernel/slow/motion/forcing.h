@@ -1,16 +1,15 @@
 /* What acts on the contacts along a segment: cubics between instants that are one step apart.
  *
  * There it is exact, and so is its rate of change. In between lie the stages of the steps, of
- * several lengths: a cubic is off by (nu h)^4 / 384 of a harmonic nu, 2e-6 of a carrier at 40 steps
- * a period. The carriers, and the harmonics of the modes' response, have a factor from one instant
+ * several lengths: the error of a cubic is (nu h)^4 / 384 for a harmonic nu, 2e-6 for a carrier at 40
+ * steps a period. The carriers, and the harmonics of the modes' response, have a factor from one instant
  * to the next. In a sweep the factors would move, so there they are computed anew.
  */
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
+#include "base/exact_sum.h"
 #include "slow/motion/reaction.h"
-
-#define SM_EXACT_STEPS 64 /* after which rounding is done away with */
 
 typedef struct {
     const sm_contact *contact;

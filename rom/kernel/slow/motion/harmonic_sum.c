@@ -1,6 +1,6 @@
 /* Fast motion at any time as a sum of harmonics with slowly varying coefficients. */
 #include "base/check.h"
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "base/lanes.h"
 #include "slow/motion/segment.h"
 

@@ -1,7 +1,7 @@
 #ifndef SLIPMODE_SEGMENT_H
 #define SLIPMODE_SEGMENT_H
 
-#include "base/harmonics.h"
+#include "base/cnumber.h"
 #include "slipmode.h"
 
 /* exp(i theta_j) of two carriers at `elapsed` seconds into the segment; 1 for a mode it has not. */

@@ -5,7 +5,7 @@
  * harmonics of one period draws the contacts in the next: a fixed point, which Anderson's
  * acceleration finds also where plain passes diverge.
  */
-#include "torus/fixed_point/elastic.h"
+#include "torus/torus.h"
 
 #include <stdlib.h>
 
@@ -18,7 +18,6 @@
 #include "torus/fixed_point/search.h"
 #include "torus/periodic/sliders.h"
 
-#define MOST_AVERAGED 16
 #define MOTIONS 7
 /* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
  * its bound: where a contact slips on few lines, they keep changing by the error of the grid.
@@ -36,13 +35,13 @@ typedef struct {
     double *drawing;           /* (orders, N_c, 2) harmonics of u */
     double *motion;            /* (MOTIONS, lines, N_c): */
     double *x, *last_u;
-    double *last_y, *last_off; /* what the solver was left with */
+    double *last_y, *last_off; /* y and residual of the last step, for the solver */
     double *before[2];         /* x without what the contact itself gives way, one and two steps
                                   before */
-    double *missed;            /* what y missed two steps before: see reversal.h */
+    double *missed;            /* correction of y at the last step: see reversal.h */
     double *memory;            /* (lines, remembered) */
     int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
-    int follows;               /* the response is that of a point before */
+    int follows;               /* the response of the point before is a good start */
     double *begun;             /* (lines, remembered) memory as the period began */
     size_t taken;              /* steps of the point so far */
     int half;                  /* of a period is marched, and what then changes its sign */
@@ -75,7 +74,7 @@ static size_t shift_of(const problem *t, int half) {
     return (size_t)(fmod(by, lines) + lines) % t->lines.lines;
 }
 
-/* Half a period tells the other half of sliders that are drawn to and fro alike. */
+/* Under forces with odd harmonics alone, sliders repeat half a period with opposite sign. */
 static int is_odd(const problem *t) {
     if (!t->solver.slides) return 0;
     for (size_t q = 0; q < t->lines.orders; q++)
@@ -83,14 +82,14 @@ static int is_odd(const problem *t) {
     return t->lines.steps % 2 == 0;
 }
 
-/* A slider forgets where it was as soon as it slides, but not where it slides in two directions: it
- * turns only as far as it goes, for many periods. There what contacts remember is looked for too. */
+/* A slider forgets its position as soon as it slides. One that slides in two directions keeps a part
+ * of it for many periods: then the memory of the contacts is among the unknowns. */
 static int lingers(const problem *t) {
     const int closed = t->contact->modes == 1 || shift_of(t, 0) > 0;
     return closed && sm_elastic_slides_in_two(t->contact->elastic);
 }
 
-/* By half a period at a time, where that will do, or by whole ones. */
+/* Sets the march to half periods if they suffice, else to whole ones. */
 static void march_by(problem *t, int half) {
     t->half = half && is_odd(t) && (t->contact->modes == 1 || shift_of(t, 1) > 0);
     t->shift = shift_of(t, t->half);
@@ -201,8 +200,7 @@ static void draw(problem *t, const double *amplitude) {
     sm_phase_lines_draw(&t->lines, t->drawing);
 }
 
-/* From where the contacts of a line were at the two steps before to where they are: sliders that
- * turned back, and what y missed for it. */
+/* Corrects the sliders that turned back between the last two steps of a line, and y for it. */
 static void reverse(problem *t, size_t p, double *memory) {
     const size_t n = t->n;
     const sm_reversal reversal = {
@@ -237,8 +235,8 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     memcpy(last_but_one, last, n * sizeof(double));
     memcpy(last, t->own_z, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
-        /* what it missed at the step before is made up for: in modes by as much now; in means over
-         * steps, which have time for that, on the straight line through this step and the next */
+        /* the correction of the step before is added now: for the modes once; for means over steps
+         * by linear extrapolation through this step and the last */
         y[i * stride] = t->own_y[i] + t->own_missed[i];
         y_of_line[i] = t->own_y[i] + 2.0 * t->own_missed[i] - missed[i];
         missed[i] = t->own_missed[i];
@@ -276,15 +274,15 @@ static void turn_round(problem *t) {
 
 /* A period of mode A, or half of one: from the response to the harmonics Y. */
 static sm_status march(problem *t, const double *amplitude) {
-    static const double weights[SM_STEPS_TOGETHER] = {1.0, 1.0, 1.0, 1.0};
+    static const double weights[SM_TOGETHER] = {1.0, 1.0, 1.0, 1.0};
     const size_t steps = marched_steps(t);
     draw(t, amplitude);
     sm_phase_lines_clear(&t->lines);
     memset(t->square, 0, t->n * sizeof(double));
     memcpy(t->begun, t->memory, t->lines.lines * t->remembered * sizeof(double));
-    for (size_t k = 0; k < steps; k += SM_STEPS_TOGETHER) {
+    for (size_t k = 0; k < steps; k += SM_TOGETHER) {
         const size_t left = steps - k;
-        const size_t count = left < SM_STEPS_TOGETHER ? left : SM_STEPS_TOGETHER;
+        const size_t count = left < SM_TOGETHER ? left : SM_TOGETHER;
         sm_phase_lines_displace(&t->lines, k, count);
         const sm_status status = react_along(t, count);
         if (status != SM_OK) return status;
@@ -351,8 +349,8 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
     return SM_OK;
 }
 
-/* Iterates until harmonics and response repeat, or come no nearer. */
-static sm_status settle(problem *t, const double *amplitude, int count, const double scale[2],
+/* Iterates until harmonics and response repeat or the residual stops falling. */
+static sm_status iterate(problem *t, const double *amplitude, int count, const double scale[2],
                         double *residual) {
     const sm_torus_task *task = t->task;
     double *begun = t->response + per_point(t), *off = t->change + per_point(t);
@@ -373,13 +371,13 @@ static sm_status settle(problem *t, const double *amplitude, int count, const do
     return SM_OK;
 }
 
-/* Whether means over periods will do for what is left, if there is anything left. */
+/* Returns whether the residual is so small that means over periods will converge. */
 static int almost(const problem *t, double residual) {
     return residual <= fmax(SM_ALMOST, t->task->grid->tolerance);
 }
 
-/* From small amplitudes, where the response is that of contacts that stick, up to the point's. */
-static sm_status climb(problem *t, const double *amplitude, const double scale[2],
+/* Continues the point from small amplitudes, at which the contacts stick, to its own. */
+static sm_status continue_from_rest(problem *t, const double *amplitude, const double scale[2],
                        double *residual) {
     double some[SM_MODES] = {0.0}, reached = 0.0;
     for (size_t rung = 0; rung < SM_RUNGS; rung++) {
@@ -387,16 +385,16 @@ static sm_status climb(problem *t, const double *amplitude, const double scale[2
         for (size_t i = 0; i < per_point(t); i++)
             t->response[i] = reached > 0.0 ? t->response[i] * part / reached : 0.0;
         for (int j = 0; j < t->contact->modes; j++) some[j] = part * amplitude[j];
-        const sm_status status = settle(t, some, 1, scale, residual);
+        const sm_status status = iterate(t, some, 1, scale, residual);
         if (status != SM_OK) return status;
         reached = part;
     }
     return SM_OK;
 }
 
-/* By half periods or whole ones: from the response nearby, of contacts that stick, of smaller
- * amplitudes; then, near the motion, by means over more and more of them. */
-static sm_status settle_by(problem *t, int half, size_t point, const double *amplitude,
+/* Solves a point by half periods or whole ones. Starts are the initial guess or the point before,
+ * then the common start, then small amplitudes; close to the motion, means over periods follow. */
+static sm_status solve_by(problem *t, int half, size_t point, const double *amplitude,
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
     const double *begun = response ? response->start : NULL;
@@ -407,20 +405,20 @@ static sm_status settle_by(problem *t, int half, size_t point, const double *amp
             start(t, t->task->points->near + point * per_point(t));
         else
             start_again(t);
-        status = settle(t, amplitude, 1, scale, residual);
+        status = iterate(t, amplitude, 1, scale, residual);
     }
     if (status == SM_OK && !almost(t, *residual)) {
         start(t, begun);
-        status = settle(t, amplitude, 1, scale, residual);
+        status = iterate(t, amplitude, 1, scale, residual);
     }
     if (t->half && *residual > t->task->grid->tolerance) return status;
     if (status == SM_OK && !almost(t, *residual) && !begun)
-        status = climb(t, amplitude, scale, residual);
-    for (int count = 4; count <= MOST_AVERAGED && status == SM_OK; count *= 4)
+        status = continue_from_rest(t, amplitude, scale, residual);
+    for (int count = 4; count <= SM_MOST_AVERAGED && status == SM_OK; count *= 4)
         if (*residual > t->task->grid->tolerance)
-            status = settle(t, amplitude, count, scale, residual);
+            status = iterate(t, amplitude, count, scale, residual);
     if (status == SM_OK && *residual > t->task->grid->tolerance) {
-        status = evaluate(t, amplitude, MOST_AVERAGED);
+        status = evaluate(t, amplitude, SM_MOST_AVERAGED);
         *residual = distance(t, scale[0], scale[1]);
     }
     return status;
@@ -434,9 +432,9 @@ static sm_status solve_point(problem *t, size_t point) {
     scales(t, amplitude, &scale[0], &scale[1]);
     t->solver.least = LEAST * scale[0];
     t->taken = 0;
-    sm_status status = settle_by(t, 1, point, amplitude, scale, &residual);
+    sm_status status = solve_by(t, 1, point, amplitude, scale, &residual);
     if (status == SM_OK && t->half && residual > task->grid->tolerance)
-        status = settle_by(t, 0, point, amplitude, scale, &residual);
+        status = solve_by(t, 0, point, amplitude, scale, &residual);
     if (status != SM_OK) return status;
     memcpy(task->motion->harmonics + point * all, t->Y, all * sizeof(double));
     memcpy(task->motion->mean_square + point * t->n, t->square, t->n * sizeof(double));
@@ -456,21 +454,21 @@ sm_status sm_torus_elastic(const sm_contact *contact, const sm_torus_task *task)
     return status;
 }
 
-/* From rest, `settling` periods and one in which the hat rises, through the amplitudes, to the end
+/* From rest, `before` periods and one in which the hat rises, through the amplitudes, to the end
  * of the period in which it falls. */
-static sm_status grow_through(problem *t, size_t point, const double *growth, int settling) {
+static sm_status grow_through(problem *t, size_t point, const double *growth, int before) {
     const size_t modes = (size_t)t->contact->modes, all = per_point(t);
     const double *amplitude = t->task->points->amplitudes + point * modes;
     const double *by = growth + point * modes;
     double *harmonics = t->task->motion->harmonics + point * all;
     double now[SM_MODES] = {0.0}, moved, force;
-    for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (settling + 1) * fabs(by[j]);
+    for (size_t j = 0; j < modes; j++) now[j] = fabs(amplitude[j]) + (before + 1) * fabs(by[j]);
     scales(t, now, &moved, &force);
     t->solver.least = LEAST * moved;
     march_by(t, 0);
     start(t, NULL);
     memset(harmonics, 0, all * sizeof(double));
-    for (int period = -settling - 1; period < 1; period++) {
+    for (int period = -before - 1; period < 1; period++) {
         sm_phase_lines_clear(&t->lines);
         for (size_t k = 0; k < t->lines.steps; k++) {
             const double elapsed = period + (double)(k + 1) / (double)t->lines.steps; /* periods */
@@ -490,11 +488,11 @@ static sm_status grow_through(problem *t, size_t point, const double *growth, in
 }
 
 sm_status sm_torus_elastic_growing(const sm_contact *contact, const sm_torus_task *task,
-                                   const double *growth, int settling) {
+                                   const double *growth, int before) {
     problem t;
     sm_status status = make(&t, contact, task);
     for (size_t point = 0; point < task->points->count && status == SM_OK; point++)
-        status = grow_through(&t, point, growth, settling);
+        status = grow_through(&t, point, growth, before);
     free(t.block);
     return status;
 }

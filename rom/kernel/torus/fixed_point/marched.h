@@ -1,5 +1,5 @@
-/* Modes that are marched along the phase lines with the contacts, and what they respond beside; see
- * sm_modal_response. */
+/* Modes that are integrated along the phase lines with the contacts, and the response of all other
+ * modes to harmonics; see sm_modal_response. */
 #ifndef SLIPMODE_MARCHED_H
 #define SLIPMODE_MARCHED_H
 

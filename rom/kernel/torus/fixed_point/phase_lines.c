@@ -7,10 +7,9 @@
 #include "base/block.h"
 #include "base/exact_sum.h"
 #include "base/lanes.h"
-#include "torus/grid.h"
 
 #define WIDTH SM_VECTOR
-#define TOGETHER SM_STEPS_TOGETHER
+#define TOGETHER SM_TOGETHER
 #define TURNS 4 /* m whose sums over the lines are formed together */
 
 static size_t turns_of(size_t orders, const int32_t *order) {

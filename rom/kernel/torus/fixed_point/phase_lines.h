@@ -1,5 +1,5 @@
-/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: what draws the contacts
- * at the steps of a period, and the means of what they do then.
+/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: the forcing at the steps
+ * of a period from its harmonics, and the harmonics of the result.
  *
  * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over harmonics of one |m| are
  * formed once a step, for all lines.
@@ -11,7 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#define SM_STEPS_TOGETHER 4 /* whose sums over the harmonics are formed together */
+#include "torus/grid.h"
 
 typedef struct {
     size_t contacts, orders, lines;
@@ -26,9 +26,9 @@ typedef struct {
     double *across;       /* (turns, 2, stride): cos and sin of m t_B0 */
     double *drawn;        /* (orders, 2, row): harmonics of u */
     double *sums;         /* (orders, 2, row): of y exp(-i (n t_A + m t_B)) over steps and lines */
-    double *by_turn;      /* (SM_STEPS_TOGETHER, turns, 2, row): sums over harmonics, or lines */
-    double *u, *y;        /* (SM_STEPS_TOGETHER, N_c, stride), at some steps */
-    double *y_of_line;    /* (SM_STEPS_TOGETHER, lines, row): y once more */
+    double *by_turn;      /* (SM_TOGETHER, turns, 2, row): sums over harmonics, or lines */
+    double *u, *y;        /* (SM_TOGETHER, N_c, stride), at some steps */
+    double *y_of_line;    /* (SM_TOGETHER, lines, row): y once more */
 } sm_phase_lines;
 
 /* exp(i m t_B0) of line p, for m of the orders. */
@@ -50,7 +50,7 @@ void sm_phase_lines_start(sm_phase_lines *lines);
 void sm_phase_lines_turn(sm_phase_lines *lines, int half);
 /* u is Re sum_q harmonic_q exp(i (n t_A + m t_B)), of harmonics (orders, N_c, 2). */
 void sm_phase_lines_draw(sm_phase_lines *lines, const double *harmonics);
-/* u at the ends of up to SM_STEPS_TOGETHER steps from `first` on. */
+/* u at the ends of up to SM_TOGETHER steps from `first` on. */
 void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
 /* Sums begin at nothing; y_of_line at the ends of steps adds to them by weights (count). */
 void sm_phase_lines_clear(sm_phase_lines *lines);

@@ -1,23 +1,33 @@
-#include "torus/fixed_point/soft.h"
+#include "torus/torus.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "torus/iteration.h"
+#include "torus/group.h"
 #include "torus/fixed_point/search.h"
 
-#define MOST_AVERAGED 16
 #define SOFTEST 0.5 /* relaxation below which passes are slow */
 
 /* One point of the group. */
 typedef struct {
     sm_fixed_point search;
     double *mean, *last, *change; /* (orders, N_c, 2) harmonics */
-    double *square;                         /* (N_c) mean square */
+    double *square;               /* (N_c) mean square */
+    sm_scales scales;
     double residual;
-    int done, open; /* whether it repeats, and whether it still comes nearer */
+    int done, open; /* whether it repeats; whether the residual still falls */
 } soft_point;
+
+/* Points of the task that are solved together. */
+typedef struct {
+    const sm_torus_grid *grid;
+    const sm_torus_task *task;
+    sm_torus_group *g;
+    size_t first, count;
+    soft_point *point;
+    int marched; /* steps along each line */
+} soft_group;
 
 int sm_torus_is_soft(const sm_torus_grid *grid) {
     for (int q = 0; grid->relaxation && q < grid->orders_count; q++)
@@ -41,9 +51,11 @@ static void place(const sm_torus_grid *grid, soft_point *point, double *memory) 
 }
 
 /* Harmonics and mean squares of all points over so many periods, under the same response. */
-static sm_status evaluate(const sm_torus_grid *grid, sm_torus_group *g, soft_point *point,
-                          size_t count, int periods) {
-    const size_t all = grid->per_point, n = (size_t)grid->contact->contacts;
+static sm_status evaluate(const soft_group *s, int periods) {
+    const sm_torus_grid *grid = s->grid;
+    sm_torus_group *g = s->g;
+    soft_point *point = s->point;
+    const size_t all = grid->per_point, n = (size_t)grid->contact->contacts, count = s->count;
     for (size_t p = 0; p < count; p++) {
         if (point[p].done) continue;
         memcpy(point[p].last, point[p].mean, all * sizeof(double));
@@ -68,91 +80,86 @@ static sm_status evaluate(const sm_torus_grid *grid, sm_torus_group *g, soft_poi
     return SM_OK;
 }
 
-/* How far a point is from repeating: its harmonics, and what the modes respond to. */
-static double distance(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
-                       soft_point *point, const sm_scales *scales) {
-    const double *responded = g->responded + p * grid->per_point;
+/* Distance of a point from periodicity: the change of its harmonics from the evaluation before, and
+ * from the harmonics that the modes respond to. */
+static double distance(const sm_torus_grid *grid, soft_point *point, const double *responded) {
     const int contacts = grid->contact->contacts;
     for (size_t i = 0; i < grid->per_point; i++)
         point->change[i] = point->mean[i] - responded[i];
-    return fmax(sm_relative_distance(scales, contacts, grid->orders_count, grid->orders,
+    return fmax(sm_relative_distance(&point->scales, contacts, grid->orders_count, grid->orders,
                                      point->mean, point->last),
-                sm_relative_distance(scales, contacts, grid->orders_count, grid->orders,
+                sm_relative_distance(&point->scales, contacts, grid->orders_count, grid->orders,
                                      point->mean, responded));
 }
 
-static void store(const sm_torus_grid *grid, const sm_torus_task *task, size_t index,
-                  const soft_point *point, int marched) {
-    const size_t n = (size_t)grid->contact->contacts;
-    memcpy(task->motion->harmonics + index * grid->per_point, point->mean,
-           grid->per_point * sizeof(double));
-    memcpy(task->motion->mean_square + index * n, point->square, n * sizeof(double));
-    task->motion->residual[index] = point->residual;
-    task->motion->marched[index] = marched;
+static void store(const soft_group *s, size_t p) {
+    const sm_torus_motion *motion = s->task->motion;
+    const size_t n = (size_t)s->grid->contact->contacts, all = s->grid->per_point;
+    const size_t index = s->first + p;
+    memcpy(motion->harmonics + index * all, s->point[p].mean, all * sizeof(double));
+    memcpy(motion->mean_square + index * n, s->point[p].square, n * sizeof(double));
+    motion->residual[index] = s->point[p].residual;
+    motion->marched[index] = s->marched;
 }
 
-/* Evaluations of so many periods until every point repeats, or comes no nearer; at a part of the
- * amplitudes, which only leads to a start for more. */
-static sm_status settle(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                        size_t first, size_t count, soft_point *point, int periods, double part,
-                        int *marched) {
-    const size_t all = grid->per_point, modes = (size_t)grid->contact->modes;
-    for (size_t p = 0; p < count; p++) {
-        sm_fixed_point_start(&point[p].search);
-        point[p].open = !point[p].done;
+/* Iterates evaluations of so many periods until every point repeats or its residual stops falling. At
+ * a part of the amplitudes the result is only an initial guess for a larger part. */
+static sm_status iterate(soft_group *s, int periods, double part) {
+    const sm_discretisation *grid = s->task->grid;
+    for (size_t p = 0; p < s->count; p++) {
+        sm_fixed_point_start(&s->point[p].search);
+        s->point[p].open = !s->point[p].done;
     }
-    const int until = *marched + task->grid->max_periods * grid->steps;
-    for (int open = 1; open && *marched < until;) {
-        const sm_status status = evaluate(grid, g, point, count, periods);
+    const int until = s->marched + grid->max_periods * grid->steps;
+    for (int open = 1; open && s->marched < until;) {
+        const sm_status status = evaluate(s, periods);
         if (status != SM_OK) return status;
-        const int at_start = *marched == 0; /* the first period forgets the start */
-        *marched += periods * grid->steps;
+        const int at_start = s->marched == 0; /* the first period forgets the start */
+        s->marched += periods * grid->steps;
         open = 0;
-        for (size_t p = 0; p < count; p++) {
-            soft_point *s = &point[p];
-            if (!s->open) continue;
-            const sm_scales scales = sm_displacement_scales(
-                grid->contact, task->points->amplitudes + (first + p) * modes, task->grid->smallest_scale);
-            double *responded = g->responded + p * all;
-            s->residual = distance(grid, g, p, s, &scales);
-            const int repeats =
-                scales.largest == 0.0 || (!at_start && s->residual <= task->grid->tolerance);
-            s->open = !repeats;
+        for (size_t p = 0; p < s->count; p++) {
+            soft_point *point = &s->point[p];
+            if (!point->open) continue;
+            double *responded = s->g->responded + p * s->grid->per_point;
+            point->residual = distance(s->grid, point, responded);
+            const int repeats = point->scales.largest == 0.0 ||
+                                (!at_start && point->residual <= grid->tolerance);
+            point->open = !repeats;
             if (part == 1.0) {
-                s->done = repeats;
-                store(grid, task, first + p, s, *marched);
+                point->done = repeats;
+                store(s, p);
             }
-            if (s->open && !at_start)
-                s->open = sm_fixed_point_next(&s->search, s->residual, s->change, responded);
-            open |= s->open;
+            if (point->open && !at_start)
+                point->open = sm_fixed_point_next(&point->search, point->residual, point->change,
+                                                  responded);
+            open |= point->open;
         }
-        sm_torus_group_react(grid, g);
+        sm_torus_group_react(s->grid, s->g);
     }
     return SM_OK;
 }
 
-static int any_left(const soft_point *point, size_t count) {
-    for (size_t p = 0; p < count; p++)
-        if (!point[p].done && point[p].residual > SM_ALMOST) return 1;
+static int any_far(const soft_group *s) {
+    for (size_t p = 0; p < s->count; p++)
+        if (!s->point[p].done && s->point[p].residual > SM_ALMOST) return 1;
     return 0;
 }
 
-/* From small amplitudes, where the response is that of contacts that stick, up to the points. */
-static sm_status climb(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_task *task,
-                       size_t first, size_t count, soft_point *point, int *marched) {
-    const size_t all = grid->per_point;
+/* Continues the points from small amplitudes, at which the contacts stick, to their own. */
+static sm_status continue_from_rest(soft_group *s) {
+    const sm_torus_points *points = s->task->points;
+    const size_t all = s->grid->per_point;
     double reached = 0.0;
     for (size_t rung = 0; rung < SM_RUNGS; rung++) {
         const double part = SM_LADDER[rung];
-        for (size_t p = 0; p < count; p++) {
-            double *responded = g->responded + p * all;
-            for (size_t i = 0; i < all && !point[p].done; i++)
+        for (size_t p = 0; p < s->count; p++) {
+            double *responded = s->g->responded + p * all;
+            for (size_t i = 0; i < all && !s->point[p].done; i++)
                 responded[i] = reached > 0.0 ? responded[i] * part / reached : 0.0;
         }
-        sm_torus_group_amplitudes(grid, g, first, task->points->count, task->points->amplitudes, part);
-        sm_torus_group_react(grid, g);
-        const sm_status status =
-            settle(grid, g, task, first, count, point, 1, part, marched);
+        sm_torus_group_amplitudes(s->grid, s->g, s->first, points->count, points->amplitudes, part);
+        sm_torus_group_react(s->grid, s->g);
+        const sm_status status = iterate(s, 1, part);
         if (status != SM_OK) return status;
         reached = part;
     }
@@ -161,23 +168,27 @@ static sm_status climb(const sm_torus_grid *grid, sm_torus_group *g, const sm_to
 
 sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
                               const sm_torus_task *task, size_t first, size_t count) {
-    const size_t size = point_size(grid);
-    soft_point *point = calloc(count, sizeof *point);
+    const size_t size = point_size(grid), modes = (size_t)grid->contact->modes;
+    const double *amplitudes = task->points->amplitudes;
+    soft_group s = {.grid = grid, .task = task, .g = g, .first = first, .count = count,
+                    .point = calloc(count, sizeof *s.point)};
     double *memory = calloc(count * size, sizeof(double));
-    sm_status status = point && memory ? SM_OK : SM_NO_MEMORY;
-    int marched = 0;
+    sm_status status = s.point && memory ? SM_OK : SM_NO_MEMORY;
     if (status == SM_OK) {
-        for (size_t p = 0; p < count; p++) place(grid, &point[p], memory + p * size);
-        sm_torus_group_start(grid, g, first, task->points->count, task->points->amplitudes);
+        for (size_t p = 0; p < count; p++) {
+            place(grid, &s.point[p], memory + p * size);
+            s.point[p].scales = sm_displacement_scales(
+                grid->contact, amplitudes + (first + p) * modes, task->grid->smallest_scale);
+        }
+        sm_torus_group_start(grid, g, first, task->points->count, amplitudes);
         sm_torus_group_react(grid, g);
+        status = iterate(&s, 1, 1.0);
     }
-    if (status == SM_OK)
-        status = settle(grid, g, task, first, count, point, 1, 1.0, &marched);
-    if (status == SM_OK && any_left(point, count) && !grid->contact->response->start)
-        status = climb(grid, g, task, first, count, point, &marched);
-    for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
-        status = settle(grid, g, task, first, count, point, periods, 1.0, &marched);
+    if (status == SM_OK && any_far(&s) && !grid->contact->response->start)
+        status = continue_from_rest(&s);
+    for (int periods = 4; periods <= SM_MOST_AVERAGED && status == SM_OK; periods *= 4)
+        status = iterate(&s, periods, 1.0);
     free(memory);
-    free(point);
+    free(s.point);
     return status;
 }

@@ -2,8 +2,7 @@
 
 #include <string.h>
 
-/* Slower than this the marching itself is too slow; closer to 1 the limit is ill-determined. */
-#define SLOW_RATIO 0.5
+/* Closer to 1 than these the limit is ill-determined. */
 #define LARGEST_RATIO 1.02
 #define SMALLEST_GAP 0.02
 
@@ -67,7 +66,7 @@ static int extrapolate(sm_acceleration *a) {
         re = norm > 0.0 ? re / norm : 0.0;
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
-        const int slow = size2 > SLOW_RATIO * SLOW_RATIO && size2 < LARGEST_RATIO * LARGEST_RATIO
+        const int slow = size2 > SM_SLOW_RATIO * SM_SLOW_RATIO && size2 < LARGEST_RATIO * LARGEST_RATIO
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
         /* change r / (1 - r) */
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;

@@ -2,12 +2,13 @@
 
 #include <math.h>
 
+#include "torus/periodic/acceleration.h"
+
 /* Half periods without progress after which a change is put down to the discretisation: phases
  * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
 #define IDLE_HALVES 80
 #define PROGRESS 0.8
 #define UNKNOWN 0.9 /* ratio of successive changes before there are two */
-#define SLOW 0.5 /* ratio of successive changes from which marching alone takes too long */
 
 void sm_progress_start(sm_progress *progress) {
     sm_progress_restart(progress);
@@ -46,7 +47,7 @@ sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplit
     return scales;
 }
 
-/* A mode's own harmonics are measured by its own displacement, or they would be lost beside a
+/* A mode's own harmonics are measured by its own displacement, or they would be lost next to a
  * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
 static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
     const double own = m == 0 ? scales->of_mode[0] : n == 0 ? scales->of_mode[1] : 0.0;
@@ -85,7 +86,7 @@ double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales,
         const double ratio = ratio_of(change, *before, UNKNOWN);
         distance = fmin(distance, to_come(change, ratio));
         *before = change;
-        progress->slow = ratio > SLOW;
+        progress->slow = ratio > SM_SLOW_RATIO;
         progress->idle = change < PROGRESS * progress->best ? 0 : progress->idle + 1;
         progress->best = fmin(progress->best, change);
     }

@@ -1,10 +1,10 @@
-/* When the contact motion counts as periodic: its harmonics repeat from period to period. */
+/* The test of periodicity: the harmonics of the contact motion repeat from period to period. */
 #ifndef SLIPMODE_PERIODICITY_H
 #define SLIPMODE_PERIODICITY_H
 
 #include "slipmode.h"
 
-/* How the harmonics of one point settle. */
+/* How the harmonics of one point converge. */
 typedef struct {
     double change[2]; /* last change over a period, relative to the displacement scale; the
                          first after even halves, the second after odd ones */
@@ -31,14 +31,12 @@ sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplit
 double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
                             const int32_t *orders, const double *one, const double *other);
 /* Distance of the last half period from those to come, when its harmonics differ by `turn` from
- * those of the half before. Odd motion repeats with opposite sign after half a period, and does so
- * as well on a grid that is less fine: where the two halves are not of one grid the series of
- * `turn` begins anew, but falls as it did. */
+ * those of the half before. Odd motion repeats with opposite sign after half a period. If the two
+ * halves are not of one grid, the series of `turn` begins anew with the same ratio. */
 double sm_distance_by_halves(sm_progress *progress, double turn);
 void sm_progress_other_grid(sm_progress *progress);
-/* Distance from periodicity after so many half periods: that `by_halves`, or, when the harmonics of
- * a whole period differ by `change` from those of the period before, what that tells; sets
- * progress->done. */
+/* Distance from periodicity after so many half periods: the smaller of `by_halves` and the estimate
+ * from the change of the harmonics over a whole period; sets progress->done. */
 double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
                                  double by_halves, int halves, double tolerance);
 

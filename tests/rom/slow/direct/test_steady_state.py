@@ -12,7 +12,7 @@ from elastic.frictional_beam import matrices
 from slipmode import rom
 from slipmode.rom.slow.direct.forced_balance import ForcedBalance
 
-PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
+PUBLISHED = Path(__file__).parents[5] / "shared" / "data" / "published"
 
 
 @pytest.mark.quick
@@ -159,26 +159,32 @@ def test_bad_arguments_are_named(key, change):
         rom.steady_state(reduced, rom.Coulomb(2.0), **arguments)
 
 
-def test_where_no_search_from_rest_settles_it_is_followed_from_beside(monkeypatch):
+def test_where_no_balance_is_found_rigid_contacts_of_one_mode_are_integrated(monkeypatch):
+    """Balances of NLvib's example 08 fail at single frequencies near its seventh harmonic."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), modes=(0,))
     arguments = reduced, rom.Coulomb(2.0), [0.98], [{0: 0.15}]
-    expected = rom.steady_state(*arguments)
-    solve, refused, beside = ForcedBalance.solve, [], []
+    balanced = rom.steady_state(*arguments)
 
-    def from_rest_elsewhere(self, orders, grid, start):
-        if start is None and (self.reduced.carrier == 0.98 or refused == ["everywhere"]):
-            raise rom.SlipmodeError("frequency: no steady state found")
-        beside.extend(self.reduced.carrier.tolist() if start is None else [])
-        return solve(self, orders, grid, start)
+    def refused(self, orders, grid, start):
+        raise rom.SlipmodeError("frequency: no steady state found")
 
-    monkeypatch.setattr(ForcedBalance, "solve", from_rest_elsewhere)
-    found = rom.steady_state(*arguments)
-    assert beside == pytest.approx([0.98 * (1.0 - 1e-3)], rel=1e-12)
-    assert found.reduced.carrier == [0.98]
-    assert abs(found.amplitude / expected.amplitude - 1.0)[0] <= 1e-3
-    refused.append("everywhere")
-    with pytest.raises(rom.SlipmodeError, match=r"^frequency: no steady state found"):
-        rom.steady_state(*arguments)
+    monkeypatch.setattr(ForcedBalance, "solve", refused)
+    integrated = rom.steady_state(*arguments)
+    assert (balanced.method, integrated.method) == ("balance", "integration")
+    off = abs(integrated.amplitude - balanced.amplitude)
+    assert np.all(off <= balanced.error + integrated.error)
+
+
+@pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Jenkins(2.0, 50.0)])
+def test_the_branch_of_two_modes_is_followed_from_a_steady_state(law):
+    elastic = law if isinstance(law, rom.Jenkins) else None
+    reduced, force = rom.reduce(rom.two_mass(beta=0.01), law=elastic), ({0: 0.15}, {1: 0.25})
+    start = rom.steady_state(reduced, law, (0.98, 1.65), force)
+    followed = rom.steady_state(reduced, law, (0.981, 1.651), force, start=start)
+    from_rest = rom.steady_state(reduced, law, (0.981, 1.651), force)
+    assert (followed.method, from_rest.method) == ("balance", "integration")
+    off = np.abs(followed.amplitude - from_rest.amplitude)
+    assert np.all(off <= followed.error + from_rest.error)
 
 
 def nlvib_rms(frequencies, alpha=6e-7):

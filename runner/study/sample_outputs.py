@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.short_repr import frozen
 
 MODAL = "kg^1/2 m"
 
@@ -95,3 +97,45 @@ class Outputs:
         kinds = [kind for kind in ("steady", "peak") if getattr(self, kind)]
         found = [f"{kind}_{mode}" for kind in kinds for mode in ("A", "B")]
         return (*found, *(f"resonance_{mode}" for mode in self.resonance))
+
+
+@frozen
+class Batch:
+    """Results of some samples."""
+
+    values: dict[str, Floats]  # (samples, ...) by the names of `Outputs.results`
+    reason: list[str]  # Why a sample has no results; empty if it has
+    outside: Flags  # (samples,): Whether a larger friction table is needed
+
+    @classmethod
+    def empty(cls, outputs: Outputs, modes: tuple[str, ...], count: int) -> Batch:
+        """Return a batch without results: NaN."""
+        values = {
+            result.name: np.full((count, *result.shape), np.nan)
+            for result in outputs.results(modes)
+        }
+        return cls(values, [""] * count, np.zeros(count, dtype=bool))
+
+    @classmethod
+    def refused(cls, name: str, shape: tuple[int, ...], reason: str) -> Batch:
+        """Return a batch without results of one name, all for the same reason."""
+        outside = np.zeros(shape[0], dtype=bool)
+        return cls({name: np.full(shape, np.nan)}, [reason] * shape[0], outside)
+
+    def put(self, places: Sequence[int], found: Batch) -> None:
+        """Store the results of some of the samples."""
+        for name, values in found.values.items():
+            self.values[name][places] = values
+        self.outside[places] = found.outside
+        for place, why in zip(places, found.reason, strict=True):
+            self.reason[place] = why
+
+    def add(self, places: Sequence[int], columns: Sequence[int], found: Batch) -> None:
+        """Add results of the modes `columns` of some samples; the other modes are at rest."""
+        for name in found.values.keys() & self.values.keys():
+            at_rest = np.nan if name.endswith(("_phase", "_frequency")) else 0.0
+            self.values[name][places] = at_rest
+            self.values[name][np.ix_(places, columns)] = found.values[name]
+        for k, why, out in zip(places, found.reason, found.outside, strict=True):
+            self.reason[k] = self.reason[k] or why
+            self.outside[k] |= out

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
+from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.commands import OUTPUT, AddCommand, Argument
+from slipmode.runner.study.study import run_study
 
 
-def add_study_command(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Add it; `command(name, call, help, example)` makes a parser."""
-    study = command(
+def add_study_command(add: AddCommand) -> None:
+    """Add the command."""
+    study = add(
         "study",
         _study,
         "a scene many times with other values, on all cores or a Dask cluster",
         "study damper.toml -o logs --workers 4",
+        Argument("file", type=Path, help="a study file"),
+        OUTPUT,
     )
-    study.add_argument("file", type=Path, help="a study file")
-    study.add_argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
     where = study.add_mutually_exclusive_group()
     where.add_argument("--workers", type=_count, help="processes on this machine (one per core)")
     where.add_argument(
@@ -28,13 +29,12 @@ def add_study_command(command: Callable[..., argparse.ArgumentParser]) -> None:
 
 def _count(text: str) -> int:
     if not (text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"must be a whole number > 0, got {text!r}")
+        raise ArgumentTypeError(f"must be a whole number > 0, got {text!r}")
     return int(text)
 
 
-def _study(options: argparse.Namespace) -> int:
-    from slipmode.runner.study.study import run_study
-    from slipmode.runner.study.summary.summary import summarise
+def _study(options: Namespace) -> int:
+    from slipmode.runner.study.summary.summary import summarise  # Rerun takes a while to import
 
     try:
         done = run_study(

@@ -2,80 +2,65 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from argparse import Namespace
+from typing import get_args
 
 import numpy as np
 
+from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
+from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
-
-if TYPE_CHECKING:
-    from slipmode import rom
-    from slipmode.runner.scene.sections import Scene
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
+from slipmode.runner.curves.scene_curves import (
+    scene_backbone,
+    scene_performance,
+    scene_response_curve,
+)
+from slipmode.runner.scene.scene import Scene, load_scene
 
 _MODAL = "kg^0.5 m"
-_IMPROVEMENT = 0.99  # of the stuck peak, above which a peak is no improvement worth a number
 
 
-def add_curve_commands(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Add the commands; `command(name, call, help, example)` makes a parser."""
-    from slipmode.rom.slow.branches.forced import Varied
-
-    curve = command(
+def add_curve_commands(add: AddCommand) -> None:
+    """Add the commands for curves."""
+    of_dof = "the amplitude of a DOF, contacts included, in the scene's [units]"
+    common = Argument("--dof", type=int, help=of_dof), SCENE, OUTPUT
+    mode = Argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
+    vary = "a frequency, or a factor on the scene's forces or limits (first mode's frequency)"
+    span = "in the scene's [units] (5 %% around the mode's own)"
+    other = "|a| of the other mode meanwhile [kg^0.5 m] (0)"
+    varied = [name for name in get_args(Varied) if name != "frequency"]
+    add(
         "curve",
         _curve,
         "steady states against a frequency, a force or the friction limit, with stability",
         "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
+        Argument("--vary", choices=varied, help=vary),
+        Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
+        *common,
     )
-    curve.add_argument(
-        "--vary",
-        choices=[name for name in get_args(Varied) if name != "frequency"],
-        help="a frequency, or a factor on the scene's forces or limits (first mode's frequency)",
-    )
-    curve.add_argument(
-        "--span",
-        nargs=2,
-        type=float,
-        metavar=("FROM", "TO"),
-        help="in the scene's [units] (5 %% around the mode's own)",
-    )
-    backbone = command(
+    add(
         "backbone",
         _backbone,
         "frequency and damping of a mode against its amplitude",
         "backbone two-mode --mode A -o logs",
+        Argument("--other", type=float, default=0.0, help=other),
+        mode,
+        *common,
     )
-    backbone.add_argument(
-        "--other", type=float, default=0.0, help="|a| of the other mode meanwhile [kg^0.5 m] (0)"
-    )
-    design = command(
+    add(
         "design",
         _design,
         "resonance peak of a mode against friction limits and preloads, and the best of them",
         "design blade --mode A -o logs",
+        mode,
+        *common,
     )
-    for parser in (backbone, design):
-        parser.add_argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
-    for parser in (curve, backbone, design):
-        parser.add_argument(
-            "--dof",
-            type=int,
-            help="the amplitude of a DOF, contacts included, in the scene's [units]",
-        )
-        parser.add_argument("scene", help="a scene file, or the name of a shipped scene")
-        parser.add_argument(
-            "-o", "--output", type=Path, default=Path("logs"), help="folder (logs)"
-        )
 
 
-def _curve(options: argparse.Namespace) -> int:
-    from slipmode.runner.curves.scene_curves import scene_response_curve
-    from slipmode.runner.scene.scene import load_scene
-
+def _curve(options: Namespace) -> int:
     scene = load_scene(options.scene)
     units, span = scene.units, options.span
     of_frequency = options.vary is None or options.vary.startswith("frequency")
@@ -97,10 +82,7 @@ def _curve(options: argparse.Namespace) -> int:
     return 0
 
 
-def _backbone(options: argparse.Namespace) -> int:
-    from slipmode.runner.curves.scene_curves import scene_backbone
-    from slipmode.runner.scene.scene import load_scene
-
+def _backbone(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
     _write(options, "backbone", curve, scene, panels=2)
@@ -110,17 +92,14 @@ def _backbone(options: argparse.Namespace) -> int:
     return 0
 
 
-def _design(options: argparse.Namespace) -> int:
-    from slipmode.runner.curves.scene_curves import scene_performance
-    from slipmode.runner.scene.scene import load_scene
-
+def _design(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
     _write(options, "design", curve, scene)
     shown = Shown(options.dof, scene.units, _MODAL)
     limit, peak = curve.lowest(shown)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
-    if peak >= _IMPROVEMENT * curve.size(shown)[-1]:
+    if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
         print(f"{lowest} where the contacts stick: no limit is better")
         return 0
     low, high = curve.within(1.1, shown)
@@ -131,7 +110,7 @@ def _design(options: argparse.Namespace) -> int:
 
 
 def _write(
-    options: argparse.Namespace,
+    options: Namespace,
     kind: str,
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,

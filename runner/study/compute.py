@@ -1,0 +1,224 @@
+"""Results of a batch of samples on one model: without time, and through slow time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from slipmode.fmu import StoppedError
+from slipmode.rom import Model
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.force_response import phasor
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.performance import resonance_peaks
+from slipmode.rom.slow.steady_points import steady_points
+from slipmode.runner.plan.excited import Excited
+from slipmode.runner.plan.settling import shortened
+from slipmode.runner.run import run
+from slipmode.runner.scene.schedule import make_schedule
+from slipmode.runner.scene.sections import Scene
+from slipmode.runner.study.sample_outputs import Batch, Outputs
+from slipmode.runner.study.scene_model import SceneModel
+
+
+def compute(
+    shared: SceneModel, model: Model, scenes: Sequence[Scene | str], numbers: Sequence[int]
+) -> Batch:
+    """Return the results of samples on a model; one that is refused does not affect the others.
+
+    `scenes` has the scene of each sample, or why it is refused. `numbers` are the numbers of the
+    samples in the study; recordings have them in their names.
+    """
+    outputs, modes = shared.samples.outputs, shared.samples.modes
+    batch = Batch.empty(outputs, modes, len(scenes))
+    batch.reason[:] = [each if isinstance(each, str) else "" for each in scenes]
+    read = {k: each for k, each in enumerate(scenes) if not isinstance(each, str)}
+    places = list(read)
+    columns = [modes.index(mode) for mode in shared.excited.modes]
+    if read and (outputs.steady or outputs.resonance or outputs.curve):
+        loads = Loads.of(list(read.values()), shared.excited)
+        for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
+            if getattr(outputs, kind):
+                batch.add(places, columns, solve(outputs, model, loads))
+    for k, scene in read.items():
+        if outputs.runs and not batch.reason[k]:
+            batch.add([k], columns, run_through(scene, shared.excited, model, outputs.times))
+    if outputs.dofs:
+        _add_displacements(batch, shared)
+    if shared.samples.recordings is not None:
+        for k, scene in read.items():
+            if not batch.reason[k]:
+                batch.reason[k] = record(scene, shared.samples.recordings, numbers[k])
+    for values in batch.values.values():
+        values[[bool(why) for why in batch.reason]] = np.nan
+    return batch
+
+
+def _add_displacements(batch: Batch, shared: SceneModel) -> None:
+    """Add the amplitudes of DOFs in the shapes of the modes."""
+    reduced, dofs = shared.excited.reduced, list(shared.samples.outputs.dofs)
+    modes = shared.samples.modes
+    if max(dofs) >= reduced.n_dofs:
+        refused = f"outputs.dofs: must be 0 to {reduced.n_dofs - 1}, got {max(dofs)}"
+        batch.reason[:] = [why or refused for why in batch.reason]
+        return
+    shapes = np.zeros((len(modes), len(dofs)))
+    for j, mode in enumerate(shared.excited.modes):
+        shapes[modes.index(mode)] = 2.0 * np.abs(reduced.mode_shapes[dofs, j])
+    for name, values in batch.values.items():
+        if name.endswith("_displacement"):
+            amplitude = batch.values[name.removesuffix("_displacement")]
+            between = amplitude.ndim - 2  # axes of a curve or of times, after samples and modes
+            factor = shapes.reshape(len(modes), *(1,) * between, len(dofs))
+            values[:] = amplitude[..., np.newaxis] * factor
+
+
+@frozen
+class Loads:
+    """The forces at the end of scenes."""
+
+    excited: Excited
+    frequency: Floats  # (samples, modes) [rad/s]
+    # (samples, modes): F_j exp(i phase_j), modal, divided by `scale` [N kg^-1/2]: the friction
+    # table is for limits of scale 1
+    excitation: Complexes
+    scale: Floats  # (samples, 1): Scale of limits and preloads; results are multiplied by it
+
+    @classmethod
+    def of(cls, scenes: Sequence[Scene], excited: Excited) -> Self:
+        """Return the loads of scenes with the same modes."""
+        shape = len(scenes), len(excited.modes)
+        frequency = np.tile(excited.reduced.frequency, (shape[0], 1))
+        force, phase, scale = np.zeros(shape), np.zeros(shape), np.ones((shape[0], 1))
+        for k, scene in enumerate(scenes):
+            end = scene.run.duration
+            if scene.limit_scale is not None:
+                scale[k] = scene.limit_scale.value_before(end)
+            for j, mode in enumerate(excited.modes):
+                if (forcing := scene.forcing.get(mode)) is not None:
+                    force[k, j] = forcing.amplitude.value_before(end)
+                    frequency[k, j] = forcing.frequency.value_before(end)
+                    phase[k, j] = forcing.phase.value_before(end)
+        excitation = phasor(excited.modal_force * force, phase) / scale
+        return cls(excited, frequency, excitation, scale)
+
+
+def steady_states(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+    """Return |a| and its phase."""
+    patterns = loads.excited.force_patterns
+    found = steady_points(model, loads.frequency, patterns, loads.excitation)
+    a = loads.scale * found.amplitude
+    values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
+    return Batch(values, found.reason, found.outside)
+
+
+def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+    """Return |a| over the frequency of a mode, (samples, modes, points).
+
+    A sample with a refused point is refused.
+    """
+    assert outputs.curve is not None
+    axis, n, modes = outputs.curve.frequency, len(loads.scale), loads.excited.modes
+    if outputs.curve.mode not in modes:
+        reason = f"outputs.curve.mode: nothing moves mode {outputs.curve.mode}"
+        return Batch.refused("curve", (n, len(modes), axis.size), reason)
+    frequency = np.repeat(loads.frequency, axis.size, axis=0)
+    frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
+    excitation = np.repeat(loads.excitation, axis.size, axis=0)
+    found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
+    a = np.abs(found.amplitude).reshape(n, axis.size, -1).swapaxes(1, 2)
+    first = (
+        next((why for why in found.reason[k : k + axis.size] if why), "")
+        for k in range(0, len(frequency), axis.size)
+    )
+    outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
+    return Batch({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
+
+
+def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+    """Return the highest resonance peak of modes, and its frequency."""
+    shape, modes = loads.excitation.shape, loads.excited.modes
+    peak, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
+    reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
+    for mode in outputs.resonance:
+        if mode not in modes:
+            return Batch.refused(
+                "resonance", shape, f"outputs.resonance: nothing moves mode {mode}"
+            )
+        j = modes.index(mode)
+        try:
+            relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
+        except SlipmodeError as refusal:
+            return Batch.refused("resonance", shape, str(refusal))
+        peak[:, j] = loads.scale[:, 0] * relative
+        outside |= np.isnan(relative)
+    for k in np.flatnonzero(outside):
+        reason[k] = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
+    return Batch({"resonance": peak, "resonance_frequency": frequency}, reason, outside)
+
+
+# Parts of the table's range. Above the first no run starts. A run that stops above the second is
+# repeated on a larger table: close to the edge it may find no step that stays inside.
+_START, _STOP = 0.99, 0.9
+
+
+def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Batch:
+    """Return the peak |a| of a run, and |a| at some times, on a model of several scenes."""
+    modes = excited.modes
+    natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
+    schedule = make_schedule(scene, natural)
+    if scene.model.formulation == "consistent":
+        excited = excited.started(schedule)
+
+    def nothing(reason: str, *, outside: bool = False) -> Batch:
+        return Batch({}, [reason], np.array([outside]))
+
+    if times and max(times) > scene.run.duration:
+        return nothing(f"outputs.times: run.duration is {scene.run.duration:g}")
+    scale = (1.0, 1.0)
+    if scene.limit_scale is not None:
+        scale = scene.limit_scale.range(0.0, 0.0)
+    if np.any(np.abs(excited.amplitude) > _START * scale[0] * model.table.amplitude_range):
+        return nothing("initial: outside the friction table", outside=True)
+    rows = [excited.first_row()]
+    try:
+        component = excited.component(model, scene.run.tolerance)
+        names = component.input_names
+        if times:
+            straight = replace(schedule.stretches(), points=tuple(times))
+            steps = straight.durations(), straight.inputs(names)
+        else:
+            steps = shortened(schedule, model, modes, names)
+        rows += [outputs[:, : rows[0].size].copy() for outputs in component.trace(*steps)]
+    except StoppedError as stop:
+        reached = _moduli(np.concatenate([*rows, stop.outputs[:, : rows[0].size]]))
+        if scene.limit_scale is not None:
+            scale = scene.limit_scale.range(0.0, stop.time)
+        near = bool(np.any(reached > _STOP * scale[0] * model.table.amplitude_range))
+        return nothing(str(stop), outside=stop.left_table or near)
+    except SlipmodeError as refusal:
+        return nothing(str(refusal))
+    traced = np.concatenate(rows)
+    size = _moduli(traced)
+    at = [np.argmin(np.abs(traced[:, 0] - t)) for t in times]
+    values = {"peak": size.max(axis=0)[np.newaxis], "at": size[at].T[np.newaxis]}
+    return Batch(values, [""], np.zeros(1, dtype=bool))
+
+
+def record(scene: Scene, folder: Path, number: int) -> str:
+    """Record the run of a sample; return why there is no recording, or nothing."""
+    try:
+        run(replace(scene, name=f"sample-{number:06d}"), folder)
+    except SlipmodeError as refusal:
+        return str(refusal)
+    return ""
+
+
+def _moduli(traced: Floats) -> Floats:
+    """Return |a| (rows, modes) of rows of outputs."""
+    return np.hypot(traced[:, 1::2], traced[:, 2::2])

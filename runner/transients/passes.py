@@ -1,0 +1,298 @@
+"""A pass through a scene, in slow time or at full order, with its recording."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from tqdm import tqdm
+
+from slipmode.fmu import Steppable, StoppedError
+from slipmode.rom import Model
+from slipmode.rom.arrays import Floats
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS
+from slipmode.rom.slow.transient import said_error
+from slipmode.rom.validity import Finding
+from slipmode.runner.motion.record import FastMotion, record_findings, record_points, record_window
+from slipmode.runner.motion.torus_motion import carrier_phases, torus_motion
+from slipmode.runner.motion.trajectory import (
+    OutputColumns,
+    output_row,
+    sample_times,
+    scripted,
+    slow_trajectory,
+    window_times,
+)
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.scene import Window
+from slipmode.runner.transients.estimate import ErrorRecord, RunError
+from slipmode.runner.transients.full_order import FullOrder, Stretch
+from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
+
+SAMPLES_PER_BATCH = 16384
+
+# Steps and periods between recordings: about a millisecond of work, less than a second even if a
+# step is long.
+_STEPS_PER_BLOCK, _PERIODS_PER_BLOCK = 1024, 1e5
+_WINDOWS_AT_ONCE = 16.0  # of demodulation: a bound of memory
+
+
+class Pass(ABC):
+    """A pass through the schedule of a plan, with its recording.
+
+    `samples` counts the samples of fast motion so far. `seconds` is the wall time of the
+    integration alone. `raise_if_interrupted` is called between batches.
+    """
+
+    def __init__(
+        self, plan: Plan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+    ) -> None:
+        self.samples, self.seconds = 0, 0.0
+        self._plan = plan
+        self._recorder = recorder
+        self._raise_if_interrupted = raise_if_interrupted
+        self._windows = plan.scene.windows
+
+    def run(self, progress: bool) -> None:
+        """Go through the scene, and record each window once its end is reached."""
+        steps = self._plan.schedule.steps
+        with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
+            for done in self._advance():
+                bar.update(done)
+        self._recorder.event(self._plan.schedule.duration, "info", "end of the scene")
+
+    @abstractmethod
+    def _advance(self) -> Iterator[int]:
+        """Integrate and record; yield the number of steps each time."""
+
+    @abstractmethod
+    def _record_window(self, window: Window) -> None:
+        """Record the fast motion of a window whose end is reached."""
+
+    def _record_windows(self, reached: float) -> None:
+        while self._windows and self._windows[0].end <= reached:
+            self._record_window(self._windows.pop(0))
+
+    def _sample(
+        self,
+        window: Window,
+        times: Floats,
+        motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
+    ) -> None:
+        """Record a window; `motion(times)` also returns the scale of limits, and phases."""
+
+        def batches() -> Iterator[tuple[FastMotion, Floats | float]]:
+            for start in range(0, times.size, SAMPLES_PER_BATCH):
+                self._raise_if_interrupted()
+                batch = times[start : start + SAMPLES_PER_BATCH]
+                moved, scale, phases = motion(batch)
+                yield moved, scale
+                if self._is_on_torus(window):
+                    self._recorder.write(channels.PHASES, batch, phases)
+                self.samples += batch.size
+
+        record_window(self._plan, self._recorder, window, batches())
+
+    def _is_on_torus(self, window: Window) -> bool:
+        return window in self._plan.scene.contact and len(self._plan.excited.modes) == 2
+
+
+class SlowPass(Pass):
+    """Steps of a component through slow time."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        model: Model,
+        component: Steppable,
+        recorder: Recorder,
+        raise_if_interrupted: Callable[[], None],
+    ) -> None:
+        super().__init__(plan, recorder, raise_if_interrupted)
+        self._model = model
+        self._component = component
+        self._error = RunError(plan, model)
+        self._errors = ErrorRecord(plan)
+        self._reported = 0  # stretches at full order
+        self._now = 0.0  # from the schedule: a sum of steps is rounded differently
+        inputs = plan.schedule.inputs(component.input_names, slice(1))
+        component.set_inputs(**dict(zip(component.input_names, inputs[0].tolist(), strict=True)))
+        self._columns = OutputColumns.of(component.output_names, plan.excited.modes)
+        self._rows = deque([output_row(component)])
+        self._first = 0  # communication point of the first row
+        reached = plan.schedule.frequency_range(plan.excited.modes)
+        longest, shortest = 2 * np.pi / reached[0].min(), 2 * np.pi / reached[1].max()
+        self._spin_up = SPIN_UP_PERIODS * longest
+        # the transient error is estimated four times a cycle
+        self._estimate_every = max(int(0.25 * shortest / plan.scene.run.step), 1)
+        at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
+        self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
+
+    def _advance(self) -> Iterator[int]:
+        plan, schedule, recorder = self._plan, self._plan.schedule, self._recorder
+        recorder.event(0.0, "info", _summary(plan, self._model))
+        found = self._model.accuracy.findings()
+        reached = schedule.frequency_range(plan.excited.modes)
+        found += self._model.detuning_findings(np.array(reached))
+        record_findings(recorder, (*plan.decisions, *found))
+        self._record(self._rows[0], 0)
+        for first in range(0, schedule.steps, self._steps_per_block):
+            block = slice(first, min(first + self._steps_per_block, schedule.steps))
+            inputs = schedule.inputs(self._component.input_names, block)
+            self._raise_if_interrupted()
+            started = time.perf_counter()
+            try:
+                outputs = self._component.run(schedule.durations(block), inputs)
+            except StoppedError as stop:
+                self._keep(stop.outputs, first)
+                raise
+            finally:
+                self.seconds += time.perf_counter() - started
+            self._keep(outputs, first)
+            yield block.stop - first
+        self._report_stretches(over=True)
+        largest = self._errors.finding()
+        recorder.event(self._now, largest.level, largest.reason)
+
+    def _report_stretches(self, *, over: bool = False) -> None:
+        """Record which stretches were at full order, if they have ended or the run is over."""
+        if not isinstance(self._component, Hybrid):
+            return
+        for stretch in self._component.stretches[self._reported :]:
+            if over or np.isfinite(stretch.end):
+                end = min(stretch.end, self._now)
+                error = said_error(self._plan.excited.modes, stretch.error)
+                words = f"full order from {stretch.start:g} to {end:g} s: {error} in slow time"
+                self._recorder.event(end, "info", words)
+                self._reported += 1
+
+    def _keep(self, outputs: Floats, first: int) -> None:
+        """Record the outputs of the steps from number `first` on."""
+        if not len(outputs):
+            return
+        self._note_errors(outputs, first)
+        self._rows.append(outputs)
+        self._now = self._time_at(first + len(outputs))
+        self._report_stretches()
+        self._record(outputs, first + 1)
+        self._record_windows(self._now)
+        needed = self._now
+        if self._windows:
+            needed = min(needed, self._windows[0].start - self._spin_up)
+        while len(self._rows) > 1 and self._time_at(self._first + len(self._rows[0])) <= needed:
+            self._first += len(self._rows.popleft())
+
+    def _note_errors(self, outputs: Floats, first: int) -> None:
+        """Estimate the transient error at the starts of steps in slow time."""
+        every = self._estimate_every
+        starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
+        amplitude, angle = self._columns.amplitudes(starts), starts[:, self._columns.angle]
+        error = self._error.at(amplitude, angle, first, every)
+        time = self._plan.schedule.time(slice(first, first + len(outputs) + 1))
+        time = np.append(time[:-1:every], time[-1])
+        error[full_order_number(self._component, time[:-1]) % 2 == 1] = 0.0
+        self._errors.add(error, time)
+
+    def _time_at(self, point: int) -> float:
+        return float(self._plan.schedule.time(slice(point, point + 1))[0])
+
+    def _record(self, outputs: Floats, first: int) -> None:
+        """Record slow channels of the communication points from number `first` on."""
+        parts, power = outputs[:, self._columns.parts], outputs[:, self._columns.power]
+        record_points(self._plan, self._recorder, first, parts, power)
+
+    def _record_window(self, window: Window) -> None:
+        plan, model = self._plan, self._model
+        outputs = np.concatenate(self._rows)
+        self._rows = deque([outputs])
+        names = self._component.output_names
+        trajectory = slow_trajectory(plan, model, names, outputs, self._first)
+        summed = window not in plan.scene.contact and plan.elastic_order is not None
+
+        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+            moved = fast_motion(self._component, plan, model, trajectory, times, summed=summed)
+            return moved, trajectory.scale_at(times), carrier_phases(trajectory, times)
+
+        self._sample(window, sample_times(window, trajectory), motion)
+        if self._is_on_torus(window):
+            torus = torus_motion(model, trajectory, window.end)
+            self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
+
+
+def _summary(plan: Plan, model: Model) -> str:
+    modes = " and ".join(plan.excited.modes)
+    return (
+        f"{plan.scene.title}: mode {modes}, {model.reduced.n_contacts} contacts, "
+        f"{model.reduced.formulation} formulation, table tolerance {model.accuracy.tolerance:g}"
+    )
+
+
+class IntegratedPass(Pass):
+    """Integration of all of a scene at full order; its amplitudes are demodulated."""
+
+    def __init__(
+        self, plan: Plan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+    ) -> None:
+        super().__init__(plan, recorder, raise_if_interrupted)
+        self._full = FullOrder(plan, plan.excited.reduced)
+        self._stretch = Stretch(self._full, self._full.first())
+        self._points = plan.schedule.time(slice(0, plan.schedule.steps + 1))
+
+    def _advance(self) -> Iterator[int]:
+        plan, stretch, end = self._plan, self._stretch, self._plan.scene.run.duration
+        recorder, length = self._recorder, self._full.window
+        last = max(end, length)  # a demodulation needs a window
+        recorder.event(0.0, "info", f"{plan.scene.title}: integrated, without a friction table")
+        record_findings(recorder, plan.decisions)
+        done = 0
+        while done < self._points.size:
+            self._raise_if_interrupted()
+            started = time.perf_counter()
+            stretch.advance(min(stretch.reached + _WINDOWS_AT_ONCE * length, last))
+            known = end if stretch.reached >= last else stretch.reached - 0.5 * length
+            count = int(np.searchsorted(self._points, known, "right"))
+            slow = stretch.slow(self._points[done:count])
+            self.seconds += time.perf_counter() - started
+            if not done:  # the start is given; a fit of later motion is less accurate
+                slow.amplitude[0], slow.power[0] = plan.excited.initial, 0.0
+            record_points(plan, recorder, done, slow.amplitude.view(float), slow.power)
+            yield count - done
+            done = count
+            self._record_windows(known)
+
+    def _record_window(self, window: Window) -> None:
+        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+            angle, *_ = self._full.excitation.at(times)
+            return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
+
+        script = scripted(self._plan.excited, self._plan.schedule)
+        times = window_times(window, self._points, script.frequency, script.frequency_rate)
+        self._sample(window, times, motion)
+
+
+def integration_cost(plan: Plan) -> list[Finding]:
+    """Return the cost of full order, for the scene without a table and for stretches of it.
+
+    It is extrapolated from four windows of demodulation, and eight points.
+    """
+    full = FullOrder(plan, plan.excited.reduced)
+    stretch = Stretch(full, full.first())
+    started = time.process_time()
+    stretch.advance(4.0 * full.window)
+    integrated = time.process_time()
+    stretch.slow(np.linspace(0.0, stretch.reached, 8))
+    demodulated = time.process_time()
+    seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
+    seconds += (demodulated - integrated) * plan.schedule.steps / 8
+    reason = 'model.table = "none" needs no friction table, which pays for many runs'
+    found = [Finding("a single run", f"{seconds:.2g} s of a processor integrated", reason)]
+    if plan.full_order:
+        share = sum(end - start for start, end in plan.full_order) / plan.scene.run.duration
+        choice = f"about {share * seconds:.2g} s of a processor"
+        found.append(Finding("full order", choice, f"for {share:.1%} of the scene"))
+    return found

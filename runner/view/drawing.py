@@ -1,0 +1,102 @@
+"""What drawings in Rerun share: labels, and a point that moves along a path with its tail."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import rerun as rr
+from numpy.typing import NDArray
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import frozen
+from slipmode.runner.view.labels import GREY, Color
+
+TIMELINE = "time"
+TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
+
+
+@frozen
+class Path:
+    """Places of a moving point, (n, 2 or 3), at times (n,) [ns]."""
+
+    time_ns: NDArray[np.int64]
+    points: Floats
+    starts: NDArray[np.int64]  # (n,): The first sample to which each is connected
+    tail: int  # Length of the tail, in samples
+
+
+def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
+    """Return simulation times [ns] on the recording's timeline."""
+    return rr.TimeColumn(TIMELINE, duration=time_ns.astype("timedelta64[ns]"))
+
+
+def draw_moving_point(
+    stream: rr.RecordingStream, entity: str, path: Path, tail: Color, mark: Color
+) -> None:
+    """Draw up to 1000 places of a moving point, and its tail at each of them."""
+    flat = path.points.shape[1] == 2
+    strips, points = (rr.LineStrips2D, rr.Points2D) if flat else (rr.LineStrips3D, rr.Points3D)
+    count = len(path.points)
+    shown = np.linspace(0, count - 1, min(count, 1000)).astype(np.int64)
+    index = [time_column(path.time_ns[shown])]
+    if path.tail:
+        style: dict[str, Any] = (
+            {"draw_order": 21.0} if flat else {}
+        )  # above other lines, which have 20
+        line = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **style)
+        stream.log(f"{entity}/tail", line, static=True)
+        ends = strips.columns(strips=tails(path.points, path.starts, shown, path.tail))
+        stream.send_columns(f"{entity}/tail", index, ends)
+    dot = points.from_fields(colors=mark, radii=rr.Radius.ui_points(5.0))
+    stream.log(f"{entity}/now", dot, static=True)
+    stream.send_columns(f"{entity}/now", index, points.columns(positions=path.points[shown]))
+
+
+def tails(
+    points: Floats, starts: NDArray[np.int64], shown: NDArray[np.int64], length: int
+) -> pa.ListArray:
+    """Return for each of the samples `shown` the strip of up to `length` points that ends there.
+
+    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point. Rerun
+    would make the same array of a list of strips one by one, which adds 7 % to a run.
+    """
+    first = np.maximum(starts[shown], shown + 1 - length)
+    count = shown + 1 - first
+    offsets = np.append(0, np.cumsum(count)).astype(np.int32)
+    taken = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], count)
+    batches: Any = {2: rr.components.LineStrip2DBatch, 3: rr.components.LineStrip3DBatch}
+    form = batches[points.shape[1]]([points[:1]]).as_arrow_array().type
+    flat = points[taken].astype(np.float32).ravel()
+    vectors = pa.FixedSizeListArray.from_arrays(flat, type=form.value_type)
+    return pa.ListArray.from_arrays(offsets, vectors, type=form)
+
+
+def draw_labels(
+    stream: rr.RecordingStream,
+    entity: str,
+    labels: Mapping[Any, str],
+    colors: Color | list[Color] = GREY,
+    radius: float = 0.5,
+) -> None:
+    """Write texts at places (2 or 3 coordinates), each next to a dot."""
+    kind: Any = rr.Points2D if len(next(iter(labels))) == 2 else rr.Points3D
+    places: Any = list(labels)
+    points = kind(
+        places,
+        labels=list(labels.values()),
+        show_labels=True,
+        colors=colors,
+        radii=rr.Radius.ui_points(radius),
+    )
+    stream.log(f"{entity}/labels", points, static=True)
+
+
+def draw_lines(
+    stream: rr.RecordingStream, entity: str, lines: Any, color: Color, radius: float
+) -> None:
+    """Draw lines, each of points (n, 2 or 3), that do not change."""
+    kind: Any = rr.LineStrips2D if len(lines[0][0]) == 2 else rr.LineStrips3D
+    stream.log(entity, kind(lines, colors=color, radii=rr.Radius.ui_points(radius)), static=True)
