@@ -43,9 +43,9 @@ _MOST_SAMPLES = {1: 600, 2: 20_000}  # by modes
 # Distance of nodes over amplitude and tolerance: closer nodes differ by the error of samples.
 # Kinks and thresholds needed 1/2.
 _CLOSEST = 1 / 100
-# Successive rounds in which halving does not decrease the errors there to `_LESS`: samples jump,
-# or are not as exact as they should be.
-_STAGNANT_ROUNDS = 5
+# Successive rounds in which the error does not decrease to `_LESS` of the least: samples jump, or
+# are not as exact as they should be.
+_STAGNANT_ROUNDS = 8
 _LESS = 0.8
 # Of the tolerance: smaller errors are not refined further, and the true error was up to 1.51 times
 # the first estimate (tests/rom/table/test_stated_error.py).
@@ -182,7 +182,7 @@ def _refined(
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
     table: Table | None = None
-    missed, before, stagnant = np.zeros(0, dtype=int), np.inf, 0
+    least, stagnant = np.inf, 0
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.sum() > _MOST_SAMPLES[grid.modes] or time_budget.spent:
             break
@@ -196,14 +196,13 @@ def _refined(
         indicators = sampling.indicators(table)
         errors = checks.errors(table, indicators, grid, tolerance)
         error = largest_error(errors, sampling.noise)
-        helped = not missed.size or errors[missed].max() <= _LESS * before
-        stagnant = 0 if helped else stagnant + 1
+        stagnant = 0 if error < _LESS * least else stagnant + 1
+        least = min(least, error)
         if error <= tolerance or stagnant == _STAGNANT_ROUNDS:
             return grid, samples, table, error
         # The largest error may be close to any point whose error is nearly the largest.
-        missed = np.flatnonzero(errors > checks.limit(errors, tolerance) / checks.gain)
-        before = errors[missed].max()
-        grid = grid.marked_at(checks.points[missed], indicators, _LEAST_SHARE)
+        missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
+        grid = grid.marked_at(missed, indicators, _LEAST_SHARE)
         if not grid.marked.any():
             return grid, samples, table, error
     table = sampling.table(grid.nodes, samples.tabulated)
