@@ -97,7 +97,7 @@ def dense_error(model, points, limit):
 
 
 def check(reduced, law, amplitude, tolerance, within=1.0):
-    """Return the largest error that is found; the stated one may be `within` times the tolerance."""
+    """Return the largest error found; the stated error may be `within` times the tolerance."""
     limit = np.array(amplitude)
     model = tabulate(reduced, law, amplitude, tolerance, warned=False)
     points = dense_points(reduced, law, limit)
