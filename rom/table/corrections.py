@@ -31,7 +31,7 @@ _COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
 _COARSEST = Discretisation(steps=16, lines=8)
 # Grid lines from one that is sampled to the next, at least, and how many at the most, by modes:
 # what is corrected is small. Nodes of one mode are cheap.
-_STRIDE, _DETUNING_STRIDE, _LINES = {1: 1, 2: 3}, {1: 1, 2: 4}, {1: 100, 2: 16}
+_STRIDE, _DETUNING_STRIDE, _LINES = {1: 1, 2: 3}, {1: 1, 2: 4}, {1: 100, 2: 20}
 _ROUGHLY = 10.0  # march tolerance of the slopes, over that of the table
 _HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.

@@ -9,7 +9,6 @@ halved again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -40,14 +39,14 @@ _FIRST_INTERVALS = {1: 8, 2: 4}  # by modes
 _MAX_ROUNDS = 40
 _RINGS = 8  # of neighbouring blocks around large errors that are checked at once
 _LEAST_SHARE = 1 / 4  # of the larger indicator of a cell: an axis with less is not halved
-_MOST_NODES = {1: 600, 2: 60_000}  # by modes
+_MOST_SAMPLES = {1: 600, 2: 20_000}  # by modes
 # Distance of nodes over amplitude and tolerance: closer nodes differ by the error of samples.
 # Kinks and thresholds needed 1/2.
 _CLOSEST = 1 / 100
-# Rounds in which the error does not decrease to `_LESS` of the least: samples are not exact.
-_STAGNANT_ROUNDS = 5
+# Successive rounds in which the error does not decrease to `_LESS` of the least: samples jump, or
+# are not as exact as they should be.
+_STAGNANT_ROUNDS = 8
 _LESS = 0.8
-_WITHIN = 0.5  # of a stagnant round: one whose errors at check points are within the tolerance
 # Of the tolerance: smaller errors are not refined further, and the true error was up to 1.51 times
 # the first estimate (tests/rom/table/test_stated_error.py).
 _LEAST_STATED = 0.5
@@ -83,13 +82,8 @@ class _Checks:
         self.points = np.concatenate((self.points, points))
         self._exact = np.concatenate((self._exact, exact))
 
-    def errors(
-        self, table: Table, indicators: Floats, grid: Grid, tolerance: float
-    ) -> Iterator[Floats]:
-        """Yield the relative errors at the points, to which those are added that the table needs.
-
-        Then the errors with further points around the largest ones.
-        """
+    def errors(self, table: Table, indicators: Floats, grid: Grid, tolerance: float) -> Floats:
+        """Add the points that the table needs; return the relative errors at all points."""
         sampling, axes = self._sampling, table.axes
         norm = sampling.norm(table)
         indicator = np.maximum(at_cells(indicators.max(axis=0)), grid.left.max(axis=0))
@@ -111,12 +105,11 @@ class _Checks:
             if not bad.size or not len(beside := points_beside(blocks, bad, self.points)):
                 break
             errors, holding = add(beside)
-        yield errors
         first = errors.max()
         for share in AROUND:
             errors, holding = add(places_around(blocks, holding, self.points, errors, share))
         self.gain = float(errors.max() / first) if first > 0.0 else 1.0
-        yield errors
+        return errors
 
     def limit(self, errors: Floats, tolerance: float) -> float:
         """Return the largest error at check points for which `largest_error` is the tolerance."""
@@ -188,10 +181,10 @@ def _refined(
 
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
-    least, stagnant = np.inf, 0.0
     table: Table | None = None
+    least, stagnant = np.inf, 0
     for _ in range(_MAX_ROUNDS):
-        if grid.sampled.size > _MOST_NODES[grid.modes] or time_budget.spent:
+        if grid.sampled.sum() > _MOST_SAMPLES[grid.modes] or time_budget.spent:
             break
         for mode in range(grid.modes):
             if grid.marked[mode].any():
@@ -199,28 +192,23 @@ def _refined(
                 table = None
         if grid.marked.any():
             continue
-        table, stagnation = sampling.table(grid.nodes, samples.tabulated), 0.0
+        table = sampling.table(grid.nodes, samples.tabulated)
         indicators = sampling.indicators(table)
-        for is_second_look, errors in enumerate(checks.errors(table, indicators, grid, tolerance)):
-            if stagnant and not is_second_look:
-                continue  # the last halving did not help: check more points before the next one
-            error = largest_error(errors, sampling.noise)
-            # If only the extrapolated error is too large, it decreases with every round.
-            waste = 1.0 if errors.max() > tolerance else _WITHIN
-            stagnation = 0.0 if error < _LESS * least else stagnant + waste
-            if error > tolerance and stagnation < _STAGNANT_ROUNDS:
-                # The largest error may be close to any point whose error is nearly the largest.
-                missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
-                grid = grid.marked_at(missed, indicators, _LEAST_SHARE)
-            if grid.marked.any():
-                break
-        else:
+        errors = checks.errors(table, indicators, grid, tolerance)
+        error = largest_error(errors, sampling.noise)
+        stagnant = 0 if error < _LESS * least else stagnant + 1
+        least = min(least, error)
+        if error <= tolerance or stagnant == _STAGNANT_ROUNDS:
             return grid, samples, table, error
-        stagnant, least = stagnation, min(least, error)
+        # The largest error may be close to any point whose error is nearly the largest.
+        missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]
+        grid = grid.marked_at(missed, indicators, _LEAST_SHARE)
+        if not grid.marked.any():
+            return grid, samples, table, error
     table = sampling.table(grid.nodes, samples.tabulated)
-    *_, errors = checks.errors(table, sampling.indicators(table), grid, tolerance)
+    errors = checks.errors(table, sampling.indicators(table), grid, tolerance)
     error = largest_error(errors, sampling.noise)
-    many = grid.modes == 2 and grid.sampled.size > _MOST_NODES[2]
+    many = grid.modes == 2 and grid.sampled.sum() > _MOST_SAMPLES[2]
     if error <= LARGEST_TOLERANCE and not many and not time_budget.spent:
         return grid, samples, table, error  # samples jump: more nodes would not help
     reached = round_up(_SLACK * max(error, tolerance))

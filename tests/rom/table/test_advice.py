@@ -25,7 +25,7 @@ def test_a_contact_problem_that_cannot_be_resolved_names_a_tolerance_that_can(la
 
 
 def test_a_table_that_grows_too_large_names_a_tolerance_that_does_not(monkeypatch):
-    monkeypatch.setitem(refinement._MOST_NODES, 2, 500)
+    monkeypatch.setitem(refinement._MOST_SAMPLES, 2, 500)
     reduced = rom.reduce(rom.two_mass())
     with pytest.raises(rom.SlipmodeError, match=r"needs more than \d+ x \d+ nodes") as refusal:
         rom.tabulate(reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 3e-4)
