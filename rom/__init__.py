@@ -105,5 +105,5 @@ __all__ = [
 
 __version__ = version("slipmode")
 
-# What is worth saying beside results goes to this logger; whether it is shown is up to the user.
+# Remarks on results go to this logger; the user chooses whether they are shown.
 logging.getLogger("slipmode").addHandler(logging.NullHandler())

@@ -11,7 +11,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
-#: Amplitudes below this share of the range are not part of what a table states.
+#: Amplitudes below this share of the range are outside the range of a table's stated error.
 SMALLEST_SHARE = 1e-3
 # Of the largest |S_j|, times the distance from rest, by the number of modes. One mode: where a
 # structure without damping begins to slip, S_j cannot be exact relative to itself. Two modes:
@@ -32,7 +32,7 @@ class ErrorNorm:
         rho = max_k |a_k| / range_k,
 
     so that an error of `tolerance` times it changes frequency and damping of mode j by that part
-    of what friction and structural damping make of them together.
+    of the part due to friction and structural damping.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class ErrorNorm:
 def smallest_scale(amplitude_range: Floats) -> Floats:
     """Return the amplitudes (modes,) below which marches repeat relative to these.
 
-    Of two modes the floor of the norm allows that for a weak mode beside a strong one.
+    With two modes the floor of the norm allows that for a weak mode and a strong one.
     """
     return {1: SMALLEST_SHARE, 2: 0.01}[amplitude_range.size] * amplitude_range
 

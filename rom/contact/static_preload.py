@@ -24,8 +24,8 @@ from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
-_BALANCED = 1e-6  # force left over, relative to the forces in an equation
-_LOADED = 0.1  # of what friction can hold: tangential force at rest that the law forgets
+_BALANCED = 1e-6  # remaining force, relative to the forces in an equation
+_LOADED = 0.1  # tangential force at rest, neglected by the law, relative to the friction limit
 
 _NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
 
@@ -47,7 +47,7 @@ class Preload:
     normal_force, gap : (contacts,) ndarray
         N [N], clearance [m]; NaN where the law has no normal direction.
     tangential_share : (contacts,) ndarray
-        Tangential force relative to what friction can hold there; 0 of open contacts.
+        Tangential force relative to the friction limit there; 0 for open contacts.
     """
 
     law: Elastic
@@ -96,7 +96,7 @@ def preload(
     Warns
     -----
     ValidityWarning
-        Where a contact carries more than 10 % of what friction can hold.
+        Where a contact carries more than 10 % of its friction limit.
 
     Notes
     -----
@@ -169,12 +169,10 @@ def _equilibrium(
     response = solution.solve(np.column_stack((W, F)))
     X, stuck = response[:, :-1], response[:, -1]
     R = W.T @ X
-    R, drawn = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)
-    x_c, f, record = np.empty_like(drawn), np.empty_like(drawn), held.kernel()
-    status = kernel.lib.sm_elastic_equilibrium(
-        *(ctypes.byref(record), len(drawn), R.ctypes.data, drawn.ctypes.data),
-        *(x_c.ctypes.data, f.ctypes.data),
-    )
+    R, of_contacts = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)
+    x_c, f, record = np.empty_like(of_contacts), np.empty_like(of_contacts), held.kernel()
+    addresses = (each.ctypes.data for each in (R, of_contacts, x_c, f))
+    status = kernel.lib.sm_elastic_equilibrium(ctypes.byref(record), len(of_contacts), *addresses)
     if status != kernel.NOT_CONVERGED:
         kernel.check(status, "static_force")
         x: Floats = stuck + X @ (held.reference * x_c - f)

@@ -1,4 +1,4 @@
-"""Matrices of a structure, dense or sparse: checks of what users give, and conversions."""
+"""Matrices of a structure, dense or sparse: checks of the user's input, and conversions."""
 
 from typing import Any, TypeAlias
 

@@ -19,7 +19,7 @@ class Accuracy:
     Attributes
     ----------
     tolerance : float
-        What was asked for.
+        Tolerance of the table.
     interpolation : float
         Largest error between the nodes, from those found at points where most is expected; half
         the tolerance if that is more, for less is not looked for. Above the tolerance where
@@ -37,7 +37,7 @@ class Accuracy:
         Estimated relative change of S_j by the modes of the reduction that the table neglects: sum
         of their forces on the contacts, relative to those of the contact stiffness.
     detuning : float or None
-        Error of forcing 5 % from the carriers, the largest of what was tried.
+        Error of forcing 5 % from the carriers, the largest of some trials.
         It grows with the square of that distance where the table has dS_j / dOmega_k, else in
         proportion. 0 in the paper's formulation, which has no other frequencies. None where
         friction was not to follow them, and nothing was tried.

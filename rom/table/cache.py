@@ -56,7 +56,10 @@ def cached_model(
     if found is not None:
         return _shaped(found, reduced), True
     model = tabulate(
-        *(reduced, law, amplitude, tolerance),
+        reduced,
+        law,
+        amplitude,
+        tolerance,
         combinations=combinations,
         harmonics=harmonics,
         headroom=headroom,
@@ -78,7 +81,7 @@ def _unshaped(model: Model) -> Model:
 
 
 def _shaped(model: Model, reduced: Reduced) -> Model:
-    """With the shapes of the structure that it was asked for; those of the modes that it has."""
+    """Return the model with the shapes of this structure at its own modes."""
     shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
     kept = np.isin(reduced.nonresonant_frequency, model.reduced.nonresonant_frequency)
     shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]

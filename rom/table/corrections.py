@@ -1,4 +1,4 @@
-"""What is tabulated beside the friction terms: how they change with rates, and with frequencies.
+"""Corrections of the friction terms in a table: for rates of amplitudes, and for frequencies.
 
 Both are hundredths of them, and are computed to some hundredths: with two modes at every third or
 fourth grid line; the rate correction on a coarser torus and without the modal response.

@@ -171,10 +171,9 @@ def make_table(
         own = (node_a[:, np.newaxis], node_b[np.newaxis, :])[j]
         gain = np.array([loss[j] * (j == mode) for mode in range(2)])
         im = (..., j, 1)
-        limited = _limit_slopes(
-            *(node_a, node_b, f[im] - loss[j] * own),
-            *(f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]),
-        )
+        values = f[im] - loss[j] * own
+        slopes = f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]
+        limited = _limit_slopes(node_a, node_b, values, *slopes)
         f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
     return Table(node_a, node_b, _side_by_side(f, f_a, f_b, f_ab), modes)
 

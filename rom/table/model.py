@@ -56,7 +56,7 @@ class Model:
     law : contact law
     table : Table
     harmonics : Harmonics or None
-        Of the contact displacement, where they were asked for; of elastic contacts, those of the
+        Of the contact displacement, if harmonics are kept; of elastic contacts, those of the
         force that they fall short of their reference springs by [N].
     combinations : tuple of CombinationResonance
     accuracy : Accuracy
@@ -174,8 +174,8 @@ class Model:
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         surface = (content["node_a"], content["node_b"], content["values"])
-        beside = [content.get(name) for name in TABLE_ARRAYS]
-        table = Table(*surface, len(reduced.modes), *beside)
+        others = [content.get(name) for name in TABLE_ARRAYS]
+        table = Table(*surface, len(reduced.modes), *others)
         combinations = tuple(CombinationResonance(*term) for term in header["combinations"])
         accuracy = Accuracy(**header["accuracy"])
         harmonics = None
@@ -214,7 +214,7 @@ class Model:
 
 
 def digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:
-    """Hexadecimal hash of what a model file holds."""
+    """Hexadecimal hash of the content of a model file."""
     found = hashlib.sha256(json.dumps(header, sort_keys=True).encode())
     for name in sorted(content):
         array = np.ascontiguousarray(content[name])

@@ -110,7 +110,8 @@ def quasi_static_error(
     size = np.abs(states.amplitude)
     for k in np.unique(size.argmax(axis=0)):
         held = np.divide(
-            *(0.5 * states.excitation[k], states.amplitude[k]),
+            0.5 * states.excitation[k],
+            states.amplitude[k],
             out=np.zeros(model.modes, dtype=complex),
             where=size[k] > 0.0,
         )

@@ -44,13 +44,13 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     g->moved = g->forcing + 2 * SM_TOGETHER * row;
     memory = g->moved + SM_TOGETHER * row;
     double **arrays[] = {&g->half[0], &g->half[1], &g->fresh,   &g->last[0],
-                         &g->last[1], &g->idle_sum, &g->responded, &g->response};
+                         &g->last[1], &g->stalled_sum, &g->responded, &g->response};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++, memory += harmonics)
         *arrays[k] = memory;
     for (size_t p = 0; p < points; p++, memory += speed)
         sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
     g->line_state = memory;
-    g->idle_squares = memory + line_state;
+    g->stalled_squares = memory + line_state;
     return SM_OK;
 }
 
@@ -78,10 +78,10 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t f
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
-    const double *begun = g->reaction ? grid->contact->response->start : NULL;
+    const double *at_start = g->reaction ? grid->contact->response->start : NULL;
     memset(g->responded, 0, harmonics);
-    for (int p = 0; begun && p < grid->points_per_group; p++)
-        memcpy(g->responded + (size_t)p * grid->per_point, begun,
+    for (int p = 0; at_start && p < grid->points_per_group; p++)
+        memcpy(g->responded + (size_t)p * grid->per_point, at_start,
                grid->per_point * sizeof(double));
     memset(g->half[1], 0, harmonics);
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {

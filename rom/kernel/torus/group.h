@@ -20,8 +20,8 @@ typedef struct {
     double *half[2];         /* (points_per_group, orders, N_c, 2) harmonics of half a period */
     double *fresh;           /* the same shape: of the last whole period */
     double *last[2];         /* the same shape: of those that ended with each half before */
-    double *idle_sum;        /* the same shape: sum over the halves without progress */
-    double *idle_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
+    double *stalled_sum;        /* the same shape: sum over the halves without progress */
+    double *stalled_squares;    /* (points_per_group, N_c): likewise, of the mean squares */
     double *responded; /* (points_per_group, orders, N_c, 2): harmonics that the modes respond to */
     double *response;          /* the same shape: force of that response on the contacts */
     double *forcing, *moved; /* (2 SM_TOGETHER, N_c, lanes), (SM_TOGETHER, N_c, lanes) */

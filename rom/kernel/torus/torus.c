@@ -100,8 +100,8 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
 }
 
 /* sum += fresh over the halves since the change of a point last fell noticeably. */
-static void add_idle(const sm_progress *track, size_t count, const double *fresh, double *sum) {
-    for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->idle > 1 ? sum[k] : 0.0);
+static void add_stalled(const sm_progress *track, size_t count, const double *fresh, double *sum) {
+    for (size_t k = 0; k < count; k++) sum[k] = fresh[k] + (track->stalled > 1 ? sum[k] : 0.0);
 }
 
 /* Stores the result of a point whose harmonics keep moving by the error of the grid while the phases
@@ -110,9 +110,9 @@ static void add_idle(const sm_progress *track, size_t count, const double *fresh
 static double store_mean(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
                               const sm_scales *scales, double *mean, double *mean_square) {
     const size_t per_point = grid->per_point, n = (size_t)grid->contact->contacts;
-    const double idle = g->track[p].idle;
-    for (size_t k = 0; k < per_point; k++) mean[k] = g->idle_sum[p * per_point + k] / idle;
-    for (size_t i = 0; i < n; i++) mean_square[i] = g->idle_squares[p * n + i] / idle;
+    const double stalled = g->track[p].stalled;
+    for (size_t k = 0; k < per_point; k++) mean[k] = g->stalled_sum[p * per_point + k] / stalled;
+    for (size_t i = 0; i < n; i++) mean_square[i] = g->stalled_squares[p * n + i] / stalled;
     return sm_relative_distance(scales, grid->contact->contacts, grid->orders_count, grid->orders,
                                 g->fresh + p * per_point, mean);
 }
@@ -172,8 +172,8 @@ static int store(const sm_torus_grid *grid, sm_torus_group *g, const sm_torus_ta
             harmonics[k] = 2.0 * g->half[last_half][p * per_point + k];
         sm_torus_group_mean_square(grid, g, p, repeats ? last_half : 1 - last_half, last_half,
                                    mean_square);
-        add_idle(track, per_point, fresh, g->idle_sum + p * per_point);
-        add_idle(track, n, mean_square, g->idle_squares + p * n);
+        add_stalled(track, per_point, fresh, g->stalled_sum + p * per_point);
+        add_stalled(track, n, mean_square, g->stalled_squares + p * n);
         if (track->done && task->motion->residual[point] > task->grid->tolerance)
             task->motion->residual[point] =
                 store_mean(grid, g, p, &scales, harmonics, mean_square);

@@ -1,4 +1,4 @@
-"""Steady states without a table: for one or a few forcings, and where a table has no answer.
+"""Steady states without a table: for one or a few forcings, and outside the range of tables.
 
 steady_state.py      steady_state, and the choice of the method. Start here.
 forced_balance.py    contacts, modes and forces in balance at all harmonics

@@ -1,4 +1,4 @@
-"""Steady states without a table: for one or a few forcings, and where a table has no answer."""
+"""Steady states without a table: for one or a few forcings, and outside the range of tables."""
 
 from __future__ import annotations
 

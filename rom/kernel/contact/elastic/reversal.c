@@ -17,10 +17,10 @@ static int slid(double stretch, double limit) {
 
 /* y misses as much at the last step and, if the contact was farthest before the middle one, at that
  * too, which is over. */
-static void miss(const sm_reversal *r, int32_t i, double missed, int before) {
+static void miss(const sm_reversal *r, int32_t i, double correction, int before) {
     if (!r->now) return;
-    r->now[i] += missed;
-    r->before[i] += before ? missed : 0.0;
+    r->now[i] += correction;
+    r->before[i] += before ? correction : 0.0;
 }
 
 static void sliders(const sm_elastic *elastic, const sm_element *element, const sm_reversal *r,

@@ -38,17 +38,17 @@ typedef struct {
     double *last_y, *last_off; /* y and residual of the last step, for the solver */
     double *before[2];         /* x without what the contact itself gives way, one and two steps
                                   before */
-    double *missed;            /* correction of y at the last step: see reversal.h */
+    double *correction;            /* correction of y at the last step: see reversal.h */
     double *memory;            /* (lines, remembered) */
     int32_t *yielded;          /* (lines) whether contacts did not stick at the step before */
     int follows;               /* the response of the point before is a good start */
-    double *begun;             /* (lines, remembered) memory as the period began */
+    double *at_start;             /* (lines, remembered) memory as the period began */
     size_t taken;              /* steps of the point so far */
     int half;                  /* of a period is marched, and what then changes its sign */
     size_t shift;              /* line p ends it where p + shift began it; 0: nowhere */
     sm_places places;          /* of what is remembered, where it `lingers` */
     double *gives;             /* (N_c) see sm_reversal */
-    double *own_u, *own_x, *own_z, *own_y, *own_missed; /* (N_c) of one line */
+    double *own_u, *own_x, *own_z, *own_y, *own_correction; /* (N_c) of one line */
     double *square;            /* (N_c) sum of y^2 */
     double *Y, *last_Y;        /* (orders, N_c, 2) harmonics of this and of the last period */
     double *response, *change; /* (orders, N_c, 2) the modes' response, and what it is off by; then
@@ -119,13 +119,13 @@ static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task
     sm_phase_lines_place(&t->lines, sm_take(&memory, along));
     t->flexibility = sm_take(&memory, n * n);
     double **motion[MOTIONS] = {&t->x,         &t->last_u,    &t->last_y, &t->last_off,
-                                &t->before[0], &t->before[1], &t->missed};
+                                &t->before[0], &t->before[1], &t->correction};
     t->motion = memory;
     for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
     t->yielded = (void *)sm_take(&memory, flags);
     t->memory = sm_take(&memory, lines * t->remembered);
-    t->begun = sm_take(&memory, lines * t->remembered);
-    double **own[] = {&t->gives, &t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_missed};
+    t->at_start = sm_take(&memory, lines * t->remembered);
+    double **own[] = {&t->gives, &t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_correction};
     for (size_t k = 0; k < sizeof own / sizeof *own; k++) *own[k] = sm_take(&memory, n);
     t->square = sm_take(&memory, n);
     t->drawing = sm_take(&memory, all);
@@ -205,7 +205,7 @@ static void reverse(problem *t, size_t p, double *memory) {
     const size_t n = t->n;
     const sm_reversal reversal = {
         .x = t->own_x, .z = {t->before[1] + p * n, t->before[0] + p * n, t->own_z},
-        .gives = t->gives, .now = t->solver.slides ? t->own_y : NULL, .before = t->own_missed};
+        .gives = t->gives, .now = t->solver.slides ? t->own_y : NULL, .before = t->own_correction};
     sm_elastic_reverse(t->contact->elastic, &reversal, memory);
 }
 
@@ -213,7 +213,7 @@ static void reverse(problem *t, size_t p, double *memory) {
 static sm_status react(problem *t, size_t p, const double *u, double *y, double *y_of_line) {
     const size_t n = t->n, stride = t->lines.stride;
     double *x = t->x + p * n, *last_u = t->last_u + p * n, *memory = t->memory + p * t->remembered;
-    double *last_y = t->last_y + p * n, *missed = t->missed + p * n;
+    double *last_y = t->last_y + p * n, *correction = t->correction + p * n;
     double *last = t->before[0] + p * n, *last_but_one = t->before[1] + p * n;
     memcpy(t->own_x, x, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
@@ -225,7 +225,7 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
         sm_elastic_follow(&t->solver, t->own_u, memory, x, last_y, t->last_off + p * n);
     if (status != SM_OK) return status;
     memcpy(t->own_y, t->solver.y, n * sizeof(double));
-    memset(t->own_missed, 0, n * sizeof(double));
+    memset(t->own_correction, 0, n * sizeof(double));
     if (t->solver.slides && t->solver.yielding > 0)
         sm_elastic_begin(&t->solver, t->own_x, memory, t->own_y);
     memcpy(memory, t->solver.next, t->remembered * sizeof(double));
@@ -237,9 +237,9 @@ static sm_status react(problem *t, size_t p, const double *u, double *y, double 
     for (size_t i = 0; i < n; i++) {
         /* the correction of the step before is added now: for the modes once; for means over steps
          * by linear extrapolation through this step and the last */
-        y[i * stride] = t->own_y[i] + t->own_missed[i];
-        y_of_line[i] = t->own_y[i] + 2.0 * t->own_missed[i] - missed[i];
-        missed[i] = t->own_missed[i];
+        y[i * stride] = t->own_y[i] + t->own_correction[i];
+        y_of_line[i] = t->own_y[i] + 2.0 * t->own_correction[i] - correction[i];
+        correction[i] = t->own_correction[i];
         t->square[i] += y_of_line[i] * y_of_line[i];
     }
     return SM_OK;
@@ -279,7 +279,7 @@ static sm_status march(problem *t, const double *amplitude) {
     draw(t, amplitude);
     sm_phase_lines_clear(&t->lines);
     memset(t->square, 0, t->n * sizeof(double));
-    memcpy(t->begun, t->memory, t->lines.lines * t->remembered * sizeof(double));
+    memcpy(t->at_start, t->memory, t->lines.lines * t->remembered * sizeof(double));
     for (size_t k = 0; k < steps; k += SM_TOGETHER) {
         const size_t left = steps - k;
         const size_t count = left < SM_TOGETHER ? left : SM_TOGETHER;
@@ -294,7 +294,7 @@ static sm_status march(problem *t, const double *amplitude) {
     sm_phase_lines_turn(&t->lines, t->half);
     t->places.turned = (t->places.turned + t->shift) % t->lines.lines;
     if (t->half || t->shift > 0) {
-        const sm_period period = {t->lines.lines, t->remembered, t->shift, t->half, t->begun};
+        const sm_period period = {t->lines.lines, t->remembered, t->shift, t->half, t->at_start};
         sm_carry_sliders_over(t->contact->elastic, &period, t->memory);
     }
     if (t->half) turn_round(t);
@@ -353,20 +353,20 @@ static sm_status evaluate(problem *t, const double *amplitude, int count) {
 static sm_status iterate(problem *t, const double *amplitude, int count, const double scale[2],
                         double *residual) {
     const sm_torus_task *task = t->task;
-    double *begun = t->response + per_point(t), *off = t->change + per_point(t);
+    double *at_start = t->response + per_point(t), *off = t->change + per_point(t);
     sm_fixed_point_start(&t->search);
     int32_t marches = 0;
     for (int open = 1; open && marches < task->grid->max_periods; marches += count) {
-        sm_places_take(&t->places, t->memory, begun);
+        sm_places_take(&t->places, t->memory, at_start);
         const sm_status status = evaluate(t, amplitude, count);
         if (status != SM_OK) return status;
         *residual = distance(t, scale[0], scale[1]);
         if (t->taken < 2 * marched_steps(t)) continue; /* the first one forgets the start */
         if (*residual <= task->grid->tolerance) return SM_OK;
         sm_places_take(&t->places, t->memory, off);
-        for (size_t k = 0; k < sm_places_size(&t->places); k++) off[k] -= begun[k];
+        for (size_t k = 0; k < sm_places_size(&t->places); k++) off[k] -= at_start[k];
         open = sm_fixed_point_next(&t->search, *residual, t->change, t->response);
-        sm_places_give(&t->places, begun, t->memory);
+        sm_places_give(&t->places, at_start, t->memory);
     }
     return SM_OK;
 }
@@ -397,7 +397,7 @@ static sm_status continue_from_rest(problem *t, const double *amplitude, const d
 static sm_status solve_by(problem *t, int half, size_t point, const double *amplitude,
                            const double scale[2], double *residual) {
     const sm_modal_response *response = t->contact->response;
-    const double *begun = response ? response->start : NULL;
+    const double *at_start = response ? response->start : NULL;
     sm_status status = SM_OK;
     march_by(t, half);
     if (t->task->points->near || t->follows) {
@@ -408,11 +408,11 @@ static sm_status solve_by(problem *t, int half, size_t point, const double *ampl
         status = iterate(t, amplitude, 1, scale, residual);
     }
     if (status == SM_OK && !almost(t, *residual)) {
-        start(t, begun);
+        start(t, at_start);
         status = iterate(t, amplitude, 1, scale, residual);
     }
     if (t->half && *residual > t->task->grid->tolerance) return status;
-    if (status == SM_OK && !almost(t, *residual) && !begun)
+    if (status == SM_OK && !almost(t, *residual) && !at_start)
         status = continue_from_rest(t, amplitude, scale, residual);
     for (int count = 4; count <= SM_MOST_AVERAGED && status == SM_OK; count *= 4)
         if (*residual > t->task->grid->tolerance)

@@ -95,7 +95,7 @@ void sm_fixed_point_start(sm_fixed_point *f) {
     f->faster.count = 0;
     f->best = f->fallen = INFINITY;
     f->part = 1.0;
-    f->idle = 0;
+    f->stalled = 0;
 }
 
 /* Back to the nearest z and from there a smaller way, its change the first that is known. */
@@ -108,21 +108,21 @@ static void start_again(sm_fixed_point *f, double *z) {
 
 int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z) {
     const size_t bytes = f->faster.size * sizeof(double);
-    f->idle++;
+    f->stalled++;
     if (residual < BETTER * f->fallen) {
         f->fallen = residual;
-        f->idle = 0;
+        f->stalled = 0;
     }
     if (residual < f->best) {
         f->best = residual;
         memcpy(f->nearest, z, bytes);
         memcpy(f->change, change, bytes);
     }
-    if (f->idle >= PATIENCE)
+    if (f->stalled >= PATIENCE)
         memcpy(z, f->nearest, bytes);
     else if (residual > ASTRAY * f->best)
         start_again(f, z);
     else
         anderson_next(&f->faster, change, z);
-    return f->idle < PATIENCE;
+    return f->stalled < PATIENCE;
 }

@@ -32,7 +32,7 @@ typedef struct {
     double best;               /* that residual */
     double fallen;             /* what it last fell to noticeably */
     double part;               /* of the change that a fresh start from there takes */
-    int idle;                  /* evaluations since then */
+    int stalled;                  /* evaluations since then */
 } sm_fixed_point;
 
 static inline size_t sm_fixed_point_size(size_t size) {

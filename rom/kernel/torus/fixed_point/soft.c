@@ -69,10 +69,10 @@ static sm_status evaluate(const soft_group *s, int periods) {
         }
         for (size_t p = 0; p < count; p++) {
             if (point[p].done) continue;
-            sm_torus_group_mean_square(grid, g, p, 0, 1, g->idle_squares);
+            sm_torus_group_mean_square(grid, g, p, 0, 1, g->stalled_squares);
             for (size_t i = 0; i < all; i++)
                 point[p].mean[i] += g->fresh[p * all + i] / periods;
-            for (size_t i = 0; i < n; i++) point[p].square[i] += g->idle_squares[i] / periods;
+            for (size_t i = 0; i < n; i++) point[p].square[i] += g->stalled_squares[i] / periods;
         }
         sm_torus_group_advance(grid, g);
         sm_torus_group_react(grid, g);

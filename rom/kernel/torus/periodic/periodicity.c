@@ -13,7 +13,7 @@
 void sm_progress_start(sm_progress *progress) {
     sm_progress_restart(progress);
     progress->best = INFINITY;
-    progress->idle = 0;
+    progress->stalled = 0;
     progress->slow = 0;
     progress->done = 0;
 }
@@ -87,9 +87,9 @@ double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales,
         distance = fmin(distance, to_come(change, ratio));
         *before = change;
         progress->slow = ratio > SM_SLOW_RATIO;
-        progress->idle = change < PROGRESS * progress->best ? 0 : progress->idle + 1;
+        progress->stalled = change < PROGRESS * progress->best ? 0 : progress->stalled + 1;
         progress->best = fmin(progress->best, change);
     }
-    progress->done = distance <= tolerance || progress->idle >= IDLE_HALVES;
+    progress->done = distance <= tolerance || progress->stalled >= IDLE_HALVES;
     return distance;
 }

@@ -11,7 +11,7 @@ typedef struct {
     double turn;      /* last difference of half periods, see sm_distance_by_halves */
     double ratio;     /* by which it fell */
     double best;      /* smallest change so far */
-    int idle;         /* half periods since `best` last fell noticeably */
+    int stalled;         /* half periods since `best` last fell noticeably */
     int slow;         /* whether the changes hardly fall from period to period */
     int done;
 } sm_progress;

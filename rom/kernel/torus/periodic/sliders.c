@@ -2,19 +2,19 @@
 
 #include <string.h>
 
-static void carry_over(const sm_period *period, const double *begun, double *now) {
+static void carry_over(const sm_period *period, const double *at_start, double *now) {
     const size_t lines = period->lines, stride = period->remembered;
     const double sign = period->half ? -1.0 : 1.0;
     double mean = 0.0;
     for (size_t p = 0; p < lines && !period->half; p++) mean += now[p * stride] / (double)lines;
     for (size_t p = 0; p < lines; p++) {
-        if (now[p * stride] != begun[p * stride]) continue;
+        if (now[p * stride] != at_start[p * stride]) continue;
         size_t from = p;
         double turned = 1.0;
         do {
             from = (from + lines - period->shift) % lines;
             turned *= sign;
-        } while (from != p && now[from * stride] == begun[from * stride]);
+        } while (from != p && now[from * stride] == at_start[from * stride]);
         now[p * stride] = from == p ? mean : turned * now[from * stride];
     }
 }
@@ -25,7 +25,7 @@ void sm_carry_sliders_over(const sm_elastic *elastic, const sm_period *period, d
         const sm_element *element = &elastic->element[e];
         const int count = element->law == SM_SLIDERS ? element->sliders : element->tangents;
         for (size_t k = at; k < at + (size_t)count; k++)
-            carry_over(period, period->begun + k, memory + k);
+            carry_over(period, period->at_start + k, memory + k);
         at += (size_t)sm_element_memory(element);
     }
 }

@@ -9,7 +9,7 @@ typedef struct {
     size_t lines, remembered; /* doubles that each line remembers */
     size_t shift;             /* line p ends where line p + shift began */
     int half;                 /* after half a period of odd motion: with another sign */
-    const double *begun;      /* (lines, remembered) memory as the period began */
+    const double *at_start;      /* (lines, remembered) memory as the period began */
 } sm_period;
 
 /* memory (lines, remembered): a slider that has not moved on a line brings that on at once from the
