@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
 from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
@@ -57,17 +58,30 @@ def steady_points(
     in any scale.
     """
     found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
-    for k in range(len(frequency)):
-        try:
-            check_carriers(model.reduced, frequency[k], excitation[k] != 0.0)
-        except SlipmodeError as refusal:
-            found.refusals[k] = refusal
+    forced = excitation != 0.0
+    for kind in np.unique(forced, axis=0):
+        (alike,) = np.nonzero((forced == kind).all(axis=1))
+        found.refusals.update(_refusals(model.reduced, frequency, kind, alike))
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
         shift = off_resonance_shift(model.reduced, patterns)
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], shift)
         _solve(problem, places, found)
     return found
+
+
+def _refusals(
+    reduced: Reduced, frequency: Floats, forced: Flags, points: NDArray[np.intp]
+) -> dict[int, Exception]:
+    """Return the refusals of frequencies of some points, whose forces act on the same modes."""
+    try:
+        check_carriers(reduced, frequency[points], forced)
+    except SlipmodeError as refusal:
+        if points.size == 1:
+            return {int(points[0]): refusal}
+        each = (_refusals(reduced, frequency, forced, points[[k]]) for k in range(points.size))
+        return {point: reason for found in each for point, reason in found.items()}
+    return {}
 
 
 def _solve(problem: _SteadyFlow, places: NDArray[np.intp], found: SteadyPoints) -> None:
