@@ -80,7 +80,7 @@ def smallest_scale(amplitude_range: Floats) -> Floats:
 
     With two modes the floor of the norm allows that for a weak mode and a strong one.
     """
-    return {1: SMALLEST_SHARE, 2: 0.01}[amplitude_range.size] * amplitude_range
+    return SMALLEST_SHARE * amplitude_range
 
 
 def frictionless_force(reduced: Reduced) -> Floats:
