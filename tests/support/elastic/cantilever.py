@@ -64,7 +64,8 @@ def cantilever(law):
 def model(name, modes=(0, 1), tolerance=0.1):
     """Of the law with this name."""
     law = LAWS[name]
-    reduced = rom.reduce(cantilever(law), modes, law=law)
+    patterns = FORCE_PATTERNS[: len(modes)]
+    reduced = rom.reduce(cantilever(law), modes, law=law, force_patterns=patterns)
     return rom.tabulate(
         reduced, law, (0.03, 0.02)[: len(modes)], tolerance, combinations=(), harmonics=5
     )
