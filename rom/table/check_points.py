@@ -46,6 +46,16 @@ def spread_points(amplitude_range: Floats) -> Floats:
     return np.asarray(shares * amplitude_range)
 
 
+def first_onsets(lines: Floats, amplitude_range: Floats) -> Floats:
+    """Return where the first contact begins to slip in each mode alone, (points, modes).
+
+    Errors of a kink are the largest there, relative to the amplitude. `lines` as `onset_points`.
+    """
+    steepest = lines.max(axis=0, initial=0.0)
+    reached = steepest * amplitude_range > 1.0
+    return np.asarray(np.diag(1.0 / np.where(reached, steepest, 1.0))[reached])
+
+
 def unpredicted(node: Floats, values: Complexes) -> Floats:
     """Return |values - cubic through two neighbours on either side|, of the shape of values.
 

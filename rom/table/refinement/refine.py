@@ -22,6 +22,7 @@ from slipmode.rom.representable import round_up
 from slipmode.rom.table.check_points import (
     AROUND,
     at_cells,
+    first_onsets,
     indicated_points,
     largest_error,
     onset_points,
@@ -152,7 +153,8 @@ def refine(
 def _begun(sampling: Sampling, tolerance: float) -> tuple[Grid, NodeSamples, _Checks]:
     """Return the first grid, its samples and spread check points, which are sampled at once."""
     ends = sampling.amplitude_range
-    spread = _in_order(spread_points(ends))
+    onsets = first_onsets(sampling.onset_lines, ends)
+    spread = _in_order(np.concatenate((spread_points(ends), onsets)))
     grid = Grid.upto(ends, _FIRST_INTERVALS[ends.size], _CLOSEST * tolerance)
     nodes, tabulated = amplitude_pairs(*grid.nodes, grid.modes), len(sampling.columns.orders)
     if grid.modes == 2:
