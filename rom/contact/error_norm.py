@@ -22,6 +22,9 @@ _FLOOR = {1: 1e-2, 2: 1.0}
 # Of the frictionless S_j: contact motion is exact to rounding and march tolerance relative to the
 # frictionless motion, so that smaller terms cannot be exact relative to themselves.
 _LEAST_SHARE = 1e-6
+# Of the range: stiffness of 1e15 N/m next to 40 N/m still has tables
+# (tests/rom/structure/test_representable.py).
+_MOST_ROUNDED = 1e-2
 
 
 @frozen
@@ -75,12 +78,16 @@ class ErrorNorm:
         return np.asarray(np.where(scale > 0.0, scale, 1.0))
 
 
-def smallest_scale(amplitude_range: Floats) -> Floats:
+def smallest_scale(reduced: Reduced, amplitude_range: Floats) -> Floats:
     """Return the amplitudes (modes,) below which marches repeat relative to these.
 
-    With two modes the floor of the norm allows that for a weak mode and a strong one.
+    The smallest of the stated error, or those at which the rounding of rigid contacts is visible.
     """
-    return SMALLEST_SHARE * amplitude_range
+    share = SMALLEST_SHARE
+    if reduced.contacts is None:
+        rounding = np.finfo(float).eps * np.linalg.cond(reduced.stiffness)
+        share = float(np.clip(rounding, SMALLEST_SHARE, _MOST_ROUNDED))
+    return share * amplitude_range
 
 
 def frictionless_force(reduced: Reduced) -> Floats:

@@ -15,16 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE
 from slipmode.rom.table.refinement.blocks import Blocks
 
 _SPREAD = (8, 16)  # points for one mode, for two
-# Shares of the range just inside the limit of the stated error: there the error relative to the
-# amplitude is that of the slopes at rest.
-_SMALLEST = {
-    1: np.array([[1.2 * SMALLEST_SHARE]]),
-    2: 1.2 * SMALLEST_SHARE * np.array([[1.0, 0.1], [0.1, 1.0], [1.0, 1.0]]),
-}
 _ONSETS = 32  # points at most where contacts yield, or a share of the blocks
 _NEAR = 0.25  # of a block: distance of a kink that affects it
 _INDICATED = (32, 64)  # points at least by the indicator, for one mode, for two
@@ -40,10 +33,9 @@ _LEAST_BEYOND = 0.5  # of the largest, see `largest_error`
 
 
 def spread_points(amplitude_range: Floats) -> Floats:
-    """Return points spread evenly over [0, amplitude_range], and the smallest, (points, modes)."""
+    """Return points spread evenly over [0, amplitude_range], (points, modes)."""
     modes = amplitude_range.size
-    shares = np.concatenate((_halton(_SPREAD[modes - 1], modes), _SMALLEST[modes]))
-    return np.asarray(shares * amplitude_range)
+    return np.asarray(_halton(_SPREAD[modes - 1], modes) * amplitude_range)
 
 
 def first_onsets(lines: Floats, amplitude_range: Floats) -> Floats:

@@ -150,7 +150,11 @@ def _error_at(
     """
     reduced, law, modes = model.reduced, model.law, point.size
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
-    march = grid, _MARCH * model.accuracy.tolerance, smallest_scale(model.table.amplitude_range)
+    march = (
+        grid,
+        _MARCH * model.accuracy.tolerance,
+        smallest_scale(reduced, model.table.amplitude_range),
+    )
     known = ContactProblem.of(reduced, law, model.combinations).on(*march).solve([point])
     bare = replace(reduced, force_patterns=None)
     problem = ContactProblem.of(bare, law, model.combinations)

@@ -303,7 +303,7 @@ class _Task:
             carried=carried,
             kept=self.harmonics > 0,
         )
-        smallest = smallest_scale(self.amplitude_range)
+        smallest = smallest_scale(reduced, self.amplitude_range)
         torus = problem.on(resolution.grid, resolution.march, smallest)
         samples = ContactSamples(torus, columns, self.amplitude_range, self.mapped, self.bar)
         sampling = Sampling(

@@ -184,7 +184,7 @@ def _refined(
     Or until that does not help: samples jump, or are not as exact as they are meant to be.
     """
     table: Table | None = None
-    least, stagnant = np.inf, 0
+    least, stagnant = np.inf, 0.0
     for _ in range(_MAX_ROUNDS):
         if grid.sampled.sum() > _MOST_SAMPLES[grid.modes] or time_budget.spent:
             break
@@ -198,9 +198,11 @@ def _refined(
         indicators = sampling.indicators(table)
         errors = checks.errors(table, indicators, grid, tolerance)
         error = largest_error(errors, sampling.noise)
-        stagnant = 0 if error < _LESS * least else stagnant + 1
+        # If only the extrapolated error is too large, it decreases with every round.
+        waste = 1.0 if errors.max() > tolerance else 0.5
+        stagnant = 0.0 if error < _LESS * least else stagnant + waste
         least = min(least, error)
-        if error <= tolerance or stagnant == _STAGNANT_ROUNDS:
+        if error <= tolerance or stagnant >= _STAGNANT_ROUNDS:
             return grid, samples, table, error
         # The largest error may be close to any point whose error is nearly the largest.
         missed = checks.points[errors > checks.limit(errors, tolerance) / checks.gain]

@@ -81,7 +81,7 @@ def dense_error(model, points, limit):
         smallest = ErrorBudget(accuracy.tolerance).response
         higher = higher_order_harmonics(problem, first, limit, smallest)
         problem = ContactProblem.of(*known, higher_orders=list(higher))
-    solve = problem.on(grid, march, smallest_scale(limit)).solve_on_more_lines
+    solve = problem.on(grid, march, smallest_scale(model.reduced, limit)).solve_on_more_lines
     terms = solve(points)
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
     surface = model.table.terms(points)[:, :-1]
