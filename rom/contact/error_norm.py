@@ -85,7 +85,7 @@ def smallest_scale(reduced: Reduced, amplitude_range: Floats) -> Floats:
     """
     share = SMALLEST_SHARE
     if reduced.contacts is None:
-        rounding = np.finfo(float).eps * np.linalg.cond(reduced.stiffness)
+        rounding = 10.0 * np.finfo(float).eps * np.linalg.cond(reduced.stiffness)
         share = float(np.clip(rounding, SMALLEST_SHARE, _MOST_ROUNDED))
     return share * amplitude_range
 
