@@ -10,7 +10,7 @@ from pathlib import Path
 from slipmode.fmu.description.options import FmiVersion
 from slipmode.rom import SlipmodeError
 
-# Headers and sources: those of the FMU and those of the core; in an FMU one folder, sources/.
+# Headers and sources of the FMU and of the core; in an FMU one folder, sources/.
 INCLUDE_FOLDERS = (Path(__file__).parents[1] / "src", Path(__file__).parents[2] / "rom" / "kernel")
 
 
@@ -58,8 +58,8 @@ def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
     """Return C sources and headers by their place in sources/, without the standard's headers.
 
     No two have the same file name, for importers that put all objects into one folder. With `fmi`
-    the files of the other version of the standard are left out, and always those of the core that
-    make friction tables or compute in full order.
+    the files of the other version of the standard are left out. Files of the core that make
+    friction tables or compute in full order are never included.
     """
     found = {
         path.relative_to(folder).as_posix(): path

@@ -29,7 +29,7 @@ def list_variables(model: Model, newtons: bool, options: ExportOptions) -> list[
     newtons : bool
         Whether forces are in newtons, not modal.
     options : ExportOptions
-        Its mode names are those of the model's modes.
+        Its mode names are the names of the model's modes.
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
 def _motion(
     model: Model, options: ExportOptions, variables: Sequence[Variable]
 ) -> Iterator[Variable]:
-    """Yield the motion of contact DOFs and DOFs, and that of all contact DOFs as arrays.
+    """Yield the motion of contact DOFs and DOFs, and all contact DOFs as arrays.
 
     The arrays are last: FMI 2.0 has none.
     """

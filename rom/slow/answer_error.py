@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE
+from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
@@ -105,7 +105,7 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
     found = np.zeros(apart.shape, dtype=complex)
     if model.reduced.formulation == "paper" or not found.size:
         return found
-    torus = model.contact_problem(SMALLEST_SHARE * model.table.amplitude_range)
+    torus = model.contact_problem(smallest_scale(model.reduced, model.table.amplitude_range))
     at_carriers = Detuned.of(torus, np.zeros(model.modes))
     for k, (amplitude, off) in enumerate(zip(effective[:, np.newaxis], apart, strict=True)):
         try:

@@ -56,8 +56,8 @@ class Model:
     law : contact law
     table : Table
     harmonics : Harmonics or None
-        Of the contact displacement, if harmonics are kept; of elastic contacts, those of the
-        force that they fall short of their reference springs by [N].
+        Of the contact displacement, if harmonics are kept; of elastic contacts, of the
+        difference between their force and the force of their reference springs [N].
     combinations : tuple of CombinationResonance
     accuracy : Accuracy
     """

@@ -244,7 +244,7 @@ fmu_status fmu_snapshot_size(const fmu_instance *instance, const fmu_snapshot *s
                              size_t *size);
 fmu_status fmu_snapshot_write(const fmu_instance *instance, const fmu_snapshot *snapshot,
                               void *bytes, size_t size);
-/* Reads into *snapshot, a new one. Damaged bytes and those of another model are refused. */
+/* Reads into *snapshot, a new one. Damaged bytes are refused, and bytes of another model. */
 fmu_status fmu_snapshot_read(const fmu_instance *instance, const void *bytes, size_t size,
                              fmu_snapshot **snapshot);
 

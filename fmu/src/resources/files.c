@@ -163,7 +163,7 @@ static const char *read_description(FILE *file, const npy_layout *layout, uint32
     int same = length > needed && memcmp(found, expected, needed) == 0;
     for (size_t k = needed; same && k < length; k++) /* padded with spaces to the end of a line */
         same = found[k] == (k + 1 < length ? ' ' : '\n');
-    return same ? NULL : "its header is damaged, or not that of this model";
+    return same ? NULL : "its header is damaged, or belongs to another model";
 }
 
 void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char **reason) {

@@ -82,7 +82,7 @@ typedef struct {
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,
                    char reason[FMU_REASON]);
 void fmu_model_free(fmu_model *model);
-/* Returns whether the model is that of folder and token, according to its list of checksums. */
+/* Returns whether the model was read from the folder with this token (by checksums). */
 int fmu_model_is_of(const fmu_model *model, const char *folder, const char *token);
 
 /* Returns the model that all instances of this folder share, to be released; NULL: `reason` says

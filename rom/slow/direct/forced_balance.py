@@ -238,7 +238,7 @@ class _Secants:
 
     @property
     def own_suffice(self) -> bool:
-        """Whether there are enough changes without those of another balance."""
+        """Whether there are enough changes without the changes of another balance."""
         return len(self._points) > self._enough
 
     @property

@@ -66,22 +66,18 @@ class _Checks:
         self.gain = 1.0
         self.points, self._exact = points, exact
 
-    def _sampled(self, points: Floats) -> tuple[Floats, Complexes]:
-        """Return the points in order, and samples there.
+    def _add(self, points: Floats) -> None:
+        """Add points and samples there.
 
         The initial guess of a solve is the solution at the point before: where contacts have two
         motions, solves from far away converge to another one. The table is no initial guess, since
         checks are to find a motion that it does not have.
         """
-        points = _in_order(points)
-        return points, self._sampling.at(points, None)
-
-    def _add(self, points: Floats) -> None:
         if not len(points):
             return
-        points, exact = self._sampled(points)
+        points = _in_order(points)
         self.points = np.concatenate((self.points, points))
-        self._exact = np.concatenate((self._exact, exact))
+        self._exact = np.concatenate((self._exact, self._sampling.at(points, None)))
 
     def errors(self, table: Table, indicators: Floats, grid: Grid, tolerance: float) -> Floats:
         """Add the points that the table needs; return the relative errors at all points."""

@@ -94,8 +94,8 @@ SM_INLINE void begin(sm_elastic_solver *s, const double *u, const double *x) {
     }
 }
 
-/* Evaluates the contacts at x. The residual of sliders is that of the last x, updated. Contacts that
- * open are stiffer than the structure, and updates over large steps would lose digits. */
+/* Evaluates the contacts at x. The residual of sliders at the last x is updated. Contacts that open
+ * are stiffer than the structure, and updates over large steps would lose digits. */
 SM_INLINE found look(sm_elastic_solver *s, const double *u, double given, const double *memory,
                      const double *x) {
     s->yielding = sm_evaluate(s, memory, x);

@@ -19,7 +19,7 @@
 
 /* The contacts that slip under Coulomb friction, and the Cholesky factor of S over them.
  *
- * Newton's matrix for exact Coulomb friction is that of the slipping contacts, S_AA. From one
+ * Newton's matrix for exact Coulomb friction is S_AA, of the slipping contacts alone. From one
  * stage to the next few contacts begin or cease to slip: one that begins is a row at the end of
  * the factor, one that ceases is taken out by rotations, each at a cost of N_c^2.
  */

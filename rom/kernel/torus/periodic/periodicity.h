@@ -31,8 +31,8 @@ sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplit
 double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
                             const int32_t *orders, const double *one, const double *other);
 /* Distance of the last half period from those to come, when its harmonics differ by `turn` from
- * those of the half before. Odd motion repeats with opposite sign after half a period. If the two
- * halves are not of one grid, the series of `turn` begins anew with the same ratio. */
+ * the half before. Odd motion repeats with opposite sign after half a period. If the two halves are
+ * not of one grid, the series of `turn` begins anew with the same ratio. */
 double sm_distance_by_halves(sm_progress *progress, double turn);
 void sm_progress_other_grid(sm_progress *progress);
 /* Distance from periodicity after so many half periods: the smaller of `by_halves` and the estimate
