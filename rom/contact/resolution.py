@@ -259,8 +259,8 @@ class _Trials:
         """Return the first grid whose answer the next one changes within `allowed`; the change.
 
         With it the next two grids, the least work first: on coarse grids marches may not
-        converge. The second is tried only where the first was less work already. Where the motion
-        repeats on neither of two grids, finer grids are tried unless the problem is optional.
+        converge. The second is tried only where the first was less work already. An optional
+        problem is given up where the motion does not repeat on the finer of two grids.
         """
         changes: list[float] = []
         for k, (grid, finer) in enumerate(pairwise(grids)):
@@ -279,7 +279,7 @@ class _Trials:
                 if fine.work < coarse.work:
                     tried += grids[k + 2 : k + 3]
                 return sorted(tried, key=lambda each: self._solved(each).work), changes[-1]
-            if self.search.is_optional and not (coarse.repeats or fine.repeats):
+            if self.search.is_optional and not fine.repeats:
                 break
         reached = min(changes) / allowed * self.budget.tolerance
         raise _UnresolvedError(_count(grids, grids[-2]), reached)

@@ -20,7 +20,6 @@ carriers. It is measured: contact problems are solved at the forcing frequencies
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -33,8 +32,8 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
-# Distances from the carriers, relative to the largest: one point is measured between two.
-_LEVELS = (1.0, 0.6, 0.3, 0.1)
+_PARTS = 8  # of a curve: forcing off the carriers is measured at a point of each
+_ROUNDING = 1e-9  # relative, of frequencies
 
 
 @frozen
@@ -67,7 +66,7 @@ class TableError:
         scale = model.error_scale(r)
         apart = frequency / model.reduced.carrier - 1.0
         off = np.abs(apart).max(axis=1)
-        measured = np.zeros(0, dtype=np.intp) if weight is None else _most_apart(apart, weight)
+        measured = np.zeros(0, dtype=np.intp) if weight is None else _measured_points(off, weight)
         beyond = _off_carriers(model, r[measured], apart[measured])
         share = np.zeros(r.shape)
         if measured.size:
@@ -82,19 +81,12 @@ class TableError:
         return cls(factor * size, measured, factor[measured] * beyond)
 
 
-def _most_apart(apart: Floats, weight: Floats) -> NDArray[np.intp]:
-    """Return points on both sides of the carriers, at several distances, of largest weight."""
-    furthest = np.take_along_axis(apart, np.abs(apart).argmax(axis=1)[:, np.newaxis], axis=1)[:, 0]
-    largest = float(np.abs(furthest).max(initial=0.0))
-    found: list[int] = []
-    rounding = 1e-9
-    if largest > rounding:
-        for part in (furthest / largest, -furthest / largest):
-            for upper, lower in pairwise(_LEVELS):
-                (within,) = np.nonzero((part > lower) & (part <= upper))
-                if within.size:
-                    found.append(int(within[weight[within].argmax()]))
-    return np.array(found, dtype=np.intp)
+def _measured_points(off: Floats, weight: Floats) -> NDArray[np.intp]:
+    """Return points (some,) off the carriers: of each part of the curve, that of most weight."""
+    found = []
+    for part in np.array_split(np.arange(off.size), min(_PARTS, off.size)):
+        found.append(int(part[np.nan_to_num(weight[part] * off[part]).argmax()]))
+    return np.array([k for k in found if off[k] > _ROUNDING], dtype=np.intp)
 
 
 def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
