@@ -32,7 +32,7 @@ _PROBES = {
 _PAST_ONSET = np.array([1.006, 1.03])
 # Of the range: marches of trials repeat relative to these amplitudes at least.
 _TRIED_SCALE = {1: SMALLEST_SHARE, 2: 1.0}
-_LEAST_STEPS = 32
+_LEAST_STEPS = 64
 _STEPS = 40.0  # squared, times a tolerance: of second order, 64 were enough for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into, whatever the number of threads
@@ -80,12 +80,11 @@ def trial_grid(problem: ContactProblem, tolerance: float) -> Discretisation:
 
 
 def _distinguishing_lines(problem: ContactProblem) -> list[int]:
-    """Return numbers of phase lines that distinguish all harmonics to which modes always respond.
+    """Return numbers of phase lines that distinguish all harmonics to which modes respond.
 
     Fewer would alias one harmonic m to another.
     """
-    always = ContactProblem.of(problem.reduced, problem.law, problem.combinations).orders
-    highest = max(abs(m) for _, m in always)
+    highest = max(abs(m) for _, m in problem.orders)
     return [count for count in _LINES if count > 2 * highest]
 
 
@@ -185,7 +184,7 @@ class _Trials:
         if len(reduced.modes) == 2:
             share = budget.steps if rigid else budget.closed_lines
             enough = _distinguishing_lines(self.search.problem)
-            grids = [Discretisation(counts[1], lines) for lines in enough]
+            grids = [Discretisation(counts[0], lines) for lines in enough]
             found, by_lines = self._coarsest(grids, share)
             numbers = [grid.lines for grid in found]
         left = min(budget.steps, budget.resolution - by_lines)
@@ -260,7 +259,7 @@ class _Trials:
 
         With it the next two grids, the least work first: on coarse grids marches may not
         converge. The second is tried only where the first was less work already. An optional
-        problem is given up where the motion does not repeat on the finer of two grids.
+        problem is given up where the motion does not repeat.
         """
         changes: list[float] = []
         for k, (grid, finer) in enumerate(pairwise(grids)):
@@ -272,16 +271,17 @@ class _Trials:
                     f"{self.search.time_budget.seconds:g} s to find how many; with these "
                     + within_reach(reached)
                 )
-            coarse, fine = self._solved(grid), self._solved(finer)
+            coarse = self._solved(grid)
+            if self.search.is_optional and not coarse.repeats:
+                break
+            fine = self._solved(finer)
             changes.append(self._change(coarse, fine))
             if changes[-1] <= allowed:
                 tried = [grid, finer]
                 if fine.work < coarse.work:
                     tried += grids[k + 2 : k + 3]
                 return sorted(tried, key=lambda each: self._solved(each).work), changes[-1]
-            if self.search.is_optional and not fine.repeats:
-                break
-        reached = min(changes) / allowed * self.budget.tolerance
+        reached = min(changes, default=np.inf) / allowed * self.budget.tolerance
         raise _UnresolvedError(_count(grids, grids[-2]), reached)
 
 

@@ -230,18 +230,17 @@ class _Task:
 
         With one mode, modes respond to all harmonics of a direct steady state. Where the contact
         motion does not converge so, and with two modes, they respond to harmonics up to the 15th.
-        Where it does not converge so either, weak modes are left out, and then all harmonics
-        beyond the fifth. What is left out is stated.
+        Where it does not converge so either, weak modes and harmonics beyond the fifth are left
+        out. What is left out is stated.
         """
         reduced, budget = self.problem.reduced, self.budget
         if reduced.formulation == "paper":
             return self._refined(reduced, {})
         all_orders = HIGHEST_HARMONIC[1]
-        attempts = [(budget.modes, all_orders, all_orders)] if len(reduced.modes) == 1 else []
-        attempts += [(allowed, RESPONSE_ORDER, 15) for allowed in (budget.modes, self.tolerance)]
+        attempts = [(all_orders, all_orders)] if len(reduced.modes) == 1 else []
         strongest: dict[Order, float] | None = None  # of the first attempt; None: not known
-        for allowed, of_modes, highest in attempts:
-            few, share = with_responding(reduced, allowed, of_modes)
+        for of_modes, highest in [*attempts, (RESPONSE_ORDER, 15)]:
+            few, share = with_responding(reduced, budget.modes, of_modes)
             problem = self._problem(few)
             grid = trial_grid(problem, self.tolerance)
             try:
@@ -260,6 +259,7 @@ class _Task:
                 continue
             return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
         left = [np.inf] if strongest is None else list(strongest.values())
+        few, share = with_responding(reduced, self.tolerance, RESPONSE_ORDER)
         found = self._refined(few, {})
         return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
 

@@ -177,6 +177,7 @@ def test_where_no_balance_is_found_rigid_contacts_of_one_mode_are_integrated(mon
 
 @pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Jenkins(2.0, 50.0)])
 def test_the_branch_of_two_modes_is_followed_from_a_steady_state(law):
+    """A part of 1.1e-3 of the elastic contacts' motion is between the harmonics."""
     elastic = law if isinstance(law, rom.Jenkins) else None
     reduced, force = rom.reduce(rom.two_mass(beta=0.01), law=elastic), ({0: 0.15}, {1: 0.25})
     start = rom.steady_state(reduced, law, (0.98, 1.65), force)
