@@ -148,14 +148,26 @@ def _path(
         rows.append(stop.outputs[:, :width].copy())
         complete = False
     traced = np.concatenate(rows)
-    time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
     stretches = Stretches(durations, inputs, schedule.stretches().durations(), names)
-    relative, effective = _effective(excited, model, stretches, time, amplitude)
+    effective, error = along_run(excited, model, stretches, traced)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    error = _transient_error(excited, stretches, time, relative, effective)
-    return reached, (stretches.in_scene(time), error), complete
+    return reached, (stretches.in_scene(traced[:, 0]), error), complete
+
+
+def along_run(
+    excited: Excited, model: Model, stretches: Stretches, traced: Floats
+) -> tuple[Floats, Floats]:
+    """Return effective amplitudes and transient errors along a run [kg^1/2 m].
+
+    The run is `traced`: time [s], then the real and imaginary part of each amplitude. Effective
+    amplitudes (points, modes) are divided by the scale of the limits, and so are the errors
+    (points - 1, modes), estimated between the points.
+    """
+    time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
+    relative, effective = _effective(excited, model, stretches, time, amplitude)
+    return effective, _transient_error(excited, stretches, time, relative, effective)
 
 
 def _effective(

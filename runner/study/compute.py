@@ -17,8 +17,9 @@ from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.performance import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
+from slipmode.runner.plan.amplitude_range import along_run
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.settling import shortened
+from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.run import run
 from slipmode.runner.scene.schedule import make_schedule
 from slipmode.runner.scene.sections import Scene
@@ -168,7 +169,10 @@ _START, _STOP = 0.99, 0.9
 
 
 def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Batch:
-    """Return the peak |a| of a run, and |a| at some times, on a model of several scenes."""
+    """Return the peak |a| of a run, its transient error, and |a| at some times.
+
+    The model is that of several scenes.
+    """
     modes = excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
@@ -189,8 +193,8 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
+        straight = replace(schedule.stretches(), points=tuple(times))
         if times:
-            straight = replace(schedule.stretches(), points=tuple(times))
             steps = straight.durations(), straight.inputs(names)
         else:
             steps = shortened(schedule, model, modes, names)
@@ -206,7 +210,15 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     traced = np.concatenate(rows)
     size = _moduli(traced)
     at = [np.argmin(np.abs(traced[:, 0] - t)) for t in times]
-    values = {"peak": size.max(axis=0)[np.newaxis], "at": size[at].T[np.newaxis]}
+    if scene.limit_scale is not None:
+        scale = scene.limit_scale.range(0.0, scene.run.duration)
+    stretches = Stretches(*steps, straight.durations(), names)
+    _, error = along_run(excited, model, stretches, traced)
+    values = {
+        "peak": size.max(axis=0)[np.newaxis],
+        "at": size[at].T[np.newaxis],
+        "run_error": scale[1] * error.max(axis=0, initial=0.0)[np.newaxis],
+    }
     return Batch(values, [""], np.zeros(1, dtype=bool))
 
 

@@ -89,6 +89,8 @@ class Outputs:
             add("peak", "largest |a| of the run")
         if self.times:
             add("at", "|a| at times of the run", time=len(self.times))
+        if self.runs:
+            add("run_error", "largest estimated transient error of |a| in the run")
         return found
 
     @property

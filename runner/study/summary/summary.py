@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.slow.transient import said_error
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
@@ -40,6 +41,8 @@ def summarise(done: StudyResults) -> list[str]:
             lines.append(str(refusal))
     if study.sampling.method == "saltelli":
         lines += _sensitivities(dataset, done)
+    if study.outputs.runs:
+        lines.append(_transient_errors(dataset, study.scene.model.transient_error))
     found = list(lines)
     lines.append(str(done.path))
     charts = study_charts(dataset, study, chosen)
@@ -57,6 +60,21 @@ def summarise(done: StudyResults) -> list[str]:
     }
     write_charts(recording, study.title, charts, texts)
     return [*lines, str(recording)]
+
+
+def _transient_errors(dataset: Any, allowed: float) -> str:
+    """Return the largest transient errors of runs, relative to the largest amplitude of all."""
+    size = dataset["peak"] if "peak" in dataset else dataset["at"].max("time")
+    largest = size.max("sample").values
+    error = dataset["run_error"].max("sample").values
+    part = np.divide(error, largest, out=np.zeros(error.shape), where=largest > 0.0)
+    line = said_error(dataset["mode"].values.tolist(), part)
+    if np.all(part <= allowed):
+        return line
+    return (
+        f"{line}, above {100 * allowed:g} %; recordings of samples (outputs.recording = true) "
+        "integrate such stretches at full order"
+    )
 
 
 def _failures(reasons: list[str]) -> list[str]:
