@@ -147,7 +147,8 @@ def _surface(
     modes, axes = table.modes, (table.node_a, table.node_b)
     some = [_spaced(node, stride, _LINES[modes]) for node in axes[:modes]]
     some += [axes[1]] * (2 - modes)
-    parts = list(spread(sample, amplitude_pairs(some[0], some[1], modes)))
+    points = amplitude_pairs(some[0], some[1], modes).reshape(-1, modes)
+    parts = list(spread(sample, points))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
