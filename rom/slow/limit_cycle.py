@@ -24,7 +24,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     carrier_range,
     check_carriers,
@@ -122,7 +122,7 @@ def limit_cycles(
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
         amplitude = np.array([cycle.amplitude for cycle in found])
         every = np.tile(excitation, (len(found), 1))
-        check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
+        check_force_patterns(model, applied, amplitude, every)
         warn(friction_findings(model.reduced, model.law, largest))
         warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))

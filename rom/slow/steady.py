@@ -18,7 +18,7 @@ from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
     forcing_findings,
@@ -175,7 +175,7 @@ def steady(
         raise found.refusals[min(found.refusals)]
     amplitude = found.amplitude
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
-    check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
+    check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)
