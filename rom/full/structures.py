@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
-from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
@@ -33,7 +33,7 @@ class Projection:
 
         `patterns` are the patterns of the forces.
         """
-        static = ForceResponse.of(reduced, patterns, structure).static
+        static = AppliedForces.of(reduced, patterns, structure).static
         others = np.hstack((reduced.contact_shapes, static))
         return cls.on(structure, reduced.all_shapes, others)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
@@ -64,7 +64,7 @@ def steady_points(
         found.refusals.update(_refusals(model.reduced, frequency, kind, alike))
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
-        shift = off_resonance_shift(model.reduced, patterns)
+        shift = AppliedForces.of(model.reduced, patterns).shift
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], shift)
         _solve(problem, places, found)
     return found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
@@ -39,8 +39,9 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    force_response : ForceResponse, optional
-        Effects of the forces besides the excitation of their own mode. Default: none.
+    force_response : AppliedForces, optional
+        The forces, in any scale, for their effects besides the excitation of their own mode.
+        Default: none.
     discontinuity : (steps, modes) complex ndarray, optional
         Jumps of the amplitudes at the start of each step, due to jumps of the forces. Default:
         none.
@@ -56,7 +57,7 @@ class SlowTrajectory:
     frequency_rate: Floats
     force: Complexes
     force_rate: Complexes
-    force_response: ForceResponse | None = None
+    force_response: AppliedForces | None = None
     discontinuity: Complexes | None = None
     scale: Floats | None = None
     scale_rate: Floats | None = None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from slipmode.fmu import Component
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.slow.slow_flow import balance, inputs_of, slow_flow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
@@ -66,7 +66,7 @@ def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=
     end = grown * excitation * np.exp(1j * inputs_of("phase_rate") * until)
     onset = np.vstack((np.zeros_like(held[:1]), held[1:] - end[:-1]))
     angle = np.column_stack([output[f"theta_{m}"] for m in modes])
-    force_response = ForceResponse.of(model.reduced, force_patterns)
+    force_response = AppliedForces.of(model.reduced, force_patterns)
     return SlowTrajectory(
         time=output["time"],
         amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),
@@ -75,7 +75,5 @@ def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=
         frequency_rate=inputs_of("frequency_rate"),
         force=held,
         force_rate=rate,
-        discontinuity=force_response.free_vibration(
-            model.reduced, onset, inputs_of("frequency"), angle[:-1]
-        ),
+        discontinuity=force_response.free_vibration(onset, inputs_of("frequency"), angle[:-1]),
     )
