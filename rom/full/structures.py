@@ -16,8 +16,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
-_DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
-
 
 @frozen
 class Projection:
@@ -116,7 +114,8 @@ def orthonormal(inertia: Floats, mass: Floats) -> Floats:
     modes, shapes = inertia.shape
     scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))
     size, mixed = np.linalg.eigh((mass - inertia.T @ inertia) / np.outer(scale, scale))
-    own = size > _DEPENDENT
+    # Smaller independent parts of unit shapes are rounding
+    own = size > 1e-10
     others = mixed[:, own] / np.sqrt(size[own]) / scale[:, np.newaxis]
     return np.block([[np.eye(modes), -inertia @ others], [np.zeros((shapes, modes)), others]])
 

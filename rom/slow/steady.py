@@ -29,8 +29,6 @@ from slipmode.rom.validity import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
-
 
 @frozen
 class ResonanceCurve:
@@ -262,7 +260,8 @@ def resonance_curve(
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        for _ in range(_CURVE_PASSES):  # friction and damping depend weakly on Omega
+        # Each pass reduces the error by about the change of friction within the band
+        for _ in range(12):  # friction and damping depend weakly on Omega
             outside = np.isnan(Omega)  # of the friction table
             frequency[:, mode] = np.where(outside, omega, Omega)
             friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction

@@ -21,7 +21,6 @@ from slipmode.rom.table.model import Model
 _DEVIATION = 3e-4
 _MOST_PARTS = 256  # of a step
 _ORDER = 3  # least order at which the deviation falls with the number of parts
-_AT_POINTS = ("time", "amplitude", "angle")  # fields with one row more than there are steps
 
 
 @frozen
@@ -104,7 +103,8 @@ class SlowTrajectory:
         first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
         last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
         parts: dict[str, Any] = {
-            name: value[first : last + (name in _AT_POINTS)]
+            # These fields have one row more than there are steps
+            name: value[first : last + (name in ("time", "amplitude", "angle"))]
             for name, value in vars(self).items()
             if isinstance(value, np.ndarray)
         }

@@ -35,9 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-_SECTIONS = 9  # values of the parameter at which steady states are searched
-
-
 @frozen
 class SpecialPoint:
     """Where stability changes.
@@ -255,7 +252,7 @@ def response_curve(
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []
-    left = problem.solutions(_SECTIONS)
+    left = problem.solutions(9)  # at nine values of the parameter
     while left.size:
         branch = branch_through(problem.curve, left[0])
         left = left[1:]
