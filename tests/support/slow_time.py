@@ -4,7 +4,7 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.slow.slow_flow import balance, inputs_of, slow_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
@@ -26,9 +26,7 @@ def mass_and_slow_root(reduced, frequency):
 def steady_balance(model, amplitude, frequency, force):
     """What balances at amplitudes (points, modes) under modal forces (modes,)."""
     points = np.atleast_2d(np.asarray(amplitude, dtype=complex))
-    forces = np.broadcast_to(np.asarray(force, dtype=complex), points.shape)
-    inputs = inputs_of(forces, np.broadcast_to(frequency, points.shape))
-    return balance(slow_flow(model), inputs, points)
+    return ForcedFlow.of(model, np.broadcast_to(frequency, points.shape), force).balance(points)
 
 
 def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):

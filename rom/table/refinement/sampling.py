@@ -142,8 +142,6 @@ def in_tasks(
     `solve`, (points, ...).
     """
     tasks = [slice(first, first + 16) for first in range(0, len(amplitudes), 16)]
-    if len(tasks) == 1:
-        return [solve(amplitudes, *beside)]
     return mapped(solve, *([each[task] for task in tasks] for each in (amplitudes, *beside)))
 
 
