@@ -276,6 +276,7 @@ class _Task:
         # have two motions.
         carries = self.harmonics > 0 or (reduced.contacts is not None and not reduced.even)
         tables: list[_Refined] = []
+        norm = ErrorNorm.of(reduced, ends)
         for each in (resolution, resolution.finer):
             torus = problem.on(each.grid, each.march, smallest_scale(reduced, ends))
             samples = ContactSamples(torus, ends, self.mapped, self.bar, carries)
@@ -283,9 +284,10 @@ class _Task:
                 samples,
                 orders=tuple(tabulated_orders(problem.combinations, modes)),
                 drives=(*range(modes), *(term.mode for term in problem.combinations)),
-                norm=ErrorNorm.of(reduced, ends),
+                norm=norm,
                 carrier=reduced.carrier,
-                loss=_structural_loss(reduced),
+                # Contacts have no share in structural losses in the paper's formulation.
+                loss=norm.loss * (reduced.formulation == "consistent"),
                 amplitude_range=ends,
                 onset_lines=onset_lines(reduced, problem.law),
                 noise=budget.march,
@@ -330,12 +332,3 @@ def _contact_motion(reduced: Reduced, moved: Complexes) -> Complexes:
     rounding = 1e-6 * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
     sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= rounding
     return np.where(sticks, reduced.contact_motion, moved)
-
-
-def _structural_loss(reduced: Reduced) -> Floats:
-    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation.
-
-    Without what aerodynamics put in: contacts have no share in that.
-    """
-    loss = (reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
-    return loss if reduced.formulation == "consistent" else np.zeros_like(loss)
