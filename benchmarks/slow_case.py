@@ -14,7 +14,7 @@ from slipmode.fmu import Component, StoppedError
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reduction import Formulation
 from slipmode.rom.slow.motion import Motion
@@ -65,9 +65,9 @@ class Marcher:
         self._inputs = constant_inputs(self.component, case.frequency, steps)
         modal = [reduced.modal_force(j, pattern) for j, pattern in enumerate(case.force)]
         self._modal_force = np.asarray(modal, dtype=complex)
-        self._force_response = ForceResponse.of(reduced, case.force, case.structure)
+        self._force_response = AppliedForces.of(reduced, case.force, case.structure)
         self._start = self._force_response.free_vibration(
-            reduced, self._modal_force, np.asarray(case.frequency)
+            self._modal_force, np.asarray(case.frequency)
         )
 
     def __call__(self) -> Floats:

@@ -36,7 +36,6 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import (
     AppliedForces,
     ForcePatterns,
-    off_resonance_shift,
     phasor,
 )
 from slipmode.rom.slow.slow_flow import rates, slow_flow
@@ -311,7 +310,7 @@ class Component:
         rate = rates(slow_flow(self.model, self._force_patterns), inputs, amplitude)
         scale = limit_scale(self._inputs)
         if self._force_patterns is not None:
-            shift = off_resonance_shift(self.model.reduced, self._force_patterns)
+            shift = AppliedForces.of(self.model.reduced, self._force_patterns).shift
             amplitude = amplitude + shift * phasor(inputs["force"], inputs["phase"])[:, modes]
         estimate = TransientError.of(self.model.reduced, self.model.law)
         error = estimate.at(rate / scale, inputs["frequency"][:, modes], amplitude / scale)

@@ -18,9 +18,6 @@ from slipmode.rom.structure.labels import DIRECTIONS
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
-_SEPARATION = 0.05  # least relative distance of a mode in a pair from its neighbours
-_AT_STAKE = 1e-3  # least share of stiffness due to contacts of a mode in a pair
-
 
 @frozen
 class ModeSet:
@@ -174,7 +171,8 @@ def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[
         distance = np.abs(frequency[:, np.newaxis] / frequency - 1.0)
     np.fill_diagonal(distance, np.inf)
     distance[:, frequency == 0.0] = np.inf
-    fit = (distance.min(axis=1) >= _SEPARATION) & (at_stake >= _AT_STAKE) & (frequency > 0)
+    # Well separated from its neighbours, and with enough stiffness due to contacts
+    fit = (distance.min(axis=1) >= 0.05) & (at_stake >= 1e-3) & (frequency > 0)
     share = np.abs(contact)
     length = np.linalg.norm(share, axis=1, keepdims=True)
     share = np.divide(share, length, out=np.zeros_like(share), where=length > 0)

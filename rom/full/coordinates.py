@@ -19,7 +19,6 @@ from slipmode.rom.structure.structure import Structure
 _GAMMA = 0.25  # SM_FULL_GAMMA of the core
 _ELASTIC = 2  # SM_ELASTIC of the core
 _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
-_UNCOUPLED = 1e-9  # damping between two modes that is rounding, relative to their own
 
 
 @frozen
@@ -146,6 +145,6 @@ def _diagonal_if_possible(damping: Floats) -> Floats:
     """Return the diagonal (n,) if it is the matrix but for rounding, else the matrix."""
     own = np.sqrt(np.abs(np.diag(damping)))
     coupling = np.abs(damping - np.diag(np.diag(damping)))
-    if np.all(coupling <= _UNCOUPLED * np.outer(own, own)):
+    if np.all(coupling <= 1e-9 * np.outer(own, own)):
         return np.diag(damping).copy()
     return 0.5 * (damping + damping.T)

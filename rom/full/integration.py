@@ -19,8 +19,6 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.structure.structure import Structure
 
-_SUBSTEPS = 4  # of one stage each, per step with elastic contacts
-
 
 def integrate(
     structure: Structure,
@@ -114,7 +112,7 @@ class Integrator:
         if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()
             self._memory_size = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
-            self._substeps = _SUBSTEPS
+            self._substeps = 4  # of one stage each, per step
         else:
             limits(law, structure.n_contacts)  # refuses a wrong number of limits
         self._output = _output_rows(outputs, structure.n_dofs)

@@ -10,13 +10,11 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.motion import State
-from slipmode.rom.reduction.force_response import ForceResponse, Forces
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Matrix, as_dense, projection
 from slipmode.rom.structure.structure import Structure
-
-_DEPENDENT = 1e-10  # squared independent part of a unit shape that is rounding
 
 
 @frozen
@@ -33,7 +31,7 @@ class Projection:
 
         `patterns` are the patterns of the forces.
         """
-        static = ForceResponse.of(reduced, patterns, structure).static
+        static = AppliedForces.of(reduced, patterns, structure).static
         others = np.hstack((reduced.contact_shapes, static))
         return cls.on(structure, reduced.all_shapes, others)
 
@@ -116,7 +114,8 @@ def orthonormal(inertia: Floats, mass: Floats) -> Floats:
     modes, shapes = inertia.shape
     scale = np.sqrt(np.maximum(np.diag(mass), np.finfo(float).tiny))
     size, mixed = np.linalg.eigh((mass - inertia.T @ inertia) / np.outer(scale, scale))
-    own = size > _DEPENDENT
+    # Smaller independent parts of unit shapes are rounding
+    own = size > 1e-10
     others = mixed[:, own] / np.sqrt(size[own]) / scale[:, np.newaxis]
     return np.block([[np.eye(modes), -inertia @ others], [np.zeros((shapes, modes)), others]])
 

@@ -15,12 +15,10 @@ from slipmode.rom.short_repr import frozen, short_repr
 
 _POWER = 8  # weight sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
 _BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
-_ORDER = 7  # |n| + |m| of the lines that are separated from the carriers
 _SHORTEST, _LONGEST = 40, 1000  # window, in periods of the slowest carrier
 _LOBE = 5  # bins of a line on either side of its peak: its leakage ends at the 4th
 _PEAK = 1e-4  # relative to the largest peak; smaller ones are not classified
 _HIGHEST = {1: 60, 2: 41}  # |n| + |m| of the harmonics, by carriers
-_MOST_SAMPLES = 2**20  # of a window that separates harmonics from other lines
 _CHUNK = 4096  # samples projected at a time
 
 
@@ -54,7 +52,7 @@ class Window:
         slowest = frequency.min()
         if periods is None:
             carriers = frequency[forced] if forced.any() else frequency
-            distance = np.abs(harmonic_frequencies(carriers, _ORDER)[:, np.newaxis] - carriers)
+            distance = np.abs(harmonic_frequencies(carriers, 7)[:, np.newaxis] - carriers)
             spacing = distance[distance > 1e-9 * carriers.max()].min()
             periods = float(np.clip(_BINS / spacing * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
@@ -66,7 +64,7 @@ class Window:
         """Return a window that is long enough to find lines between the harmonics."""
         frequency = excitation.frequency[0]
         samples_per_period = frequency.max() / frequency.min() * 2 * SAMPLES_PER_PERIOD
-        return cls.of(excitation, min(float(_LONGEST), _MOST_SAMPLES / samples_per_period))
+        return cls.of(excitation, min(float(_LONGEST), 2**20 / samples_per_period))
 
     def times(self, begin: float) -> Floats:
         """Return the sample times (samples,) [s]."""

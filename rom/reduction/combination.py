@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import as_floats
+from slipmode.rom.arrays import Flags, as_floats
 from slipmode.rom.errors import SlipmodeError
 
 # Distance from a carrier, relative to it, below which harmonics up to |n| + |m| are near it. A
@@ -145,15 +145,16 @@ def combination_resonances(
 
 
 def resonant_modes(
-    modes: int, order: Order, combinations: Sequence[CombinationResonance]
-) -> tuple[int, ...]:
-    """Return modes whose slow flow has a harmonic: as carrier or as combination resonance."""
-    return tuple(
-        mode
-        for mode in range(modes)
-        if order == CARRIERS[mode]
-        or any((term.mode, term.stored_order) == (mode, order) for term in combinations)
-    )
+    modes: int, orders: Sequence[Order], combinations: Sequence[CombinationResonance]
+) -> Flags:
+    """Return which modes have each harmonic in their slow flow, (orders, modes).
+
+    As their carrier, or as a combination resonance.
+    """
+    resonant = {(mode, CARRIERS[mode]) for mode in range(modes)}
+    resonant |= {(term.mode, term.stored_order) for term in combinations}
+    flags = [[(mode, order) in resonant for mode in range(modes)] for order in orders]
+    return np.array(flags, dtype=bool).reshape(len(orders), modes)
 
 
 def tabulated_orders(combinations: Sequence[CombinationResonance], modes: int) -> list[Order]:

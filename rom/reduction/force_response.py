@@ -41,11 +41,13 @@ class AppliedForces:
 
     reduced: Reduced
     force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
+    # What was reduced. None: displacements of DOFs do not include the static part.
+    structure: Structure | None = None
 
     @classmethod
-    def of(cls, reduced: Reduced, force: Forces) -> Self:
+    def of(cls, reduced: Reduced, force: Forces, structure: Structure | None = None) -> Self:
         """Return the forces of one {DOF: amplitude} or (n,) array per mode."""
-        return cls(reduced, force_vectors(force, len(reduced.modes), reduced.n_dofs))
+        return cls(reduced, force_vectors(force, len(reduced.modes), reduced.n_dofs), structure)
 
     @cached_property
     def modal(self) -> Floats:
@@ -128,53 +130,25 @@ class AppliedForces:
         )
         return np.asarray(np.divide(-0.5 * acting, coupled, out=shift, where=coupled != 0.0))
 
+    @cached_property
+    def static(self) -> Floats:
+        """Displacement by the static flexibility besides modes and contact shapes, (n, modes).
+
+        Per F_j [kg^1/2 m/N]; 0 without the structure.
+        """
+        reduced, f = self.reduced, self.per_modal_force.T
+        if self.structure is None or reduced.formulation == "paper":
+            return np.zeros_like(f)
+        omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
+        shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
+        return reduced.held(self.structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
+
     def residual(self, on_contacts: Complexes | Floats) -> Complexes:
         """Return forces on contacts per F_j without the part that the shift has, (modes, N_c)."""
         return np.asarray(on_contacts + 2.0 * self.shift[:, np.newaxis] * self.reduced.coupling)
 
-
-@frozen
-class ForceResponse:
-    """Effects of forces besides the excitation of their own mode, per unit of modal force F_j."""
-
-    applied: AppliedForces
-    # (n, modes), displacement by the static flexibility besides modes and contact shapes
-    # [kg^1/2 m/N]; 0 if the structure is not given
-    static: Floats
-
-    @classmethod
-    def of(
-        cls, reduced: Reduced, patterns: ForcePatterns, structure: Structure | None = None
-    ) -> Self:
-        """Return the response to force patterns, in any scale, on the structure that was reduced.
-
-        Without the structure, displacements of DOFs do not include the static part.
-        """
-        applied = AppliedForces.of(reduced, patterns)
-        static = np.zeros_like(applied.force.T)
-        if structure is not None and reduced.formulation == "consistent":
-            f = applied.per_modal_force.T
-            omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
-            shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
-            static = reduced.held(structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
-        return cls(applied, static)
-
-    @property
-    def modal(self) -> Floats:
-        """`AppliedForces.on_modes`."""
-        return self.applied.on_modes
-
-    @property
-    def shift(self) -> Complexes:
-        """`AppliedForces.shift`."""
-        return self.applied.shift
-
     def free_vibration(
-        self,
-        reduced: Reduced,
-        discontinuity: Complexes,
-        frequency: Floats,
-        angle: Floats | float = 0.0,
+        self, discontinuity: Complexes, frequency: Floats, angle: Floats | float = 0.0
     ) -> Complexes:
         """Return the amplitudes (..., modes) that a jump of the forces adds.
 
@@ -183,24 +157,19 @@ class ForceResponse:
         `discontinuity` (..., modes) is the jump of the modal F_j exp(i phase_j) [N kg^-1/2],
         frequency and angle belong to the carriers at the jump.
         """
-        if reduced.formulation == "paper":
+        if self.reduced.formulation == "paper":
             return np.zeros_like(discontinuity)
         rotated = discontinuity * np.exp(1j * np.asarray(angle))
-        gamma, omega = reduced.modal_damping, reduced.frequency
+        gamma, omega = self.reduced.modal_damping, self.reduced.frequency
         damped = np.sqrt(np.maximum(omega**2 - 0.25 * gamma**2, 0.0))
         vibrates = damped > 0.0
         damped = np.where(vibrates, damped, 1.0)
-        q = self.applied.cross_response * rotated[..., np.newaxis, :]
+        q = self.cross_response * rotated[..., np.newaxis, :]
         displacement = q.real.sum(axis=-1)
         velocity = -(q.imag * frequency[..., np.newaxis, :]).sum(axis=-1)
         own = (rotated / (gamma + 2j * (frequency + damped))).real
         free = -displacement + 1j * (own + 0.5 * gamma * displacement + velocity) / damped
         return np.where(vibrates, free * np.exp(-1j * np.asarray(angle)), 0.0)
-
-
-def off_resonance_shift(reduced: Reduced, patterns: ForcePatterns) -> Complexes:
-    """Return `AppliedForces.shift` (modes,) of force patterns in any scale."""
-    return AppliedForces.of(reduced, patterns).shift
 
 
 @lru_cache(maxsize=8)

@@ -28,7 +28,6 @@ MOST_MODES = 128  # to compute, up to that frequency
 # (tests/rom/test_stated_by_default.py, member 2).
 HIGHEST_HARMONIC = {1: 31, 2: 17}
 _DRIFT = 0.1  # distance of the forcing from the carriers, relative to them
-_ROUNDING = 1e-9  # matrix entry that is rounding, relative to the diagonal
 
 
 @frozen
@@ -155,4 +154,4 @@ def symmetric(matrix: Floats) -> Floats:
 def without_rounding(matrix: Floats, scale: Floats) -> Floats:
     """Return the matrix with 0 for entries that are rounding against diagonal entries (n,)."""
     size = np.sqrt(np.abs(np.outer(scale, scale)))
-    return np.where(np.abs(matrix) <= _ROUNDING * size, 0.0, matrix)
+    return np.where(np.abs(matrix) <= 1e-9 * size, 0.0, matrix)

@@ -38,9 +38,7 @@ def reaction_stiffness(
     modes = len(reduced.modes)
     reaction = np.zeros((len(orders), *reduced.stiffness.shape), dtype=complex)
     if reduced.formulation == "consistent":
-        held = np.zeros((len(orders), modes), dtype=bool)
-        for row, order in zip(held, orders, strict=True):
-            row[list(resonant_modes(modes, order, combinations))] = True
+        held = resonant_modes(modes, orders, combinations)
         reaction = reduced.reaction(np.array(orders)[:, :modes] @ reduced.carrier, held)
     reaction.flags.writeable = False  # the cache returns it again
     return reaction
@@ -77,14 +75,14 @@ def strongest_resonance(
     omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
     found, largest = InternalResonance((1, 0), float(reduced.carrier[0]), float(omega[0])), -1.0
     modes = len(reduced.modes)
-    for order in orders:
+    for order, resonant in zip(orders, resonant_modes(modes, orders, combinations), strict=True):
         nu = abs(float(np.dot(order[:modes], reduced.carrier)))
         if nu == 0.0:
             continue
         stiffness = np.abs(np.diag(reduced.modal_stiffness(nu)))
         coupling = np.linalg.norm(reduced.modal_coupling(nu), axis=1)
         response = coupling**2 / np.maximum(stiffness, np.finfo(float).tiny)
-        response[list(resonant_modes(modes, order, combinations))] = 0.0
+        response[:modes][resonant] = 0.0
         response /= sum(abs(k) for k in order) ** 2
         mode = int(np.argmax(response))
         if response[mode] > largest:

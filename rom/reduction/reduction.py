@@ -63,7 +63,7 @@ def reduce(
     force_patterns : one {DOF: amplitude} or (n,) array_like per mode, optional
         Where the forces act, as in `fmu.Component`. The contact problem then includes their effect
         on contacts and other modes, as in a steady state. Default: it only shifts the amplitudes
-        (`off_resonance_shift`).
+        (`AppliedForces.shift`).
     aerodynamics : sequence of complex, optional
         Aerodynamic influence coefficients c_j [rad^2/s^2], one per mode: a modal force
         -c_j q_j while q_j moves at the natural frequency omega_j of the structure alone. The

@@ -24,7 +24,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     carrier_range,
     check_carriers,
@@ -34,9 +34,6 @@ from slipmode.rom.validity import (
 )
 
 _SCANNED = {1: 400, 2: 64}  # amplitudes of each self-excited mode, by their number
-_PASSES = 60
-_CONVERGED = 1e-9  # residual relative to the elastic force at the largest amplitudes
-_SAME = 1e-6  # relative distance of equal limit cycles
 
 
 @frozen
@@ -122,7 +119,7 @@ def limit_cycles(
         largest = np.max([np.abs(cycle.amplitude) for cycle in found], axis=0)
         amplitude = np.array([cycle.amplitude for cycle in found])
         every = np.tile(excitation, (len(found), 1))
-        check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
+        check_force_patterns(model, applied, amplitude, every)
         warn(friction_findings(model.reduced, model.law, largest))
         warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
@@ -159,7 +156,7 @@ class _Cycling:
             if solved is None:
                 continue
             a, frequency = solved
-            if all(np.abs(a - other).max() > _SAME * np.abs(a).max() for other in known):
+            if all(np.abs(a - other).max() > 1e-6 * np.abs(a).max() for other in known):
                 known.append(a)
                 yield LimitCycle(a, frequency, self._growth(a, frequency))
 
@@ -194,7 +191,7 @@ class _Cycling:
         a[:, self.moving] = moduli
         Omega = np.tile(self.flow.frequency[0], (len(moduli), 1))
         low, high = np.array([carrier_range(float(each)) for each in omega]).T
-        for _ in range(_PASSES):
+        for _ in range(60):
             flow = self._at(Omega)
             now = flow.balance(a)
             Q = now.friction[:, self.moving] / moduli
@@ -231,7 +228,7 @@ class _Cycling:
         start[self.moving, 1] = (Omega / natural)[self.moving]
         z = root(residual, start[solved].ravel(), options={"xtol": 1e-13}).x
         now, frequency = unpacked(z)
-        if not np.abs(residual(z)).max() <= _CONVERGED or np.any(now[self.moving].real <= 0.0):
+        if not np.abs(residual(z)).max() <= 1e-9 or np.any(now[self.moving].real <= 0.0):
             return None
         return now, frequency
 

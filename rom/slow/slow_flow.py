@@ -95,23 +95,6 @@ class Balance:
     rate: Complexes  # (points, modes), da_j/dt [kg^1/2 m/s]
 
 
-def balance(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Balance:
-    """Return the terms of the amplitude equations at amplitudes (points, modes)."""
-    parts, _ = _balance(flow, inputs, amplitude, None)
-    return Balance(*np.moveaxis(parts, 1, 0))
-
-
-def rate_and_jacobian(
-    flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes
-) -> tuple[Floats, Floats]:
-    """Return da/dt of `balance` as reals (points, 2 modes), and the Jacobian."""
-    unknowns = 2 * amplitude.shape[1]
-    parts, jacobian = _balance(
-        flow, inputs, amplitude, np.empty((len(amplitude), unknowns, unknowns))
-    )
-    return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
-
-
 @frozen
 class ForcedFlow:
     """The slow flow at points with a frequency and a constant force each."""
@@ -155,11 +138,26 @@ class ForcedFlow:
 
     def balance(self, amplitude: Complexes) -> Balance:
         """Return the terms of the amplitude equations at amplitudes (points, modes)."""
-        return balance(self.flow, self.inputs, amplitude)
+        return Balance(*np.moveaxis(self._balance(amplitude, None), 1, 0))
 
     def rate_and_jacobian(self, amplitude: Complexes) -> tuple[Floats, Floats]:
-        """Return da/dt as reals (points, 2 modes), and the Jacobian."""
-        return rate_and_jacobian(self.flow, self.inputs, amplitude)
+        """Return da/dt of `balance` as reals (points, 2 modes), and the Jacobian."""
+        unknowns = 2 * amplitude.shape[1]
+        jacobian = np.empty((len(amplitude), unknowns, unknowns))
+        parts = self._balance(amplitude, jacobian.ctypes.data)
+        return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
+
+    def _balance(self, amplitude: Complexes, jacobian: int | None) -> Complexes:
+        """Return the terms (points, 4, modes); the core writes the Jacobian to its address."""
+        a = np.ascontiguousarray(amplitude, dtype=complex)
+        parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
+        addresses = (each.ctypes.data for each in (self.inputs, a, parts))
+        status = kernel.lib.sm_slow_flow_balance(
+            ctypes.byref(self.flow), len(a), *addresses, jacobian
+        )
+        if status != kernel.OUTSIDE_TABLE:
+            kernel.check(status, "amplitude: slow flow")
+        return parts
 
     def secant_response(self, now: Balance, amplitude: Complexes) -> Complexes:
         """Return a of (stiffness - Q) a = F / 2 + Q shift F, with the secant friction Q `now`."""
@@ -178,27 +176,6 @@ class ForcedFlow:
         """
         factor = coupling_factor(self.model.reduced, self.frequency)
         return np.asarray(factor * (amplitude + self.shift * self.force))
-
-
-def _balance(
-    flow: kernel.SlowFlow,
-    inputs: NDArray[np.void],
-    amplitude: Complexes,
-    jacobian: Floats | None,
-) -> tuple[Complexes, Floats]:
-    a = np.ascontiguousarray(amplitude, dtype=complex)
-    parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
-    status = kernel.lib.sm_slow_flow_balance(
-        ctypes.byref(flow),
-        len(a),
-        inputs.ctypes.data,
-        a.ctypes.data,
-        parts.ctypes.data,
-        None if jacobian is None else jacobian.ctypes.data,
-    )
-    if status != kernel.OUTSIDE_TABLE:
-        kernel.check(status, "amplitude: slow flow")
-    return parts, np.empty(0) if jacobian is None else jacobian
 
 
 def _slow_flow(

@@ -18,7 +18,7 @@ from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
     forcing_findings,
@@ -28,8 +28,6 @@ from slipmode.rom.validity import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_CURVE_PASSES = 12  # each reduces the error by about the change of friction within the band
 
 
 @frozen
@@ -175,7 +173,7 @@ def steady(
         raise found.refusals[min(found.refusals)]
     amplitude = found.amplitude
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
-    check_force_patterns(model, applied, SteadyStates.of(applied, amplitude, every))
+    check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)
@@ -262,7 +260,8 @@ def resonance_curve(
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        for _ in range(_CURVE_PASSES):  # friction and damping depend weakly on Omega
+        # Each pass reduces the error by about the change of friction within the band
+        for _ in range(12):  # friction and damping depend weakly on Omega
             outside = np.isnan(Omega)  # of the friction table
             frequency[:, mode] = np.where(outside, omega, Omega)
             friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction

@@ -19,7 +19,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
@@ -62,10 +62,10 @@ class SteadyMotion:
         return np.asarray(2.0 * np.abs(x))
 
     @cached_property
-    def _forces(self) -> ForceResponse | None:
+    def _forces(self) -> AppliedForces | None:
         if self.applied is None:
             return None
-        return ForceResponse.of(self.model.reduced, list(self.applied.force), self.structure)
+        return AppliedForces(self.model.reduced, self.applied.force, self.structure)
 
     @cached_property
     def _response(self) -> ModalResponse:

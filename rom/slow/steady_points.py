@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
-from slipmode.rom.reduction.force_response import Forces, off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
@@ -24,9 +24,6 @@ from slipmode.rom.validity import check_carriers
 
 INSIDE = 0.998  # of the table's range, so that the coupling ratio has room
 _RELAXATION_PASSES, _NEWTON_PASSES = 60, 25
-_RELAXED = 1e-4  # change relative to the table's range, at which Newton's method continues
-_ROUNDING = 1e-11  # update of Newton's method, relative to the table's range
-_CONVERGED = 1e-10  # residual relative to the forces in the amplitude equations
 
 
 @frozen
@@ -64,7 +61,7 @@ def steady_points(
         found.refusals.update(_refusals(model.reduced, frequency, kind, alike))
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
-        shift = off_resonance_shift(model.reduced, patterns)
+        shift = AppliedForces.of(model.reduced, patterns).shift
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], shift)
         _solve(problem, places, found)
     return found
@@ -139,7 +136,8 @@ class _SteadyFlow(ForcedFlow):
             step = np.minimum(np.abs(balanced), self._range) - np.abs(before)
             modulus = np.maximum(np.abs(before) + 0.5 * step, 1e-12 * self._range)
             amplitude[moving] = part._inside(phasor(modulus, np.angle(balanced)))
-            moving = moving[(np.abs(step) > _RELAXED * self._range).any(axis=-1)]
+            # Newton's method continues from smaller changes.
+            moving = moving[(np.abs(step) > 1e-4 * self._range).any(axis=-1)]
             if moving.size == 0:
                 break
         return np.where(force == 0.0, 0.0, amplitude)  # an unforced mode is at rest
@@ -154,7 +152,7 @@ class _SteadyFlow(ForcedFlow):
             update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]
             after = part._inside(before - np.ascontiguousarray(update).view(complex))
             found[moving] = after
-            moving = moving[np.abs(after - before).max(axis=-1) > _ROUNDING * self._range.max()]
+            moving = moving[np.abs(after - before).max(axis=-1) > 1e-11 * self._range.max()]
             if moving.size == 0:
                 break
         return found
@@ -164,7 +162,7 @@ class _SteadyFlow(ForcedFlow):
         now = self.balance(amplitude)
         elastic = np.abs(now.stiffness * amplitude).max(axis=-1)
         scale = 0.5 * np.abs(self.force).max(axis=-1) + elastic + 1e-300
-        return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) <= _CONVERGED * scale)
+        return np.asarray(np.abs(now.mass * now.rate).max(axis=-1) <= 1e-10 * scale)
 
     def is_steady(self, amplitude: Complexes) -> Flags:
         """Return where amplitudes are steady and, with self-excited modes, stable, (points,)."""

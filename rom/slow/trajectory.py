@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
@@ -21,7 +21,6 @@ from slipmode.rom.table.model import Model
 _DEVIATION = 3e-4
 _MOST_PARTS = 256  # of a step
 _ORDER = 3  # least order at which the deviation falls with the number of parts
-_AT_POINTS = ("time", "amplitude", "angle")  # fields with one row more than there are steps
 
 
 @frozen
@@ -39,8 +38,9 @@ class SlowTrajectory:
         At the start of each step [rad/s], [rad/s^2].
     force, force_rate : (steps, modes) complex ndarray
         Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
-    force_response : ForceResponse, optional
-        Effects of the forces besides the excitation of their own mode. Default: none.
+    force_response : AppliedForces, optional
+        The forces, in any scale, for their effects besides the excitation of their own mode.
+        Default: none.
     discontinuity : (steps, modes) complex ndarray, optional
         Jumps of the amplitudes at the start of each step, due to jumps of the forces. Default:
         none.
@@ -56,7 +56,7 @@ class SlowTrajectory:
     frequency_rate: Floats
     force: Complexes
     force_rate: Complexes
-    force_response: ForceResponse | None = None
+    force_response: AppliedForces | None = None
     discontinuity: Complexes | None = None
     scale: Floats | None = None
     scale_rate: Floats | None = None
@@ -103,7 +103,8 @@ class SlowTrajectory:
         first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
         last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
         parts: dict[str, Any] = {
-            name: value[first : last + (name in _AT_POINTS)]
+            # These fields have one row more than there are steps
+            name: value[first : last + (name in ("time", "amplitude", "angle"))]
             for name, value in vars(self).items()
             if isinstance(value, np.ndarray)
         }

@@ -20,6 +20,7 @@ from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.validity.friction import elastic_force
 
 # Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
 # that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
@@ -32,9 +33,7 @@ def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
 
     Infinite for a mode that moves no contact.
     """
-    on_contacts = 2.0 * np.abs(reduced.coupling)
-    if reduced.contacts is not None:
-        on_contacts = on_contacts * reduced.contacts.reference
+    on_contacts = elastic_force(reduced, np.eye(len(reduced.modes)))
     hold = np.broadcast_to(limits(law, reduced.n_contacts), on_contacts.shape)
     threshold = np.full(on_contacts.shape, np.inf)
     np.divide(hold, on_contacts, out=threshold, where=on_contacts > 0)

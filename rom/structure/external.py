@@ -16,8 +16,6 @@ from slipmode.rom.structure.labels import Labels
 
 _log = logging.getLogger(__name__)
 
-_HELD = 1e30  # stiffness [N/m] from which a boundary condition holds a DOF by a penalty
-_ROUNDING = 1e-6  # asymmetry due to rounded exports, relative to the largest entry
 #: The matrices, and how their short names begin in Nastran, MATLAB and other programs.
 _NAMES = {"mass": ("m",), "stiffness": ("k",), "damping": ("b", "c", "d")}
 _CONTACT = ("contact", "w")
@@ -99,7 +97,8 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
     matrices = {
         name: _in_order(part, labels, size, f"{path}: {name}") for name, part in parts.items()
     }
-    free = np.flatnonzero(matrices["stiffness"].diagonal() < _HELD)
+    # Boundary conditions hold a DOF by a penalty of that stiffness [N/m] or more
+    free = np.flatnonzero(matrices["stiffness"].diagonal() < 1e30)
     if free.size < size:
         _log.warning(
             "%s: %d DOFs are held by boundary conditions: left out", path, size - free.size
@@ -148,7 +147,7 @@ def _symmetrised(matrix: Any, name: str, path: Path) -> Any:
     """Return the matrix without the asymmetry due to rounded exports."""
     largest = abs(matrix).max()
     asymmetry = abs(matrix - matrix.T).max()
-    if asymmetry == 0.0 or asymmetry > _ROUNDING * largest:
+    if asymmetry == 0.0 or asymmetry > 1e-6 * largest:
         return matrix
     message = (
         "%s: %s is symmetrised: entries differ from their mirror images by %.1e of the largest"

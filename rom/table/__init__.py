@@ -2,8 +2,7 @@
 
 tabulation.py        tabulate: resolution, refinement, check, corrections. Start here.
 hermite.py           Table: the bicubic surface; the look-up is rom/kernel/table/table.c
-refinement/          where its grid lines lie
-check_points.py      where its error is measured, and what that says of the largest
+refinement/          where its grid lines lie, and where its error is measured
 corrections.py       beside the friction terms: for growing amplitudes, for other frequencies
 model.py             Model and its file, whose content model_content.py checks; accuracy.py
 cache.py             models kept on disk, by disk_cache.py, which bounds them

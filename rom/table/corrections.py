@@ -26,14 +26,9 @@ from slipmode.rom.table.refinement.sampling import amplitude_pairs
 
 Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
 
-_COARSER = Discretisation(steps=4, lines=2)
-_COARSER_ELASTIC = Discretisation(steps=1, lines=2)  # of steps they have few
-_COARSEST = Discretisation(steps=16, lines=8)
 # Grid lines from one that is sampled to the next, at least, and how many at the most, by modes:
 # what is corrected is small. Nodes of one mode are cheap.
 _STRIDE, _DETUNING_STRIDE, _LINES = {1: 1, 2: 3}, {1: 1, 2: 4}, {1: 100, 2: 20}
-_ROUGHLY = 10.0  # march tolerance of the slopes, over that of the table
-_HELPS = 0.5  # of the error that a slope has to take away, at least
 # Fractions of the largest amplitudes where forcing off the carriers is tried.
 _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
 
@@ -53,11 +48,10 @@ def with_rate_correction(
         Values of a function at many points, part by part.
     """
     reduced, law, grid = torus.problem.reduced, torus.problem.law, torus.grid
-    coarser = _COARSER if reduced.contacts is None else _COARSER_ELASTIC
-    coarse = Discretisation(
-        min(grid.steps, max(grid.steps // coarser.steps, _COARSEST.steps)),
-        min(grid.lines, max(grid.lines // coarser.lines, _COARSEST.lines)),
-    )
+    steps = grid.steps
+    if reduced.contacts is None:  # elastic contacts have few steps
+        steps = min(steps, max(steps // 4, 16))
+    coarse = Discretisation(steps, min(grid.lines, max(grid.lines // 2, 8)))
     surface = _surface(
         table,
         _STRIDE[table.modes],
@@ -108,11 +102,10 @@ def with_detuning(
     error = error_with(None)
     if tolerance is None or error <= tolerance:
         return table, error
-    if error_with(FrictionDetuning(torus)(points)) > _HELPS * error:
+    if error_with(FrictionDetuning(torus)(points)) > 0.5 * error:  # it would not help
         return table, error
-    rough = torus.problem.on(
-        torus.grid, _ROUGHLY * torus.march.tolerance, torus.smallest_amplitude
-    )
+    # Slopes are small corrections: marches may repeat ten times less closely.
+    rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
     surface = _surface(
         table,
         _DETUNING_STRIDE[table.modes],
@@ -147,7 +140,8 @@ def _surface(
     modes, axes = table.modes, (table.node_a, table.node_b)
     some = [_spaced(node, stride, _LINES[modes]) for node in axes[:modes]]
     some += [axes[1]] * (2 - modes)
-    parts = list(spread(sample, amplitude_pairs(some[0], some[1], modes)))
+    points = amplitude_pairs(some[0], some[1], modes).reshape(-1, modes)
+    parts = list(spread(sample, points))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)

@@ -22,7 +22,6 @@ from slipmode.rom.files import PART
 
 MIB = 1024 * 1024
 
-_DEFAULT_LIMIT = 1024.0  # [MiB], some thousand models
 _ABANDONED = 3600.0  # [s] without a change, after which nobody finishes an unfinished file
 _ENTRY = re.compile(r"[0-9a-f]{32}\.[a-z]+")  # in a folder that others may use too
 
@@ -45,7 +44,7 @@ def bound() -> int:
     SlipmodeError
         If that variable is no number >= 0.
     """
-    given = os.environ.get("SLIPMODE_CACHE_MIB") or _DEFAULT_LIMIT
+    given = os.environ.get("SLIPMODE_CACHE_MIB") or 1024.0
     try:
         most = float(given)
     except ValueError:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import prod
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dgtsv
 
 from slipmode.rom import kernel
@@ -114,9 +114,8 @@ class Table:
         if points.ndim == 0 or points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
-        status = kernel.lib.sm_table_lookup(
-            ctypes.byref(self.kernel()), points.size // self.modes, *_addresses(points, result)
-        )
+        count, addresses = points.size // self.modes, (points.ctypes.data, result.ctypes.data)
+        status = kernel.lib.sm_table_lookup(ctypes.byref(self.kernel()), count, *addresses)
         if status == kernel.OUTSIDE_TABLE:
             raise outside_table(points, self)
         kernel.check(status, "table look-up")
@@ -284,7 +283,3 @@ def _clip(slope: Floats, f: Floats, steps: Floats) -> Floats:
         upper = np.where(forward == 0.0, np.inf, -1.5 * f / forward)
         lower = np.where(backward == 0.0, -np.inf, -1.5 * f / backward)
     return np.clip(slope, lower, upper)
-
-
-def _addresses(*arrays: NDArray[np.generic]) -> tuple[int, ...]:
-    return tuple(array.ctypes.data for array in arrays)

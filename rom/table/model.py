@@ -24,24 +24,16 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
-from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
+from slipmode.rom.table.model_content import (
+    REDUCED_ARRAYS,
+    check_arrays,
+    check_contacts,
+    check_header,
+)
 from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 24  # of the file; raised whenever tables computed before must not be used any more
 
-REDUCED_ARRAYS = (
-    *("frequency", "carrier", "modal_damping", "mode_shapes", "contact_shapes"),
-    *("mass", "damping", "stiffness", "spring", "damper", "contact_motion", "carried_mass"),
-    *(
-        "nonresonant_frequency",
-        "nonresonant_damping",
-        "nonresonant_shapes",
-        "nonresonant_spring",
-        "nonresonant_inertia",
-        "nonresonant_damper",
-    ),
-    "damping_coupling",
-)
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 

@@ -17,8 +17,17 @@ from slipmode.rom.reduction.reduced import Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 
-_LARGEST_ORDER = 100  # of a harmonic; a table has far lower ones
-_ALL_OF_IT = 1.0 + 1e-6  # of a contact's flexibility
+# The arrays of `Reduced` that every model has, and the axes of each: n DOFs, m modes, c contacts,
+# p nonresonant modes, q all modes.
+REDUCED_ARRAYS = {
+    **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
+    **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
+    **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
+    **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
+    **dict.fromkeys(("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"),
+    **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
+    "damping_coupling": "qq",
+}
 
 
 def check_header(header: Mapping[str, Any]) -> None:
@@ -56,9 +65,13 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     modes, combinations, orders = (
         len(header[name]) for name in ("modes", "combinations", "orders")
     )
+    # Axes besides: a and b nodes, o orders, k columns, l columns of the corrections. These arrays
+    # say how long some axes are.
+    measured = {"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"}
+    measured |= {"a": "node_a", "b": "node_b"}
     sizes = {
         axis: len(content[name])
-        for axis, name in _MEASURED.items()
+        for axis, name in measured.items()
         if name in content and content[name].ndim > 0
     }
     sizes |= {"m": modes, "q": modes + sizes.get("p", 0), "o": orders}
@@ -66,10 +79,14 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     optional = {"rate_correction": "ab4l"} if header["formulation"] == "consistent" else {}
     given = {"force_patterns": "mn", "aerodynamics": "m", "detuning": "ab4l"}
     optional |= {name: layout for name, layout in given.items() if name in content}
-    for name, layout in (_ARRAYS | optional | (_harmonics(modes) if orders else {})).items():
+    table = {"node_a": "a", "node_b": "b", "values": "ab4k"}
+    if orders:
+        table |= {"P": f"{'ab'[:modes]}oc", "left_out": f"{'ab'[:modes]}c"}
+    for name, layout in (REDUCED_ARRAYS | table | optional).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
-        array, kind = content[name], complex if name in _COMPLEX else float
+        is_complex = name in ("contact_motion", "aerodynamics", "P")
+        array, kind = content[name], complex if is_complex else float
         shape = tuple(sizes.get(axis, -1) for axis in layout)
         if array.dtype != kind or array.shape != shape:
             raise SlipmodeError(f"{name}: has another shape or type than the model")
@@ -112,36 +129,14 @@ def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
     if elements is None:
         fits = bool(np.all(own > 0.0))
     else:
-        fits = bool(np.all(own <= 0.0) and np.all(-own * elements.reference <= _ALL_OF_IT))
+        share = -own * elements.reference  # of a contact's flexibility, but for rounding
+        fits = bool(np.all(own <= 0.0) and np.all(share <= 1.0 + 1e-6))
     if not fits:
         raise SlipmodeError("law: does not fit the stiffness of the contacts")
     return elements
 
 
-# The axes of each array: n DOFs, m modes, c contacts, p nonresonant modes, q all, a and b nodes,
-# k columns, l of the corrections; and the arrays that some are measured by.
-_MEASURED = {
-    **{"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"},
-    **{"a": "node_a", "b": "node_b"},
-}
-_ARRAYS = {
-    **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
-    **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
-    **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
-    **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
-    **dict.fromkeys(("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"),
-    **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
-    **{"damping_coupling": "qq", "node_a": "a", "node_b": "b", "values": "ab4k"},
-}
-_COMPLEX = ("contact_motion", "aerodynamics", "P")
-
-
-def _harmonics(modes: int) -> dict[str, str]:
-    nodes = "ab"[:modes]
-    return {"P": f"{nodes}oc", "left_out": f"{nodes}c"}
-
-
-def _are_integers(value: Any, largest: float = _LARGEST_ORDER) -> bool:
+def _are_integers(value: Any, largest: float = 100) -> bool:
     return isinstance(value, list) and all(
         type(entry) is int and abs(entry) <= largest for entry in value
     )

@@ -9,7 +9,6 @@ and without that response.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Self
 
 import numpy as np
 
@@ -20,40 +19,16 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
-from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 _ROUNDING = 1e-9  # relative difference of forces that are the same
-_MARCH = 0.01  # of the table's tolerance: how well the contact motion repeats
-_PASSES = 2  # the force follows from the friction term, which it changes by per cents
-# Shares of the range where a component, whose amplitudes are not known yet, is checked.
-_SHARES = np.array([[1.0, 1.0], [0.5, 0.5]])
-
-
-@frozen
-class SteadyStates:
-    """Steady states of a slow flow, and the forces that hold them.
-
-    Attributes
-    ----------
-    amplitude : (points, modes) complex ndarray
-        Effective amplitudes a_j + shift_j F_j at the contacts, relative to the scale of the
-        friction limits [kg^1/2 m].
-    excitation : (points, modes) complex ndarray
-        F_j exp(i phase_j), relative to the same scale [N kg^-1/2].
-    """
-
-    amplitude: Complexes
-    excitation: Complexes
-
-    @classmethod
-    def of(cls, applied: AppliedForces, amplitude: Complexes, excitation: Complexes) -> Self:
-        """From amplitudes and excitations that the slow flow has, (points, modes) both."""
-        return cls(amplitude + applied.shift * excitation, excitation)
 
 
 def check_force_patterns(
-    model: Model, applied: AppliedForces, states: SteadyStates | None = None
+    model: Model,
+    applied: AppliedForces,
+    amplitude: Complexes | None = None,
+    excitation: Complexes | None = None,
 ) -> None:
     """Refuse forces whose quasi-static response a table does not have, where it matters.
 
@@ -62,16 +37,19 @@ def check_force_patterns(
     model : Model
     applied : AppliedForces
         Forces, or patterns: their scale does not matter.
-    states : SteadyStates, optional
-        Of which those with the largest amplitude of each mode are checked. Default: steady states
-        at the carriers with the largest amplitudes of the table, and with half of them.
+    amplitude : (points, modes) complex ndarray, optional
+        Amplitudes a_j of steady states, relative to the scale of the friction limits
+        [kg^1/2 m]. The states with the largest amplitude of each mode are checked. Default: steady
+        states at the carriers with the largest amplitudes of the table, and with half of them.
+    excitation : (points, modes) complex ndarray
+        F_j exp(i phase_j) that holds these states, relative to the same scale [N kg^-1/2].
 
     Raises
     ------
     SlipmodeError
         If the error of an amplitude is larger than the tolerance of the table.
     """
-    error = quasi_static_error(model, applied, states)
+    error = _error(model, applied, amplitude, excitation)
     tolerance = model.accuracy.tolerance
     if np.all(error <= tolerance):
         return
@@ -93,28 +71,29 @@ def check_force_patterns(
     )
 
 
-def quasi_static_error(
-    model: Model, applied: AppliedForces, states: SteadyStates | None = None
+def _error(
+    model: Model,
+    applied: AppliedForces,
+    amplitude: Complexes | None,
+    excitation: Complexes | None,
 ) -> Floats:
     """Return the relative error of amplitudes due to a neglected quasi-static response, (modes,).
 
-    See `check_force_patterns` for the parameters. 0 where the table has the response.
+    0 where the table has the response.
     """
     error = np.zeros(model.modes)
     if model.reduced.formulation == "paper" or _has_response(applied).all():
         return error
-    if states is None:
-        for point in _SHARES[:, : model.modes] * model.table.amplitude_range:
+    if amplitude is None or excitation is None:
+        for share in (1.0, 0.5):
+            point = share * model.table.amplitude_range
             error = np.maximum(error, _error_at(model, applied, point, None))
         return error
-    size = np.abs(states.amplitude)
+    effective = amplitude + applied.shift * excitation
+    size = np.abs(effective)
     for k in np.unique(size.argmax(axis=0)):
-        held = np.divide(
-            0.5 * states.excitation[k],
-            states.amplitude[k],
-            out=np.zeros(model.modes, dtype=complex),
-            where=size[k] > 0.0,
-        )
+        nothing, moving = np.zeros(model.modes, dtype=complex), size[k] > 0.0
+        held = np.divide(0.5 * excitation[k], effective[k], out=nothing, where=moving)
         error = np.maximum(error, _error_at(model, applied, size[k], held))
     return error
 
@@ -152,7 +131,7 @@ def _error_at(
     grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
     march = (
         grid,
-        _MARCH * model.accuracy.tolerance,
+        0.01 * model.accuracy.tolerance,
         smallest_scale(reduced, model.table.amplitude_range),
     )
     known = ContactProblem.of(reduced, law, model.combinations).on(*march).solve([point])
@@ -163,7 +142,8 @@ def _error_at(
     residual = applied.residual(applied.past_mode) * (applied.modal != 0.0)[:, np.newaxis]
     amplitude = np.where(point > 0.0, point, np.inf)
     S: Complexes = known.S[0]
-    for _ in range(_PASSES if held is None else 1):
+    # Twice: the force follows from the friction term, which it changes by per cents.
+    for _ in range(2 if held is None else 1):
         half = (D - S / amplitude) / (1.0 + 2.0 * applied.shift * D) if held is None else held
         coupling = bare.coupling - residual * half[:, np.newaxis]
         forces = ContactForces(coupling, problem.forces.reaction)

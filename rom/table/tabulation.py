@@ -40,14 +40,9 @@ from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.refinement.contact_samples import ContactSamples, in_tasks
 from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import Columns, Sampling
+from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling, in_tasks
 from slipmode.rom.validity import check_table_carriers, model_findings, warn
-
-_STUCK = 1e-6  # contact motion that is rounding, relative to that without friction
-_FEW_CONTACTS = 8  # of one mode: threads would take longer to start than they save
-_NOISE = 4.0  # of the tolerance: larger errors are jumps of friction, not samples that are off
 
 
 def tabulate(
@@ -145,7 +140,8 @@ def tabulate(
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
-        quick = len(reduced.modes) == 1 and reduced.n_contacts <= _FEW_CONTACTS
+        # Of one mode and few contacts, threads would take longer to start than they save.
+        quick = len(reduced.modes) == 1 and reduced.n_contacts <= 8
         task = _Task(
             ContactProblem.of(reduced, law, combinations),
             amplitude_range,
@@ -271,50 +267,42 @@ class _Task:
 
     def _refined(self, reduced: Reduced, higher: Mapping[Order, float]) -> _Refined:
         """Return the table to the tolerance, or as close as it comes."""
+        budget, ends, modes = self.budget, self.amplitude_range, len(reduced.modes)
         trial = self._problem(reduced, 1, list(higher))
-        search = ResolutionSearch(
-            trial, self.amplitude_range, self.mapped, self.time_budget, bool(higher)
-        )
-        resolution = search.choose(self.budget)
+        search = ResolutionSearch(trial, ends, self.mapped, self.time_budget, bool(higher))
+        resolution = search.choose(budget)
         problem = self._problem(reduced, max(self.harmonics, 1), list(higher))
-        found = self._refined_on(problem, resolution)
-        allowed = self.budget.interpolation
-        if not allowed < found.error <= _NOISE * allowed or len(reduced.modes) == 2:
-            return found
-        # Where the response of the modes is strong, motion that hardly changes from one period to
-        # the next may still be far from periodic. At the onset of slip steps may be too long. With
-        # two modes the second table would take minutes; the error is stated.
-        finer = self._refined_on(problem, resolution.finer)
-        return min(found, finer, key=lambda each: each.error)
-
-    def _refined_on(self, problem: ContactProblem, resolution: Resolution) -> _Refined:
-        reduced, modes = problem.reduced, self.amplitude_range.size
-        # Under varying load contacts may have two motions: samples begin with those nearby.
-        guessed = reduced.contacts is not None and not reduced.even
-        carried = 0
-        if self.harmonics or guessed:
-            carried = (len(problem.orders) + 1) * reduced.n_contacts
-        columns = Columns(
-            orders=tuple(tabulated_orders(problem.combinations, modes)),
-            drives=(*range(modes), *(term.mode for term in problem.combinations)),
-            norm=ErrorNorm.of(reduced, self.amplitude_range),
-            swing=2.0 * reduced.carrier,
-            loss=_structural_loss(reduced),
-            carried=carried,
-            kept=self.harmonics > 0,
-        )
-        smallest = smallest_scale(reduced, self.amplitude_range)
-        torus = problem.on(resolution.grid, resolution.march, smallest)
-        samples = ContactSamples(torus, columns, self.amplitude_range, self.mapped, self.bar)
-        sampling = Sampling(
-            samples,
-            columns,
-            self.amplitude_range,
-            onset_lines(reduced, problem.law),
-            self.budget.march,
-        )
-        made = refine(sampling, self.budget.interpolation, self.time_budget)
-        return _Refined(torus, resolution, samples, *made)
+        # Samples of sliders begin with those nearby. Not under varying load, where contacts may
+        # have two motions.
+        carries = self.harmonics > 0 or (reduced.contacts is not None and not reduced.even)
+        tables: list[_Refined] = []
+        norm = ErrorNorm.of(reduced, ends)
+        for each in (resolution, resolution.finer):
+            torus = problem.on(each.grid, each.march, smallest_scale(reduced, ends))
+            samples = ContactSamples(torus, ends, self.mapped, self.bar, carries)
+            sampling = Sampling(
+                samples,
+                orders=tuple(tabulated_orders(problem.combinations, modes)),
+                drives=(*range(modes), *(term.mode for term in problem.combinations)),
+                norm=norm,
+                carrier=reduced.carrier,
+                # Contacts have no share in structural losses in the paper's formulation.
+                loss=norm.loss * (reduced.formulation == "consistent"),
+                amplitude_range=ends,
+                onset_lines=onset_lines(reduced, problem.law),
+                noise=budget.march,
+                kept=self.harmonics > 0,
+            )
+            made = refine(sampling, budget.interpolation, self.time_budget)
+            tables.append(_Refined(torus, each, samples, *made))
+            # Where the response of the modes is strong, motion that hardly changes from one period
+            # to the next may still be far from periodic. At the onset of slip steps may be too
+            # long. With two modes the second table would take minutes; the error is stated. Errors
+            # of more than four times the tolerance are jumps of friction.
+            share = tables[0].error / budget.interpolation
+            if modes == 2 or not 1.0 < share <= 4.0:
+                break
+        return min(tables, key=lambda each: each.error)
 
     def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
         """Return the table with its corrections, and the error of forcing off the carriers.
@@ -341,15 +329,6 @@ def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Har
 
 def _contact_motion(reduced: Reduced, moved: Complexes) -> Complexes:
     """Carriers of the contacts per a_j (modes, N_c) at the largest amplitudes, where they move."""
-    least = _STUCK * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
-    sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= least
+    rounding = 1e-6 * np.linalg.norm(reduced.contact_motion, axis=1, keepdims=True)
+    sticks = np.linalg.norm(moved, axis=1, keepdims=True) <= rounding
     return np.where(sticks, reduced.contact_motion, moved)
-
-
-def _structural_loss(reduced: Reduced) -> Floats:
-    """gamma_j Omega_j, where the contacts share in it; nothing in the paper's formulation.
-
-    Without what aerodynamics put in: contacts have no share in that.
-    """
-    loss = (reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
-    return loss if reduced.formulation == "consistent" else np.zeros_like(loss)

@@ -82,7 +82,7 @@ def frictionless_findings(law: Friction, contacts: int) -> list[Finding]:
 
 
 def elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
-    """Return the largest force of the modes on contacts that stick, (N_c,) [N]."""
+    """Return the largest force on contacts that stick, (..., N_c) [N], at (..., modes)."""
     reference = 1.0 if reduced.contacts is None else reduced.contacts.reference
     return np.asarray(2.0 * np.abs(amplitude) @ np.abs(reduced.coupling) * reference)
 

@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.fmu import Steppable
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import ForceResponse, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.excited import Excited
@@ -54,7 +54,7 @@ def slow_trajectory(
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
     columns = OutputColumns.of(names, excited.modes)
-    force_response = ForceResponse.of(model.reduced, excited.force_patterns, plan.structure)
+    force_response = AppliedForces.of(model.reduced, excited.force_patterns, plan.structure)
     script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)
@@ -75,9 +75,7 @@ def slow_trajectory(
         force_rate=script.force_rate,
         force_response=force_response,
         **varying,
-        discontinuity=force_response.free_vibration(
-            model.reduced, onset, script.frequency, angle[:-1]
-        ),
+        discontinuity=force_response.free_vibration(onset, script.frequency, angle[:-1]),
     )
 
 

@@ -11,7 +11,7 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.force_response import off_resonance_shift, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
@@ -179,7 +179,7 @@ def _effective(
     """
     sides = stretches.around(time)
     scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in sides))[:, np.newaxis]
-    shift = off_resonance_shift(model.reduced, excited.force_patterns)
+    shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
     effective = []
     for number in sides:
         force, phase = (

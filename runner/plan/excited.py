@@ -11,7 +11,7 @@ import numpy as np
 from slipmode.fmu import Component
 from slipmode.rom import Friction, Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
@@ -70,6 +70,6 @@ def start_amplitudes(excited: Excited, schedule: Schedule) -> tuple[complex, ...
     reduced, first = excited.reduced, slice(1)
     force, _ = excited.modal_forces(schedule, first)
     frequency = schedule.inputs([f"frequency_{mode}" for mode in excited.modes], first)
-    force_response = ForceResponse.of(reduced, excited.force_patterns)
-    at_rest = force_response.free_vibration(reduced, force[0], frequency[0])
+    force_response = AppliedForces.of(reduced, excited.force_patterns)
+    at_rest = force_response.free_vibration(force[0], frequency[0])
     return tuple((np.array(excited.initial) + at_rest).tolist())

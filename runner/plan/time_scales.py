@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.slow.slow_flow import inputs_of, rate_and_jacobian, slow_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import check_carrier
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.schedule import Schedule
@@ -57,14 +57,13 @@ def euler_step(plan: Plan, model: Model) -> float:
     slow flow: at most 5 % at all nodes of the friction table, under the least, middle and largest
     frequencies of the scene.
     """
-    flow = slow_flow(model, plan.excited.force_patterns)
     nodes = [model.table.node_a, model.table.node_b][: model.modes]
     points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, model.modes)
     least, most = plan.schedule.frequency_range(plan.excited.modes)
     longest = plan.scene.run.step
     for frequency in product(*zip(least, 0.5 * (least + most), most, strict=True)):
-        inputs = inputs_of(np.zeros(points.shape, complex), np.tile(frequency, (len(points), 1)))
-        _, jacobian = rate_and_jacobian(flow, inputs, points.astype(complex))
+        flow = ForcedFlow.of(model, np.tile(frequency, (len(points), 1)))
+        _, jacobian = flow.rate_and_jacobian(points.astype(complex))
         eigenvalue = np.linalg.eigvals(jacobian[np.isfinite(jacobian).all(axis=(1, 2))])
         size = np.abs(eigenvalue)
         decay = np.maximum(np.abs(eigenvalue.real), _LEAST_DAMPED * size)

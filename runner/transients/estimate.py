@@ -7,7 +7,7 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.rom.slow.transient import TransientError, said_error
@@ -25,7 +25,7 @@ class RunError:
         self._plan = plan
         self._flow = slow_flow(model, plan.excited.force_patterns)
         self._estimate = TransientError.of(model.reduced, model.law)
-        self._shift = off_resonance_shift(model.reduced, plan.excited.force_patterns)
+        self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
 
     def at(
         self,

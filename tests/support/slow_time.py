@@ -3,8 +3,8 @@
 import numpy as np
 
 from slipmode.fmu import Component
-from slipmode.rom.reduction.force_response import ForceResponse
-from slipmode.rom.slow.slow_flow import balance, inputs_of, slow_flow
+from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
@@ -26,9 +26,7 @@ def mass_and_slow_root(reduced, frequency):
 def steady_balance(model, amplitude, frequency, force):
     """What balances at amplitudes (points, modes) under modal forces (modes,)."""
     points = np.atleast_2d(np.asarray(amplitude, dtype=complex))
-    forces = np.broadcast_to(np.asarray(force, dtype=complex), points.shape)
-    inputs = inputs_of(forces, np.broadcast_to(frequency, points.shape))
-    return balance(slow_flow(model), inputs, points)
+    return ForcedFlow.of(model, np.broadcast_to(frequency, points.shape), force).balance(points)
 
 
 def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=1e-6, **inputs):
@@ -66,7 +64,7 @@ def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=
     end = grown * excitation * np.exp(1j * inputs_of("phase_rate") * until)
     onset = np.vstack((np.zeros_like(held[:1]), held[1:] - end[:-1]))
     angle = np.column_stack([output[f"theta_{m}"] for m in modes])
-    force_response = ForceResponse.of(model.reduced, force_patterns)
+    force_response = AppliedForces.of(model.reduced, force_patterns)
     return SlowTrajectory(
         time=output["time"],
         amplitude=np.column_stack([output[f"{m}_re"] + 1j * output[f"{m}_im"] for m in modes]),
@@ -75,7 +73,5 @@ def slow_trajectory(model, force_patterns, time, *, start=(0.0, 0.0), tolerance=
         frequency_rate=inputs_of("frequency_rate"),
         force=held,
         force_rate=rate,
-        discontinuity=force_response.free_vibration(
-            model.reduced, onset, inputs_of("frequency"), angle[:-1]
-        ),
+        discontinuity=force_response.free_vibration(onset, inputs_of("frequency"), angle[:-1]),
     )

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
 BAND = 0.2  # opacity of the error in pictures
-_POINTS = 200
 _PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
@@ -147,7 +146,7 @@ def backbone(
         raise SlipmodeError(f"other: must be 0 in a model of one mode, got {other}")
     if amplitude is None:
         largest = model.table.amplitude_range[mode]
-        r = np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
+        r = np.geomspace(SMALLEST * largest, LARGEST * largest, 200)
     else:
         r = np.atleast_1d(as_floats("amplitude", amplitude))
         if r.ndim > 1 or r.size == 0 or not np.all(np.isfinite(r) & (r > 0.0)):

@@ -13,11 +13,8 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
-_MOST = 32  # steady states from which orbits start
 _DISTANCE = 1e-3  # of the start from the steady state, relative to the table's range
-_STEP = 0.1  # Runge-Kutta step, relative to 1 / the largest eigenvalue
 _STRETCH, _MOST_STRETCHES = 400, 40  # steps, after which extremes are compared
-_SAME = 2e-3  # difference of equal extremes, relative to the table's range
 
 
 @frozen
@@ -35,11 +32,12 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     (growing,) = np.nonzero(((values.real > 0.0) & (values.imag != 0.0)).any(axis=1))
     if not growing.size:
         return SlowCycles(np.zeros(0), *np.zeros((2, 0, problem.model.modes)))
-    chosen = np.unique(np.linspace(0, growing.size - 1, _MOST).round().astype(int))
+    chosen = np.unique(np.linspace(0, growing.size - 1, 32).round().astype(int))
     starts = points.z[growing[chosen]]
     part, y = starts[:, -1], starts[:, :-1].copy()
     y[:, 0] += _DISTANCE
-    h = _STEP / np.abs(values[growing[chosen]]).max(axis=1)
+    # Runge-Kutta steps relative to 1 / the largest eigenvalue
+    h = 0.1 / np.abs(values[growing[chosen]]).max(axis=1)
     is_closed = np.zeros(len(starts), dtype=bool)
     before = np.full((2, len(starts), problem.model.modes), np.nan)
     extremes = before.copy()
@@ -51,7 +49,7 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
         size = extremes / problem.scale[::2]
         change = np.abs(size - before).max(axis=(0, 2))
         moving = (size[1] - size[0]).max(axis=1) > 2.0 * _DISTANCE
-        is_closed |= moving & (change <= _SAME)
+        is_closed |= moving & (change <= 2e-3)
         before = size
     factor = problem.at(part).inputs["limit_scale"][:, np.newaxis]
     order = np.flatnonzero(is_closed)[np.argsort(part[is_closed])]

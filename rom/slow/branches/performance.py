@@ -40,13 +40,7 @@ from slipmode.rom.validity import warn
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_POINTS = 2000
-# Amplitudes relative to the onset of slip that a table needs: friction dissipates most at about
-# twice the onset.
-_ENOUGH = 4.0
-_MATTERS = 0.1  # load of a contact relative to the first that slips, from which it matters
 _PASSES, _CONVERGED = 100, 1e-12  # relative change of the frequencies of peaks
-_LITTLE = 0.01  # relative change of the damping by friction that has no best limit
 
 
 @frozen
@@ -191,7 +185,8 @@ def performance_curve(
     if F == 0.0:
         raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
     curve, held = _phase_resonances(model, mode)
-    if np.ptp(curve.damping) <= _LITTLE * curve.damping.min():
+    # Friction hardly changes the damping.
+    if np.ptp(curve.damping) <= 0.01 * curve.damping.min():
         raise SlipmodeError(
             f"amplitude: up to {curve.amplitude[-1]:.3g} kg^1/2 m, as far as the friction table "
             "goes, the contacts hardly slip: every limit has the same peak, none is best; "
@@ -313,7 +308,8 @@ def _advice(model: Model, mode: int) -> str:
     first, last = slip_onset(model.reduced, model.law, mode)
     if first == 0.0:
         return "this mode does not move them"
-    return f"the first yields at {first:.3g}: tabulate to {_ENOUGH * last:.2g} or more"
+    # Friction dissipates most at about twice the onset: four times that is enough.
+    return f"the first yields at {first:.3g}: tabulate to {4.0 * last:.2g} or more"
 
 
 def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:
@@ -325,7 +321,7 @@ def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float
     first = yielding.max(initial=0.0)
     if first == 0.0:
         return 0.0, 0.0
-    return float(1.0 / first), float(1.0 / yielding[yielding >= _MATTERS * first].min())
+    return float(1.0 / first), float(1.0 / yielding[yielding >= 0.1 * first].min())
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
@@ -349,9 +345,7 @@ def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Flo
 def _phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
     """Return the backbone over the friction table, and the modal force at each amplitude."""
     largest = model.table.amplitude_range[mode]
-    curve = backbone(
-        model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, _POINTS)
-    )
+    curve = backbone(model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, 2000))
     if np.any(curve.damping <= 0.0):
         r = curve.amplitude[curve.damping <= 0.0][0]
         raise SlipmodeError(

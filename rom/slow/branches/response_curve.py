@@ -28,14 +28,11 @@ from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import SteadyStates, check_force_patterns
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-_SECTIONS = 9  # values of the parameter at which steady states are searched
 
 
 @frozen
@@ -255,7 +252,7 @@ def response_curve(
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     branches: list[Branch] = []
-    left = problem.solutions(_SECTIONS)
+    left = problem.solutions(9)  # at nine values of the parameter
     while left.size:
         branch = branch_through(problem.curve, left[0])
         left = left[1:]
@@ -274,8 +271,7 @@ def response_curve(
     part, amplitude = points.z[:, -1], problem.amplitude(points.z)
     flow, forced = problem.at(part), (problem.ends.force != 0.0).any(axis=0)
     scale = flow.inputs["limit_scale"][:, np.newaxis]
-    states = SteadyStates.of(problem.applied, amplitude / scale, flow.force / scale)
-    check_force_patterns(model, problem.applied, states)
+    check_force_patterns(model, problem.applied, amplitude / scale, flow.force / scale)
     warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
     warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
     number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])

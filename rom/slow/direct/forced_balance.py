@@ -37,7 +37,6 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 
 _FIRST_SHIFT = 0.1  # of the largest detuning of a mode by slip
 _STEPS = 60
-_NOT_PERIODIC = 1e-2  # distance from periodicity of the contacts at which a step was too long
 # Tolerance of the contact motion far from the steady state, and at it relative to the tolerance of
 # the amplitudes, by the number of modes. The phase lines of two modes drift against the grid,
 # which limits the periodicity. Contacts that creep, of one mode, change little in a period long
@@ -47,7 +46,6 @@ _PRECISION = {1: 1e-3, 2: 0.03}
 # Steps without progress after which a state within the tolerance is accepted: the phase lines of
 # two modes drift against the grid (test_the_branch_of_two_modes_is_followed_from_a_steady_state).
 _STALLED = 3
-_NEGLIGIBLE = 0.03  # response to a harmonic, relative to the tolerance
 LINES = (16, 32, 64, 128)
 CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
 
@@ -91,7 +89,8 @@ class ForcedBalance:
             precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
             forces = self._contact_forces(receptance, shift, target, P)
             solved = self._march(orders, grid, forces, float(precision))
-            if solved.residual[0] > _NOT_PERIODIC:
+            # The contacts are far from periodic: the step was too long.
+            if solved.residual[0] > 1e-2:
                 shift, secants, P = 3.0 * shift, _Secants(moves), None
                 continue
             P = solved.P[0]
@@ -139,7 +138,8 @@ class ForcedBalance:
         solved = self._march(orders, grid, forces, _COARSE[modes])
         moved = np.abs(np.einsum("qcd,qd->qc", reaction, solved.P[0])).max(axis=1)[known:]
         carried = np.einsum("qkc,qk->qc", receptance.B[:modes], state.modal[:modes])
-        wanted = moved > _NEGLIGIBLE * self.tolerance * np.abs(carried).max()
+        # Smaller responses are negligible.
+        wanted = moved > 0.03 * self.tolerance * np.abs(carried).max()
         moves = np.linalg.norm(self.reduced.coupling, axis=1)
         neglected = moved[~wanted].sum() / np.maximum(moves, np.finfo(float).tiny)
         return [order for order, one in zip(more, wanted, strict=True) if one], neglected

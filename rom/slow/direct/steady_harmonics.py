@@ -13,9 +13,6 @@ from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
-# Contact motion relative to the strongest mode's; errors of weaker modes are relative to it.
-_WEAK = 0.1
-
 
 @frozen
 class SteadyHarmonics:
@@ -32,7 +29,8 @@ def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Compl
     """Return the largest error (modes,) of amplitudes, relative to their contact motion."""
     moves = np.linalg.norm(reduced.coupling, axis=1)
     motion = moves * np.abs(amplitude)
-    scale = np.maximum(motion, _WEAK * motion.max())
+    # Errors of weak modes are relative to a tenth of the strongest mode's contact motion.
+    scale = np.maximum(motion, 0.1 * motion.max())
     return float((moves * np.abs(error) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 

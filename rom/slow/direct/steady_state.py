@@ -14,7 +14,7 @@ from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
-from slipmode.rom.reduction.force_response import AppliedForces, ForceResponse, Forces
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, RESPONSE_ORDER
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
@@ -85,7 +85,7 @@ class SteadyState:
         found, reduced = self.harmonics, self.reduced
         x = found.modal @ reduced.all_shapes.T + found.P @ reduced.contact_shapes.T
         if structure is not None:
-            static = ForceResponse.of(reduced, list(self.force), structure).static
+            static = AppliedForces.of(reduced, list(self.force), structure).static
             own = [reduced.modal_force(j, f) for j, f in enumerate(self.force)]
             x[: len(self.force)] += 0.5 * (static * own).T
         return np.asarray(x)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import CARRIERS, Order, resonant_modes
+from slipmode.rom.reduction.combination import CARRIERS, resonant_modes
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
@@ -52,7 +52,8 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)
     nu = np.array(orders, dtype=float)[:, : model.modes] @ reduced.carrier
-    q = -reduced.response(nu, reduced.modal_coupling(nu), _held(model, orders))
+    held = resonant_modes(model.modes, orders, model.combinations)
+    q = -reduced.response(nu, reduced.modal_coupling(nu), held)
     force = reaction_stiffness(reduced, tuple(orders), model.combinations)
     reaction = 2.0 * np.einsum("abqc,qce->abqe", P, force)
     elastic = 2.0 * np.einsum("abqc,dk,qkc->abqd", P, reduced.all_shapes[rows], q, optimize=True)
@@ -92,19 +93,11 @@ def forces_out(
     return np.ascontiguousarray(reduced.all_shapes[list(dofs)] @ moved.T)
 
 
-def _held(model: Model, orders: Sequence[Order]) -> Flags:
-    """Return which retained modes have each harmonic in their slow flow, (orders, modes)."""
-    held = np.zeros((len(orders), model.modes), dtype=bool)
-    for row, order in zip(held, orders, strict=True):
-        row[list(resonant_modes(model.modes, order, model.combinations))] = True
-    return held
-
-
 def _modes_out(model: Model, rows: Sequence[int]) -> Complexes:
     """Return the displacement of DOFs per amplitude, (DOFs, modes)."""
     reduced, own = model.reduced, np.arange(model.modes)
     by_dampers = reduced.modal_stiffness(reduced.carrier)[own, :, own, np.newaxis]
-    held = _held(model, CARRIERS[: model.modes])
+    held = resonant_modes(model.modes, CARRIERS[: model.modes], model.combinations)
     moved = reduced.response(reduced.carrier, by_dampers, held)[..., 0]
     moved[own, own] -= 1.0
     return np.asarray(-reduced.all_shapes[rows] @ moved.T)

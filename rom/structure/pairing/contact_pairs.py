@@ -15,7 +15,6 @@ from slipmode.rom.structure.pairing.pairs import ContactPairs, local_frames
 from slipmode.rom.structure.pairing.projection import onto_facets, onto_nodes
 from slipmode.rom.structure.pairing.surfaces import Indices, Surface, as_surface
 
-_ROUNDING = 1e-14  # weight of a corner that does not move a point
 _TOUCHING = 1e-6  # gap due to rounded coordinates, relative to the extent of the surfaces
 
 
@@ -158,7 +157,8 @@ def _displacements(dofs: Indices, motion: Floats, n_dofs: int) -> Sparse:
     row = np.broadcast_to(dofs[..., np.newaxis], shape)
     column = 3 * np.arange(len(dofs))[:, np.newaxis, np.newaxis, np.newaxis] + np.arange(3)
     column = np.broadcast_to(column, shape)
-    kept = (row >= 0) & (np.abs(value) > _ROUNDING)
+    # Other corners do not move the point, but for rounding
+    kept = (row >= 0) & (np.abs(value) > 1e-14)
     entries = (value[kept], (row[kept], column[kept]))
     return as_csc(scipy.sparse.coo_array(entries, shape=(n_dofs, 3 * len(dofs))))
 

@@ -10,8 +10,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 
-_FLAT = 1e-9  # distance between contacts at one place, relative to the interface
-
 
 @frozen
 class MotionPatches:
@@ -102,7 +100,8 @@ def _bisected(
     own: NDArray[np.intp], motion: Floats, pairs: ContactPairs
 ) -> list[NDArray[np.intp]]:
     """Return the two parts with the least variation that a plane across a global axis makes."""
-    extent = _FLAT * np.ptp(pairs.position, axis=0).max()
+    # Nearer contacts are at one place
+    extent = 1e-9 * np.ptp(pairs.position, axis=0).max()
     most, halves = -np.inf, [own[:1], own[1:]]  # contacts at one place: split off the first
     for axis in range(3):
         order = own[np.argsort(pairs.position[own, axis], kind="stable")]

@@ -15,10 +15,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import Sparse, as_csc
 from slipmode.rom.structure.pairing.surfaces import Indices
 
-_STILL = 1e-12  # length of a direction along which nothing moves
-_BENT = 0.5  # mean of the unit normals of a patch that bends by 60 degrees to each side
-_ALONG = 0.1  # part of a direction across a normal, below which it gives no tangent
-
 
 @frozen
 class ContactPairs:
@@ -65,7 +61,7 @@ class ContactPairs:
         kept = self.frames[:, [*range(self.tangents), 2]]
         W = as_csc(self.relative @ scipy.sparse.block_diag(kept.swapaxes(1, 2)))
         length = np.sqrt(W.power(2).sum(axis=0))
-        if np.any(length <= _STILL):
+        if np.any(length <= 1e-12):
             contact, place = divmod(int(np.argmin(length)), self.tangents + 1)
             axis = "normal" if place == self.tangents else f"tangent {place + 1}"
             raise SlipmodeError(
@@ -98,7 +94,8 @@ class ContactPairs:
         )
         mean = (share.T @ self.frames.reshape(contacts, 9)).reshape(count, 3, 3)
         length = np.linalg.norm(mean[:, 2], axis=1)
-        if np.any(length < _BENT):
+        # Half: it bends by 60 degrees to each side
+        if np.any(length < 0.5):
             raise SlipmodeError(
                 f"patches: patch {np.argmin(length)} bends too much to have one normal; divide "
                 "it into more patches"
@@ -131,7 +128,7 @@ def local_frames(normals: Floats, tangent: Floats | None = None) -> Floats:
         least = across.min(axis=0)
         tangent = axes[np.argmax(least >= 0.5 * least.max())]
     t_1 = tangent - np.sum(tangent * normals, axis=1, keepdims=True) * normals
-    along = np.linalg.norm(t_1, axis=1) < _ALONG * np.linalg.norm(tangent, axis=-1)
+    along = np.linalg.norm(t_1, axis=1) < 0.1 * np.linalg.norm(tangent, axis=-1)
     if along.any():
         other, n = axes[np.argmax(across[along], axis=1)], normals[along]
         t_1[along] = other - np.sum(other * n, axis=1, keepdims=True) * n

@@ -13,8 +13,6 @@ from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, sh
 
 _OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
 _FACING = -0.5  # largest cosine of the angle between normals that face each other: 60 degrees
-_SAME = 1e-9  # rounding of equal distances, relative to the size of facets
-_FARTHEST = 3.0  # bound of local coordinates during the iteration
 _STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
 
@@ -64,7 +62,7 @@ def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats 
         raise _nothing_met(one, other, tolerance)
     own = np.flatnonzero(faced)
     # of facets at the same distance but for rounding take the first
-    rank = np.round(distance[own] / (_SAME * max(tolerance, size.max())))
+    rank = np.round(distance[own] / (1e-9 * max(tolerance, size.max())))
     own = own[np.lexsort((facet[own], rank, point[own]))]
     own = own[np.unique(point[own], return_index=True)[1]]
     # A point at height d off the facet moves as if it were fixed to it: u = sum N_i u_i + d dn,
@@ -134,7 +132,7 @@ def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, F
         N, slopes = shape_functions(triangular[moving], at[moving])
         offset = points[moving] - np.einsum("ki,kix->kx", N, corners[moving])
         change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), offset)
-        at[moving] = np.clip(at[moving] + change, -_FARTHEST, _FARTHEST)
+        at[moving] = np.clip(at[moving] + change, -3.0, 3.0)
         step[moving] = np.abs(change).max(axis=1)
         moving = moving[step[moving] > _STEP]
     return at, step <= _CONVERGED

@@ -14,10 +14,6 @@ from slipmode.rom.short_repr import short_repr
 
 Indices = NDArray[np.intp]
 
-_SIDEWAYS = 0.1  # cosine of the angle to the normal below which a facet has no clear side
-_FLAT = 1e-12  # area of a facet without area, relative to the square of its size
-_FOLDED = 0.1  # mean normal of the facets of a node that face opposite ways
-
 
 @dataclass(frozen=True)
 class Facets:
@@ -60,7 +56,7 @@ class Facets:
         """Return the facets with their outer side towards a direction (3,)."""
         vector: Floats = self.integrals()[1].sum(axis=1)
         cosine = vector / np.linalg.norm(vector, axis=1)[:, np.newaxis] @ direction
-        if np.any(np.abs(cosine) < _SIDEWAYS):
+        if np.any(np.abs(cosine) < 0.1):
             facet = int(np.argmin(np.abs(cosine)))
             raise SlipmodeError(
                 f"normal: lies in facet {facet} of {name}, so that it cannot say which side of "
@@ -89,7 +85,7 @@ class Facets:
 
     def check_sides(self, name: str) -> None:
         """Refuse a facet of the surface `name` without area, or turned against its neighbour."""
-        flat = self.integrals()[0].sum(axis=1) <= _FLAT * self.size() ** 2
+        flat = self.integrals()[0].sum(axis=1) <= 1e-12 * self.size() ** 2
         if flat.any():
             raise SlipmodeError(f"{name}: facet {np.argmax(flat)} has no area")
         facet, corner = np.nonzero(self.nodes != np.roll(self.nodes, -1, axis=1))
@@ -121,7 +117,7 @@ class Surface:
         for total, part in zip((area, vector), self.facets.integrals(), strict=True):
             np.add.at(total, place, part)
         length = np.linalg.norm(vector, axis=1)
-        if np.any(length <= _FOLDED * area):
+        if np.any(length <= 0.1 * area):
             node = self.nodes[np.argmin(length / area)]
             raise SlipmodeError(
                 f"{self.name}: facets around node {node} face opposite ways; a surface must not "

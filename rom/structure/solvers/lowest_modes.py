@@ -10,8 +10,6 @@ import scipy.linalg
 from slipmode.rom.arrays import Floats
 
 _BLOCK = 8  # vectors in a block: so many equal frequencies are found for certain
-_CONVERGED = 1e-9  # residual of a converged mode, relative to its 1 / lambda
-_ROUNDING = 1e-20  # squared norm of a vector that is in the space already
 
 Operator = Callable[[Floats], Floats]
 
@@ -50,7 +48,7 @@ def lowest_modes(
         projected = np.block([[projected, coefficients[:count]], [coefficients[:count].T, corner]])
         theta, ritz = (each[..., ::-1] for each in scipy.linalg.eigh(projected))
         residual = np.linalg.norm(norm @ ritz[-latest.shape[1] :], axis=0)
-        converged = residual <= _CONVERGED * np.abs(theta)
+        converged = residual <= 1e-9 * np.abs(theta)
         wanted = at_least
         if theta.size > at_least:
             below = np.count_nonzero(theta * highest(1.0 / theta) > 1.0)
@@ -74,7 +72,8 @@ def _orthonormal(mass: Operator, vectors: Floats) -> tuple[Floats, Floats]:
     left, norm = vectors / scale, np.diag(scale)
     for _ in range(2):
         squares, axes = scipy.linalg.eigh(left.T @ mass(left))
-        kept = squares > _ROUNDING * squares[-1]
+        # The others are in the space already
+        kept = squares > 1e-20 * squares[-1]
         lengths = np.sqrt(squares[kept])
         left = left @ (axes[:, kept] / lengths)
         norm = (lengths[:, np.newaxis] * axes[:, kept].T) @ norm

@@ -22,9 +22,6 @@ from slipmode.rom.structure.matrices import (
 )
 from slipmode.rom.structure.solvers.factorisation import SMALL, NotPositiveDefiniteError, factorise
 
-_ENERGY_ACCURACY = 1e-15  # last gain of energy of conjugate gradients, relative to all gains
-_MOST_PASSES = 500
-
 
 def is_positive_definite(matrix: Matrix, name: str) -> bool:
     """Return whether a symmetric matrix, which messages call `name`, can be factorised."""
@@ -110,13 +107,13 @@ def _conjugate_gradients(mass: Matrix, impulse: Floats) -> Floats | None:
     direction = inverse * residual
     power = np.einsum("nk,nk->k", residual, direction)
     gained = np.zeros_like(power)
-    for _ in range(_MOST_PASSES):
+    for _ in range(500):
         moved = as_dense(mass @ direction)
         scale = power / np.maximum(np.einsum("nk,nk->k", direction, moved), np.finfo(float).tiny)
         velocity += scale * direction
         residual -= scale * moved
         gained += scale * power
-        if np.all(scale * power <= _ENERGY_ACCURACY * gained):
+        if np.all(scale * power <= 1e-15 * gained):
             return velocity
         conditioned = inverse * residual
         before, power = power, np.einsum("nk,nk->k", residual, conditioned)

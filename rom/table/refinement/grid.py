@@ -7,18 +7,58 @@ have the values of the surface, which is accurate enough there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.table.check_points import at_cells, holding_cells
-from slipmode.rom.table.refinement.blocks import apart
+from slipmode.rom.table.hermite import Table
+from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 
-_CAUTION = 2.0  # an error is expected to fall less than it did, by this factor
-_LEAST_LEFT = 1 / 4  # of an error by halving: a faster decay may have missed a kink
+# An error is expected to fall less by halving than it did before, and to be at least this part:
+# a faster decay may have missed a kink.
+_CAUTION, _LEAST_LEFT = 2.0, 1 / 4
+
+
+@frozen
+class NodeSamples:
+    """Samples at the nodes of a grid, or at those of some of its lines.
+
+    There are many more carried columns than tabulated ones, and far fewer samples than nodes: the
+    carried columns are rows, to which the nodes refer.
+    """
+
+    tabulated: Complexes  # (n_a, n_b, columns)
+    row: NDArray[np.int64]  # (n_a, n_b), row of each node
+    rows: Complexes  # (rows, carried)
+    sampled: Flags  # (n_a, n_b), whether a sample was taken at the node
+
+    @property
+    def carried(self) -> Complexes:
+        """The columns that are not tabulated, (n_a, n_b, carried)."""
+        return np.asarray(self.rows[self.row])
+
+    def taken(self, nodes: Flags, samples: Complexes) -> NodeSamples:
+        """Return the samples with those (points, columns) at some of the nodes."""
+        tabulated, row = self.tabulated.copy(), self.row.copy()
+        tabulated[nodes], further = np.split(samples, [tabulated.shape[-1]], axis=1)
+        row[nodes] = len(self.rows) + np.arange(len(samples))
+        rows = np.concatenate((self.rows, further))
+        return NodeSamples(tabulated, row, rows, self.sampled | nodes)
+
+    def merged(self, lines: NodeSamples, mode: int, order: NDArray[np.intp]) -> NodeSamples:
+        """Return the samples with lines, made from these, across a mode's axis, in this order."""
+
+        def both(own: np.ndarray, added: np.ndarray) -> np.ndarray:
+            return np.take(np.concatenate((own, added), axis=mode), order, axis=mode)
+
+        names = ("tabulated", "row", "sampled")
+        arrays = {name: both(getattr(self, name), getattr(lines, name)) for name in names}
+        return NodeSamples(rows=lines.rows, **arrays)
 
 
 @frozen
@@ -26,45 +66,31 @@ class Grid:
     """Nodes of each mode, and the cells between them, which are (cells_a, cells_b).
 
     Of one mode the second axis has the single node 0, and a cell there.
-
-    Attributes
-    ----------
-    nodes : tuple of (n_a,) and (n_b,) ndarray
-        Amplitudes [kg^1/2 m].
-    marked : (modes, cells_a, cells_b) ndarray of bool
-        Cells that are to be halved along the axis of a mode.
-    missed : (modes, cells_a, cells_b) ndarray
-        Relative error of the surface in each cell before it was halved; inf: was never halved.
-    left : (modes, cells_a, cells_b) ndarray
-        Error that is expected now.
-    sampled : (n_a, n_b) ndarray of bool
-        Nodes at which samples were taken.
-    block : (cells_a, cells_b) ndarray of int
-        Cells of one number form a rectangle without samples inside: its grid lines do not change
-        the surface.
-    closest : float
-        Distance of nodes below which no cell is halved, relative to the amplitude there.
     """
 
-    nodes: tuple[Floats, Floats]
-    marked: Flags
+    nodes: tuple[Floats, Floats]  # (n_a,) and (n_b,), amplitudes [kg^1/2 m]
+    marked: Flags  # (modes, cells_a, cells_b), cells to be halved along the axis of a mode
+    # (modes, cells_a, cells_b), relative error in each cell before it was halved; inf: never
     missed: Floats
-    left: Floats
-    sampled: Flags
+    left: Floats  # (modes, cells_a, cells_b), error that is expected now
+    # (cells_a, cells_b): cells of one number form a rectangle without samples inside, whose grid
+    # lines do not change the surface
     block: NDArray[np.int64]
-    closest: float
+    samples: NodeSamples
+    closest: float  # distance of nodes relative to amplitude below which no cell is halved
 
     @classmethod
-    def upto(cls, ends: Floats, intervals: int, closest: float) -> Grid:
-        """Return the first grid of even cells, all of them to be halved."""
-        node = [np.linspace(0.0, end, intervals + 1) for end in ends]
-        cells = (ends.size, intervals, intervals if ends.size == 2 else 1)
-        never = np.full(cells, np.inf)
-        second = node[1] if ends.size == 2 else np.zeros(1)
-        every = np.ones((node[0].size, second.size), dtype=bool)
+    def of(cls, node: Sequence[Floats], samples: Complexes, columns: int, closest: float) -> Self:
+        """Return a grid whose cells are all to be halved, of samples (n_a, n_b, columns, ...)."""
+        second = node[1] if len(node) == 2 else np.zeros(1)
+        cells = (len(node), node[0].size - 1, max(second.size - 1, 1))
+        never, shape = np.full(cells, np.inf), samples.shape[:2]
+        row = np.arange(samples[..., 0].size).reshape(shape)
+        rows = samples[..., columns:].reshape(row.size, -1)
+        known = NodeSamples(samples[..., :columns], row, rows, np.ones(shape, dtype=bool))
         block = np.arange(never[0].size).reshape(cells[1:])
         marked = np.ones(cells, dtype=bool)
-        return cls((node[0], second), marked, never, never, every, block, closest)
+        return cls((node[0], second), marked, never, never, block, known, closest)
 
     @property
     def modes(self) -> int:
@@ -73,42 +99,55 @@ class Grid:
 
     def cells(self, points: Floats) -> tuple[NDArray[np.intp], ...]:
         """Return the indices of the cells that contain points (points, modes)."""
-        cells = holding_cells(self.nodes[: self.modes], points)
+        cells = tuple(
+            np.searchsorted(node[1:-1], place)
+            for node, place in zip(self.nodes, points.T, strict=False)
+        )
         return cells if self.modes == 2 else (*cells, np.zeros_like(cells[0]))
 
-    def split(self, mode: int) -> Flags:
-        """Return the intervals of a mode's axis that contain a marked cell."""
-        return np.asarray(self.marked[mode].any(axis=1 - mode))
+    def halved(
+        self,
+        sampling: Sampling,
+        mode: int,
+        tolerance: float,
+        table: Table | None = None,
+        known: Complexes | None = None,
+    ) -> Grid:
+        """Return the grid with the marked cells of a mode halved, with samples at their corners.
 
-    def middles(self, mode: int) -> Floats:
-        """Return the midpoints of these intervals."""
-        node = self.nodes[mode]
-        return np.asarray((0.5 * (node[:-1] + node[1:]))[self.split(mode)])
+        `table` is the table through the samples, `known` are the samples at the midpoints, if they
+        are known.
+        """
+        samples = self.samples
+        marked, node = self.marked[mode], self.nodes[mode]
+        split, size = marked.any(axis=1 - mode), [each.size for each in self.nodes]
+        corners = _touching(_touching(marked, 0, size[0]), 1, size[1]) & ~samples.sampled
+        if corners.any():
+            points = amplitude_pairs(*self.nodes, self.modes)[corners]
+            near = samples.rows[samples.row[corners]]
+            samples, table = samples.taken(corners, sampling.at(points, near)), None
+        table = table or sampling.table(self.nodes, samples.tabulated)
+        wanted = _touching(np.compress(split, marked, axis=mode), 1 - mode, size[1 - mode])
+        middles = (0.5 * (node[:-1] + node[1:]))[split]
+        points = amplitude_pairs(*self._with_nodes(mode, middles), self.modes)
+        surface = table.terms(points)
+        lines, near = _lines_between(self, samples, mode, surface, wanted, smooth=sampling.kept)
+        if wanted.any():
+            exact = sampling.at(points[wanted], near) if known is None else known
+            lines = lines.taken(wanted, exact)
+        off = surface - lines.tabulated
+        error = sampling.errors(sampling.known_norm(table), points, off, lines.tabulated)
+        found = replace(self, samples=samples)
+        return found._cut(mode, middles, lines, np.where(wanted, error, 0.0), tolerance)
 
-    def order(self, mode: int) -> NDArray[np.intp]:
-        """Return the order of a mode's nodes and, after them, the midpoints."""
-        return np.argsort(np.append(self.nodes[mode], self.middles(mode)), kind="stable")
-
-    def with_nodes(self, mode: int, node: Floats) -> tuple[Floats, Floats]:
-        """Return the nodes of both modes, with others of one."""
-        return (node, self.nodes[1]) if mode == 0 else (self.nodes[0], node)
-
-    def unsampled(self, mode: int) -> Flags:
-        """Return the corners without samples of cells to be halved, (n_a, n_b)."""
-        ends = _touching(self.marked[mode], 0, self.nodes[0].size)
-        return _touching(ends, 1, self.nodes[1].size) & ~self.sampled
-
-    def wanted(self, mode: int) -> Flags:
-        """Return the nodes on lines through the midpoints that are corners of halved cells."""
-        marked = np.compress(self.split(mode), self.marked[mode], axis=mode)
-        return _touching(marked, 1 - mode, self.nodes[1 - mode].size)
-
-    def halved(self, mode: int, taken: Flags, error: Floats, tolerance: float) -> Grid:
-        """Return the grid with the midpoints as nodes; `error` are those of samples there."""
-        split, axis = self.split(mode), 1 + mode
+    def _cut(
+        self, mode: int, middles: Floats, lines: NodeSamples, error: Floats, tolerance: float
+    ) -> Grid:
+        """Return the grid with new lines at the midpoints, where samples have these errors."""
+        split, axis = self.marked[mode].any(axis=1 - mode), 1 + mode
         halved = (split, slice(None)) if mode == 0 else (slice(None), split)
         marked, before = self.marked[mode][halved], self.missed[mode][halved]
-        worst = _in_cells(error, 1 - mode)
+        worst = in_cells(error, 1 - mode)
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(worst, before, out=np.ones_like(worst), where=known)
         expected = worst * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
@@ -116,31 +155,33 @@ class Grid:
         still[mode][halved] = marked & (expected > tolerance)
         missed[mode][halved] = np.where(marked, worst, before)
         left[mode][halved] = np.where(marked, expected, left[mode][halved])
-        node = np.append(self.nodes[mode], self.middles(mode))[self.order(mode)]
-        parts = np.where(split, 2, 1)
+        node = np.append(self.nodes[mode], middles)
+        order = np.argsort(node, kind="stable")
+        node, parts = node[order], np.where(split, 2, 1)
         still = np.repeat(still, parts, axis)
         # A kink next to a cell bends the surface in it too, and may be visible only there.
         still[mode] = _widened(_widened(still[mode]).T).T & self._wide(node, mode)
-        both = np.concatenate((self.sampled, taken), axis=mode)
-        return Grid(
-            self.with_nodes(mode, node),
-            still,
-            np.repeat(missed, parts, axis),
-            np.repeat(left, parts, axis),
-            np.take(both, self.order(mode), axis=mode),
-            apart(*(np.repeat(each, parts, mode) for each in (self.block, self.marked[mode]))),
-            self.closest,
+        return replace(
+            self,
+            nodes=self._with_nodes(mode, node),
+            marked=still,
+            missed=np.repeat(missed, parts, axis),
+            left=np.repeat(left, parts, axis),
+            block=apart(
+                *(np.repeat(each, parts, mode) for each in (self.block, self.marked[mode]))
+            ),
+            samples=self.samples.merged(lines, mode, order),
         )
 
-    def marked_at(self, points: Floats, indicators: Floats, share: float) -> Grid:
+    def marked_at(self, points: Floats, indicators: Floats) -> Grid:
         """Return the grid with cells that contain points (points, modes) marked, too.
 
-        Along the axes whose indicator is at least a `share` of the larger one; `indicators`
-        (modes, n_a, n_b) are those at nodes.
+        `indicators` (modes, n_a, n_b) are those at nodes. An axis with less than a quarter of the
+        larger one is not halved.
         """
         place = self.cells(points)
-        there = np.array([at_cells(along)[place] for along in indicators])
-        indicated = there >= share * there.max(axis=0)
+        there = np.array([in_cells(in_cells(along, 0), 1)[place] for along in indicators])
+        indicated = there >= 0.25 * there.max(axis=0)
         marked = self.marked.copy()
         for mode in range(self.modes):
             held = np.zeros_like(marked[mode])
@@ -148,17 +189,112 @@ class Grid:
             marked[mode] |= held & self._wide(self.nodes[mode], mode)
         return replace(self, marked=marked)
 
+    def _with_nodes(self, mode: int, node: Floats) -> tuple[Floats, Floats]:
+        """Return the nodes of both modes, with others of one."""
+        return (node, self.nodes[1]) if mode == 0 else (self.nodes[0], node)
+
     def _wide(self, node: Floats, mode: int) -> Flags:
         """Return which intervals of a mode are wide enough to be halved, as a grid."""
         wide = np.diff(node) >= 2.0 * self.closest * node[1:]
         return np.asarray(wide[:, np.newaxis] if mode == 0 else wide)
 
 
-def _widened(nodes: Flags) -> Flags:
+@frozen
+class Blocks:
+    """Rectangles of cells without samples between them."""
+
+    number: NDArray[np.int64]  # (blocks,), ascending
+    low: Floats  # (blocks, modes)
+    high: Floats  # (blocks, modes)
+    indicator: Floats  # (blocks,), interpolation error indicator
+
+    @property
+    def width(self) -> Floats:
+        """Width of each block, (blocks, modes)."""
+        return self.high - self.low
+
+    @property
+    def middle(self) -> Floats:
+        """Middle of each block, (blocks, modes)."""
+        return 0.5 * (self.low + self.high)
+
+    @classmethod
+    def of(cls, axes: Sequence[Floats], block: NDArray[np.int64], indicator: Floats) -> Self:
+        """Return the blocks from the block number of each cell and its indicator."""
+        cells = np.indices(block.shape)[: len(axes)].reshape(len(axes), -1)
+        start = np.stack([node[i] for node, i in zip(axes, cells, strict=True)], axis=-1)
+        end = np.stack([node[i + 1] for node, i in zip(axes, cells, strict=True)], axis=-1)
+        numbers, first, of_cell = np.unique(block, return_index=True, return_inverse=True)
+        of_cell = of_cell.ravel()
+        low, high, most = start[first], end[first], np.zeros(len(first))
+        np.maximum.at(high, of_cell, end)
+        np.maximum.at(most, of_cell, indicator.ravel())
+        return cls(numbers, low, high, most)
+
+
+def apart(block: NDArray[np.int64], cells: Flags) -> NDArray[np.int64]:
+    """Return block numbers in which each of `cells` is a block of its own.
+
+    The rest of the blocks that contained them is cut into rectangles.
+    """
+    block, most = block.copy(), int(block.max())
+    for number in np.intersect1d(block[cells], block[~cells]):
+        i, j = np.nonzero(block == number)
+        window = np.s_[i[0] : i[-1] + 1, j[0] : j[-1] + 1]
+        inside = cells[window]
+        along = np.append(0, (inside[1:] != inside[:-1]).any(axis=1).cumsum())
+        across = np.pad((inside[:, 1:] != inside[:, :-1]).cumsum(axis=1), ((0, 0), (1, 0)))
+        block[window] = most + 1 + along[:, np.newaxis] * inside.shape[1] + across
+        most += inside.size
+    block[cells] = most + 1 + np.arange(cells.sum())
+    return block
+
+
+def in_cells(values: Floats, axis: int) -> Floats:
+    """Return the larger of the values at the two ends of each cell along an axis."""
+    if values.shape[axis] == 1:
+        return values
+    along = values.swapaxes(0, axis)
+    return np.maximum(along[:-1], along[1:]).swapaxes(0, axis)
+
+
+def _lines_between(
+    grid: Grid,
+    samples: NodeSamples,
+    mode: int,
+    surface: Complexes,
+    wanted: Flags,
+    *,
+    smooth: bool,
+) -> tuple[NodeSamples, Complexes]:
+    """Return lines of nodes midway along a mode's axis, on the surface, and what they carry.
+
+    The latter (points, carried) is for the nodes that are to be sampled: the mean of their
+    neighbours', and the other nodes refer to the node before. Or `smooth`: from cubics that keep
+    their signs and go no further than the neighbours.
+    """
+    (at,) = np.nonzero(grid.marked[mode].any(axis=1 - mode))
+    before, after = samples.row.take(at, mode), samples.row.take(at + 1, mode)
+    nothing = np.zeros_like(wanted)
+    if not smooth:
+        near = 0.5 * (samples.rows[before[wanted]] + samples.rows[after[wanted]])
+        return NodeSamples(surface, before, samples.rows, nothing), near
+    from scipy.interpolate import PchipInterpolator  # takes long to import
+
+    node = grid.nodes[mode]
+    cubics = PchipInterpolator(node, samples.carried.view(float), axis=mode)
+    middles = (0.5 * (node[:-1] + node[1:]))[at]
+    between = np.ascontiguousarray(cubics(middles)).view(complex)
+    rows = np.concatenate((samples.rows, between.reshape(before.size, -1)))
+    row = len(samples.rows) + np.arange(before.size).reshape(before.shape)
+    return NodeSamples(surface, row, rows, nothing), between[wanted]
+
+
+def _widened(cells: Flags) -> Flags:
     """Return marked cells and their neighbours along the first axis."""
-    wide = nodes.copy()
-    wide[1:] |= nodes[:-1]
-    wide[:-1] |= nodes[1:]
+    wide = cells.copy()
+    wide[1:] |= cells[:-1]
+    wide[:-1] |= cells[1:]
     return wide
 
 
@@ -171,11 +307,3 @@ def _touching(cells: Flags, axis: int, nodes: int) -> Flags:
     touched[:-1] = along
     touched[1:] |= along
     return touched.swapaxes(0, axis)
-
-
-def _in_cells(values: Floats, axis: int) -> Floats:
-    """Return the larger of the values at the two ends of each cell along an axis."""
-    if values.shape[axis] == 1:
-        return values
-    along = values.swapaxes(0, axis)
-    return np.maximum(along[:-1], along[1:]).swapaxes(0, axis)

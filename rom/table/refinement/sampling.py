@@ -1,119 +1,171 @@
-"""Where samples of a friction table come from, what they hold, how far a table is off them."""
+"""Samples of the contact problem for a friction table, and the error of a table against them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 import numpy as np
+from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
+from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.resolution import Mapped
+from slipmode.rom.contact.slip_onset import stick
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.short_repr import frozen, short_repr
-from slipmode.rom.table.check_points import unpredicted
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, make_table
 
+_Solved = TypeVar("_Solved")
 
-@dataclass(frozen=True)
-class Columns:
-    """What a sample holds.
 
-    Attributes
-    ----------
-    orders : tuple of (n, m)
-        Harmonics behind the tabulated columns: S_j of the modes first, the power last.
-    drives : tuple of int
-        The mode that each column but the power drives: the scale of its S_j is the column's.
-    norm : ErrorNorm
-        Of S_j, before any is known.
-    swing : (modes,) ndarray
-        2 Omega_j: an error of S_j changes the power by this times |a_j| [rad/s].
-    loss : (modes,) ndarray
-        Structural loss of each mode, see `make_table`.
-    carried : int
-        Further columns that are neither tabulated nor refined: samples nearby begin with them.
-    kept : bool
-        Whether these are wanted at the nodes of the finished table, too.
-    """
+@frozen
+class Sampling:
+    """Where samples come from, what they hold, and what errors of a table are relative to."""
 
+    # Samples (points, columns) at amplitudes (points, modes). The tabulated columns come first.
+    # Solves begin with guesses (points, carried) of the others, if these are known.
+    at: Callable[[Floats, Complexes | None], Complexes]
+    # Harmonics (n, m) behind the tabulated columns: S_j of the modes first, the power last.
     orders: tuple[Order, ...]
+    # The mode that each tabulated column but the power drives: it has the scale of S_j.
     drives: tuple[int, ...]
-    norm: ErrorNorm
-    swing: Floats
-    loss: Floats
-    carried: int = 0
-    kept: bool = False
+    norm: ErrorNorm  # of S_j, before any is known
+    carrier: Floats  # (modes,) [rad/s]
+    loss: Floats  # (modes,), structural loss of each mode, see `make_table`
+    amplitude_range: Floats  # (modes,), largest amplitudes [kg^1/2 m]
+    onset_lines: Floats  # (lines, modes), where samples may have kinks, see `onset_lines`
+    noise: float  # relative error of samples due to motion that is not yet periodic
+    kept: bool = False  # whether the carried columns are wanted at all nodes
 
-    __repr__ = short_repr
+    def known_norm(self, table: Table) -> ErrorNorm:
+        """Return the norm with the largest |S_j| at the nodes of a table."""
+        return self.norm.known(table.nodes())
 
     def errors(
         self, norm: ErrorNorm, points: Floats, off: Complexes | Floats, exact: Complexes
     ) -> Floats:
         """Return the largest relative error (...,) of the tabulated columns.
 
-        Parameters
-        ----------
-        norm : ErrorNorm
-        points : (..., modes) ndarray
-            Amplitudes [kg^1/2 m].
-        off, exact : (..., columns) complex ndarray
-            Error and value of the columns. Errors at amplitudes that are too small to be part of
-            what a table states are 0.
+        Errors `off` and values `exact` are (..., columns), at amplitudes (..., modes). Errors at
+        amplitudes that are too small to be part of what a table states are 0.
         """
-        scale = norm.scale(points, exact[..., : self.swing.size])
-        power = (scale * points * self.swing).sum(axis=-1, keepdims=True)
+        scale = norm.scale(points, exact[..., : self.carrier.size])
+        # An error of S_j changes the power by 2 Omega_j |a_j| times that error.
+        power = (scale * points * 2.0 * self.carrier).sum(axis=-1, keepdims=True)
         power = np.where(power > 0.0, power, 1.0)
         relative = np.abs(off) / np.concatenate((scale[..., list(self.drives)], power), axis=-1)
         return np.where(norm.share(points) < SMALLEST_SHARE, 0.0, relative.max(axis=-1))
 
-
-@frozen
-class Sampling:
-    """Where samples come from: values (points, columns) at amplitudes (points, modes).
-
-    They are taken from about what the columns that are carried are there, if that is known.
-    `onset_lines` (lines, modes) is where they may have kinks, see `onset_lines`; `noise` by how
-    much they are off by chance, as errors are.
-    """
-
-    at: Callable[[Floats, Complexes | None], Complexes]
-    columns: Columns
-    amplitude_range: Floats
-    onset_lines: Floats
-    noise: float
-
-    def norm(self, table: Table) -> ErrorNorm:
-        """Return the norm with the largest |S_j| at the nodes of a table."""
-        return self.columns.norm.known(table.nodes())
-
     def indicators(self, table: Table) -> Floats:
-        """How little its neighbours along each mode's axis tell of a node, (modes, n_a, n_b)."""
-        S = table.nodes()
+        """Return the error of nodes predicted by neighbours along each axis, (modes, n_a, n_b)."""
+        S, norm = table.nodes(), self.known_norm(table)
         points = amplitude_pairs(table.node_a, table.node_b, table.modes)
-        points = points.reshape(*S.shape[:2], -1)
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        norm = self.norm(table)
-        return np.array([self.columns.errors(norm, points, part, S) for part in parts])
+        return np.array([self.errors(norm, points, part, S) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
-        """Table through the tabulated columns on a grid."""
-        orders, loss = self.columns.orders, self.columns.loss
-        return make_table(axes[0], axes[1], tabulated, orders, loss)
+        """Return the table through the tabulated columns on a grid."""
+        return make_table(axes[0], axes[1], tabulated, self.orders, self.loss)
 
-    def error_of(
-        self, points: Floats, surface: Complexes, exact: Complexes, norm: ErrorNorm
-    ) -> Floats:
-        """Return the relative error (...,) of a surface (..., columns), `exact` in samples."""
-        tabulated = exact[..., : len(self.columns.orders)]
-        return self.columns.errors(norm, points, surface - tabulated, tabulated)
+
+class ContactSamples:
+    """Contact terms at many amplitudes, task by task.
+
+    Attributes
+    ----------
+    carriers : (modes, N_c) complex ndarray
+        P of the contacts at the largest amplitudes, once these were sampled [m].
+    periodicity : float
+        Largest distance from periodicity so far.
+    solved : int
+        Contact problems so far.
+    """
+
+    def __init__(
+        self,
+        torus: TorusProblem,
+        amplitude_range: Floats,
+        mapped: Mapped,
+        bar: tqdm[Any],
+        carries: bool,
+    ) -> None:
+        self._torus, self._largest, self._mapped, self._bar = torus, amplitude_range, mapped, bar
+        self._carries = carries
+        self._contacts = torus.problem.reduced.n_contacts
+        self.carriers: Complexes = np.zeros((amplitude_range.size, self._contacts), dtype=complex)
+        self.periodicity = 0.0
+        self.solved = 0
+
+    def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        """Return the tabulated columns, then those that are carried along, (points, columns).
+
+        `near` are guesses of the latter. Nothing is solved where all contacts stick: all are 0.
+        """
+        problem, modes = self._torus.problem, self._largest.size
+        orders = len(problem.orders)
+        carried = (orders + 1) * self._contacts if self._carries else 0
+        columns = modes + len(problem.combinations) + 1 + carried
+        samples = np.zeros((len(amplitudes), columns), dtype=complex)
+        moving = ~stick(problem.reduced, problem.law, amplitudes)
+        if not moving.any():
+            return samples
+        guesses = []
+        if near is not None and self._carries:  # without the last, what the harmonics leave out
+            guesses = [near[moving].reshape(-1, orders + 1, self._contacts)[:, :-1]]
+        solve, points, rows = self._torus.solve_on_more_lines, amplitudes[moving], []
+        for terms in in_tasks(self._mapped, solve, points, *guesses):
+            terms.check_periodic()
+            parts = [terms.S, terms.T, (terms.power - terms.leaving)[:, np.newaxis]]
+            if self._carries:
+                parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
+            rows.append(np.concatenate(parts, axis=1))
+            (at,) = np.nonzero((terms.amplitudes == self._largest).all(axis=1))
+            if at.size:
+                self.carriers = terms.P[at[0], :modes]
+            self.periodicity = max(self.periodicity, float(terms.residual.max()))
+            self.solved += len(terms.S)
+            self._bar.update(len(terms.S))
+        samples[moving] = np.concatenate(rows)
+        return samples
+
+
+def in_tasks(
+    mapped: Mapped, solve: Callable[..., _Solved], amplitudes: Floats, *beside: Complexes
+) -> Iterable[_Solved]:
+    """Return what `solve` finds at many amplitudes, in tasks of a fixed size.
+
+    The result does not depend on the number of threads so. `beside` are further arguments of
+    `solve`, (points, ...).
+    """
+    tasks = [slice(first, first + 16) for first in range(0, len(amplitudes), 16)]
+    return mapped(solve, *([each[task] for task in tasks] for each in (amplitudes, *beside)))
 
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
-    """Amplitudes (n_a n_b, modes) of a grid; of one mode, those of the first axis."""
+    """Return the amplitudes (n_a, n_b, modes) of a grid; of one mode, those of the first axis."""
     pairs = np.empty((node_a.size, node_b.size, modes))
     for mode, node in enumerate((node_a[:, np.newaxis], node_b)[:modes]):
         pairs[..., mode] = node
-    return pairs.reshape(-1, modes)
+    return pairs
+
+
+def unpredicted(node: Floats, values: Complexes) -> Floats:
+    """Return |values - cubic through two neighbours on either side|, of the shape of values.
+
+    Along the first axis; at its ends through the nearest four. 0 at node = 0, where all harmonics
+    are known.
+    """
+    here = np.arange(1, node.size)[:, np.newaxis]
+    window = np.clip(here - 2, 0, node.size - 5) + np.arange(5)
+    others = window[window != here].reshape(-1, 4)
+    own, known = np.eye(4, dtype=bool), node[others]
+    apart = np.where(own, 1.0, known[:, :, np.newaxis] - known[:, np.newaxis])
+    reach = np.where(own, 1.0, (node[here] - known)[:, np.newaxis])
+    weights = np.eye(node.size)
+    weights[here, others] = -np.prod(reach / apart, axis=2)
+    weights[0] = 0.0
+    return np.asarray(np.abs(np.tensordot(weights, values, axes=1)))

@@ -8,7 +8,7 @@ from elastic.cantilever import LAWS, cantilever
 from slipmode import fmu, rom
 from slipmode.fmu.imported import Imported
 from slipmode.rom import full
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 
 COEFFICIENTS = (0.03 - 0.05j, -0.1 + 0.02j)
 LAW = LAWS["Jenkins"]
@@ -44,7 +44,7 @@ def test_what_forces_do_statically_is_as_without(elastic):
     structure, given, _ = reductions(elastic)
     alone = rom.reduce(structure, law=LAW if elastic else None)
     patterns = [np.arange(1.0, structure.n_dofs + 1.0), np.ones(structure.n_dofs)]
-    static = [ForceResponse.of(each, patterns, structure).static for each in (given, alone)]
+    static = [AppliedForces.of(each, patterns, structure).static for each in (given, alone)]
     np.testing.assert_allclose(*static, rtol=1e-9, atol=1e-12)
 
 

@@ -12,7 +12,7 @@ from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom import Tanh, full
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
 TIMES = np.linspace(0.0, 60.0, 1201)
@@ -74,7 +74,7 @@ def errors(way, force_response):
 @pytest.mark.parametrize("way", [rom.reconstruct, rom.sum_harmonics])
 def test_every_dof_moves_as_in_a_direct_solve_where_contacts_are_linear(way):
     case, force, model, _ = viscous_chain()
-    x, x_c = errors(way, ForceResponse.of(model.reduced, force, case.structure))
+    x, x_c = errors(way, AppliedForces.of(model.reduced, force, case.structure))
     assert x < 8e-5  # measured 7.0e-5
     assert x_c < 4e-5  # measured 3.2e-5
 
@@ -83,7 +83,7 @@ def test_every_dof_moves_as_in_a_direct_solve_where_contacts_are_linear(way):
 def test_linear_contacts_resist_as_dashpots(way):
     """Also where the friction force is what all others leave, the contacts' inertia with them."""
     case, force, model, a = viscous_chain()
-    force_response = ForceResponse.of(model.reduced, force, case.structure)
+    force_response = AppliedForces.of(model.reduced, force, case.structure)
     motion = way(model, steady_trajectory(case, model, a, force, force_response), TIMES)
     late = TIMES > 30.0
     expected = DASHPOT * motion.velocity[late]
@@ -93,7 +93,7 @@ def test_linear_contacts_resist_as_dashpots(way):
 
 def test_the_structure_is_wanted_for_the_static_part_alone():
     _, force, model, _ = viscous_chain()
-    x, x_c = errors(rom.reconstruct, ForceResponse.of(model.reduced, force))
+    x, x_c = errors(rom.reconstruct, AppliedForces.of(model.reduced, force))
     assert 5e-4 < x < 6e-4  # measured 5.5e-4
     assert x_c < 4e-5
     x, x_c = errors(rom.reconstruct, None)
@@ -105,7 +105,7 @@ def held_apart(reduced, force, discontinuity, angle, amplitude):
     """Displacement and velocity of the modes by amplitudes and by what the forces maintain."""
     nu, D = reduced.carrier, reduced.modal_stiffness(reduced.carrier)[:, range(2), range(2)]
     wave = discontinuity * np.exp(1j * angle)
-    shares = ForceResponse.of(reduced, force).modal[:, :2]  # [j, k]
+    shares = AppliedForces.of(reduced, force).on_modes[:, :2]  # [j, k]
     response = 0.5 * wave[:, np.newaxis] * shares / D
     free = 1j * np.sqrt(reduced.frequency**2 - 0.25 * reduced.modal_damping**2)
     free -= 0.5 * reduced.modal_damping
@@ -124,8 +124,8 @@ def test_modes_go_on_as_they_were_where_forces_jump(angle):
     reduced = replace(model.reduced, damping_coupling=0.0 * model.reduced.damping_coupling)
     modal = np.array([reduced.modal_force(j, f) for j, f in enumerate(force)])
     discontinuity = modal * np.exp([0.3j, -1.1j])
-    force_response = ForceResponse.of(reduced, force)
-    a = force_response.free_vibration(reduced, discontinuity, reduced.carrier, angle)
+    force_response = AppliedForces.of(reduced, force)
+    a = force_response.free_vibration(discontinuity, reduced.carrier, angle)
     assert np.all(np.abs(a) > 1e-3)
     for left in held_apart(reduced, force, discontinuity, angle, a):
         np.testing.assert_allclose(left, 0.0, atol=1e-15)
@@ -152,10 +152,8 @@ def test_a_component_goes_on_as_it_was_where_forces_jump():
     reduced = model.reduced
     modal = [reduced.modal_force(j, f) for j, f in enumerate(force)]
     discontinuity = modal * np.array([-0.75, np.exp(2j) - 1.0])
-    force_response = ForceResponse.of(reduced, force)
-    added = force_response.free_vibration(
-        reduced, discontinuity, np.array(case.frequency), np.array(angle)
-    )
+    force_response = AppliedForces.of(reduced, force)
+    added = force_response.free_vibration(discontinuity, np.array(case.frequency), np.array(angle))
     np.testing.assert_allclose(after - before, added, rtol=1e-6)
     again, _ = step(1e-9, force_A=0.25)
     np.testing.assert_allclose(again, after, rtol=1e-7)
@@ -163,8 +161,8 @@ def test_a_component_goes_on_as_it_was_where_forces_jump():
 
 def test_no_more_than_the_shift_where_a_force_has_the_shape_of_its_mode():
     case = cases.Chain(20).case()
-    force_response = ForceResponse.of(rom.reduce(case.structure), case.force, case.structure)
-    np.testing.assert_allclose(force_response.modal[:, :2], np.eye(2), atol=1e-12)
+    force_response = AppliedForces.of(rom.reduce(case.structure), case.force, case.structure)
+    np.testing.assert_allclose(force_response.on_modes[:, :2], np.eye(2), atol=1e-12)
     np.testing.assert_allclose(force_response.static, 0.0, atol=1e-12)
 
 

@@ -7,7 +7,7 @@ from elastic.cantilever import LAWS, cantilever
 
 from slipmode import fmu, rom
 from slipmode.rom import full
-from slipmode.rom.slow.slow_flow import balance, inputs_of, shifted_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 
 BOUND = 2e-3  # of the amplitude; asked for: 5e-3
 FREQUENCY_BOUND = 1e-4
@@ -129,8 +129,8 @@ def test_what_aerodynamics_put_in_leaves_by_friction_and_dampers(law):
     put_in = -2.0 * of.reduced.aerodynamic_damping @ np.square(cycle.frequency * np.abs(a))
     kept = 2.0 * (of.reduced.modal_damping - of.reduced.aerodynamic_damping)
     dampers = kept @ np.square(cycle.frequency * np.abs(a))
-    inputs = inputs_of(np.zeros((1, 1)), cycle.frequency[np.newaxis])
-    force = balance(shifted_flow(of, 0.0), inputs, a[np.newaxis]).friction[0]
+    flow = ForcedFlow.of(of, cycle.frequency[np.newaxis])
+    force = flow.balance(a[np.newaxis]).friction[0]
     contacts = -2.0 * np.sum(cycle.frequency * np.imag(a.conj() * force))
     assert put_in == pytest.approx(dampers + contacts, rel=1e-6)
     body = full.aeroelastic(STRUCTURE, of.reduced)

@@ -11,7 +11,7 @@ from slipmode.fmu import Component
 from slipmode.rom import Coulomb, reduce, tabulate, two_mass
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.reduction.combination import combination_resonances
-from slipmode.rom.reduction.force_response import off_resonance_shift
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.slow.steady import steady
 
@@ -79,7 +79,7 @@ class Forcing:
 
 def effective_amplitude(model, a, now):
     factor = coupling_factor(model.reduced, now.frequency)
-    return factor * (a + off_resonance_shift(model.reduced, FORCE_PATTERNS) * now.force)
+    return factor * (a + AppliedForces.of(model.reduced, FORCE_PATTERNS).shift * now.force)
 
 
 def contact_force(model, a, now):

@@ -28,10 +28,10 @@ from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.table.check_points import largest_error, onset_points, unpredicted
-from slipmode.rom.table.refinement.blocks import Blocks, apart
+from slipmode.rom.table.refinement.check_points import largest_error, onset_points
+from slipmode.rom.table.refinement.grid import Blocks, apart
 from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import Columns, Sampling
+from slipmode.rom.table.refinement.sampling import Sampling, unpredicted
 
 IWAN = Contacts(
     [
@@ -246,8 +246,9 @@ def test_samples_that_differ_by_chance_are_not_refined_for_ever():
 
     one = np.ones(1)
     norm = ErrorNorm(0.0 * one, 1e-9 * one, one, one)
-    columns = Columns(((1, 0), (0, 0)), (0,), norm, one, 0.0 * one)
-    sampling = Sampling(at, columns, one, np.array([[1 / 0.7]]), 1e-4)
+    sampling = Sampling(
+        at, ((1, 0), (0, 0)), (0,), norm, 0.5 * one, 0.0 * one, one, np.array([[1 / 0.7]]), 1e-4
+    )
     table, _, error = refine(sampling, 1e-3, TimeBudget(np.inf))
     assert 3e-3 < error < 0.05  # of what differs by 6e-3 between any two
     assert np.diff(table.axes[0]).min() > 5e-6  # 1e-16 without a least width

@@ -19,7 +19,7 @@ from elastic.family_report import WEAK, TooLongError, limited
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import full
-from slipmode.rom.reduction.force_response import ForceResponse
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.slow.motion import sum_harmonics
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
@@ -152,12 +152,12 @@ def compared(case: Member, model: rom.Model, reference: Reference) -> Run:
     trajectory = SlowTrajectory(
         *(points, amplitude, angle, each * frequency, 0.0 * each * frequency),
         *(each * force, 0.0 * each * force),
-        ForceResponse.of(reduced, patterns, case.structure),
+        AppliedForces.of(reduced, patterns, case.structure),
     )
     exact = reference.displacement[kept]
     difference = sum_harmonics(model, trajectory, time).modal[:, : frequency.size] - exact
     last = slice(-max(time.size // 10, 1), None)
-    response = ForceResponse.of(reduced, patterns)
+    response = AppliedForces.of(reduced, patterns)
     acting = amplitude + response.shift * force
     estimate = TransientError.of(reduced, model.law).at(rate, frequency, acting).max(axis=0)
     moves = np.linalg.norm(reduced.coupling, axis=1)
@@ -185,8 +185,8 @@ def _followed(case: Member, model: rom.Model, time: np.ndarray) -> np.ndarray:
     frequency = np.array(case.frequency)
     force = [model.reduced.modal_force(j, f) for j, f in enumerate(patterns)]
     component = Component(model, patterns, tolerance=1e-6, warned=False)
-    response = ForceResponse.of(model.reduced, patterns, case.structure)
-    free = response.free_vibration(model.reduced, np.array(force, dtype=complex), frequency)
+    response = AppliedForces.of(model.reduced, patterns, case.structure)
+    free = response.free_vibration(np.array(force, dtype=complex), frequency)
     component.reset(amplitude=free)
     values = {"limit_scale": 1.0}
     for mode, Omega in zip(modes, frequency, strict=True):
@@ -201,7 +201,7 @@ def from_rest(case: Member, reference: Reference) -> tuple[rom.Model, Run]:
     """A table as scenes have it, as large as it takes, and the run by it."""
     reduced = reduced_at_forcing(case)
     force = np.array([reduced.modal_force(j, f) for j, f in enumerate(case.force)])
-    shift = ForceResponse.of(reduced, list(case.force)).shift
+    shift = AppliedForces.of(reduced, list(case.force)).shift
     reached = np.abs(reference.amplitude + shift * force)
     for margin in MARGINS:
         model = tabulated(case, reduced, reached, margin)
