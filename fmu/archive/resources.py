@@ -162,7 +162,7 @@ def _contacts(model: Model) -> dict[str, Floats]:
 def _constants(
     model: Model,
     force_patterns: ForcePatterns | None,
-    flow: kernel.SlowFlow,
+    flow: kernel.Structure,
     variables: Sequence[Variable],
 ) -> Floats:
     """Return the struct `fmu_constants` of fmu/src/resources/model.h."""

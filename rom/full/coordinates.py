@@ -97,7 +97,7 @@ class ModalCoordinates:
         output: Floats,
         step: float,
         carriers: Floats,
-    ) -> kernel.Full:
+    ) -> kernel.Structure:
         """Return the problem as the core reads it, for one size of the time step.
 
         Forces have patterns (modes, n) and frequencies `carriers` (modes,) [rad/s]; outputs are

@@ -107,7 +107,7 @@ class Integrator:
         self.excitation = excitation
         self._structure = structure
         self._law = law
-        self._elastic: kernel.Elastic | None = None
+        self._elastic: kernel.Structure | None = None
         self._memory_size, self._substeps = 0, 1
         if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()

@@ -13,9 +13,9 @@ slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; slow_flow.c: c
            motion/: Eq. (12) along a trajectory
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the time integration
-base/      complex numbers, lanes, checks, messages, the layout that Python compares with its own
+base/      complex numbers, lanes, checks, messages
 
-Here library.py loads it and structures.py mirrors its structures.
+Here structures.py and library.py read structures and functions from the header.
 """
 
 from __future__ import annotations
@@ -29,9 +29,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
 from slipmode.rom.kernel.structures import *  # noqa: F403
-from slipmode.rom.kernel.structures import INPUTS, Table
-
-OUTPUTS_FIXED = 10
+from slipmode.rom.kernel.structures import INPUTS, Structure, Table
 
 OK = 0
 BAD_ARGUMENT = 1
@@ -73,7 +71,7 @@ def table(
     values: Floats,
     rate_correction: Floats | None,
     detuning: Floats | None,
-) -> Table:
+) -> Structure:
     """Return an sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2
     power = int(columns > modes)

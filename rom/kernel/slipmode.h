@@ -38,14 +38,6 @@ typedef enum {
 
 SM_API const char *sm_message(sm_status status);
 
-/* A field of a structure below as it was compiled, in bytes; "": the whole structure. */
-typedef struct {
-    const char *structure, *field;
-    size_t offset, size;
-} sm_layout_row;
-
-SM_API const sm_layout_row *sm_layout(size_t *count);
-
 /* ---- friction and the contact problem ------------------------------------------------ */
 
 typedef enum { SM_TANH = 0, SM_COULOMB = 1, SM_ELASTIC = 2 } sm_law;
@@ -270,12 +262,6 @@ SM_API sm_status sm_table_lookup(const sm_table *table, size_t points, const dou
 
 /* ---- slow flow ------------------------------------------------------------------------ */
 
-/* How the coupling L_j(nu) of a mode differs from the one at the table's carrier:
- * L_j(nu) = (1 + c_0 + i nu c_1) L_j(carrier), c_k complex. */
-typedef struct {
-    double c[2][2];
-} sm_coupling_ratio;
-
 /* Amplitude equations (18), (19) in the frame of the forcing:
  *   mass_j a_j' + stiffness_j a_j = F_j exp(i ph_j)/2 + Q_j a_j [+ combination resonances]. */
 typedef struct {
@@ -284,7 +270,8 @@ typedef struct {
     double damping[SM_MODES];   /* phi_j^T C phi_j [1/s]; < 0: self-excited */
     sm_table table;
     double carrier[SM_MODES];   /* of a table with `detuning` [rad/s] */
-    sm_coupling_ratio coupling_ratio[SM_MODES];
+    double coupling_ratio[SM_MODES][2][2]; /* c_0 and c_1, complex: L_j(nu) =
+                                   (1 + c_0 + i nu c_1) L_j(carrier) */
     double off_resonance[SM_MODES][2];  /* effective: a_j + off_resonance_j F_j exp(i ph_j) */
     double cross_response[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance
                                              per F_j exp(i ph_j) of another mode, 0 for its own */

@@ -56,7 +56,7 @@ class Elements:
         k = self.reference
         return np.diag(np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0))
 
-    def kernel(self) -> kernel.Elastic:
+    def kernel(self) -> kernel.Structure:
         """Return the elements as the core reads them; the record keeps the arrays alive."""
         record = kernel.Elastic(
             elements=len(self.element),

@@ -20,7 +20,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
 
-def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.SlowFlow:
+def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.Structure:
     """Return the slow flow as the core reads it, with shift and cross response of the forces."""
     if force_patterns is None:
         return _slow_flow(model, np.zeros(model.modes, dtype=complex), None)
@@ -28,7 +28,7 @@ def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kern
     return _slow_flow(model, applied.shift, applied.cross_response)
 
 
-def shifted_flow(model: Model, shift: Complexes | float) -> kernel.SlowFlow:
+def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
     return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
 
@@ -65,7 +65,7 @@ def inputs_of(
     return inputs
 
 
-def rates(flow: kernel.SlowFlow, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
+def rates(flow: kernel.Structure, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
     """Return da/dt (points, modes) at amplitudes (points, modes), with all terms of the slow flow.
 
     Raises
@@ -102,7 +102,7 @@ class ForcedFlow:
     model: Model
     # (modes,), shift of the amplitudes at the contacts per force, see `AppliedForces.shift`
     shift: Complexes
-    flow: kernel.SlowFlow
+    flow: kernel.Structure
     inputs: NDArray[np.void]  # (points,)
 
     @classmethod
@@ -180,7 +180,7 @@ class ForcedFlow:
 
 def _slow_flow(
     model: Model, shift: Complexes, cross_response: Complexes | None
-) -> kernel.SlowFlow:
+) -> kernel.Structure:
     table, reduced = model.table.kernel(), model.reduced
     flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
     coupling_ratio = reduced.coupling_coefficients.tolist()

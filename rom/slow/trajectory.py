@@ -157,7 +157,7 @@ class SlowTrajectory:
             parts *= 2
         return found
 
-    def _deviation(self, flow: kernel.SlowFlow) -> Floats:
+    def _deviation(self, flow: kernel.Structure) -> Floats:
         """Return the deviation of each step's cubic from the slow flow, (steps,)."""
         arrays, found = self._steps(), np.empty(self.time.size - 1)
         steps = kernel.TrajectorySteps(found.size, *(array.ctypes.data for array in arrays))
@@ -171,7 +171,7 @@ class SlowTrajectory:
         return tuple(np.ascontiguousarray(row) for row in rows)
 
     def _divided(
-        self, flow: kernel.SlowFlow, steps: NDArray[np.intp], parts: int
+        self, flow: kernel.Structure, steps: NDArray[np.intp], parts: int
     ) -> SlowTrajectory:
         """Return the trajectory with some steps in so many parts."""
         modes = self.amplitude.shape[1]
@@ -217,11 +217,14 @@ class SlowTrajectory:
         segments = np.zeros(duration.size, dtype=kernel.SEGMENT)
         segments["start"], segments["duration"] = self.time[:-1], duration
         modes = slice(0, model.modes)
-        segments["amplitude_start"][:, modes] = self.amplitude_start
-        segments["amplitude_end"][:, modes] = self.amplitude[1:]
         start, end = self.amplitude_rates(model)
-        segments["rate_start"][:, modes] = start
-        segments["rate_end"][:, modes] = end
+        for name, value in (
+            ("amplitude_start", self.amplitude_start),
+            ("amplitude_end", self.amplitude[1:]),
+            ("rate_start", start),
+            ("rate_end", end),
+        ):
+            segments[name].view(complex)[:, modes] = value
         segments["angle"][:, modes] = self.angle[:-1]
         segments["frequency"][:, modes] = self.frequency
         segments["frequency_rate"][:, modes] = self.frequency_rate
@@ -240,14 +243,16 @@ class SlowTrajectory:
         scale, scale_rate = self.limit_scale
         reaction /= self.scale_at(self.time)[:, np.newaxis, np.newaxis]
         for side, elapsed in (("start", 0.0 * later), ("end", later)):
-            amplitude, rate = f"amplitude_{side}", f"rate_{side}"
+            amplitude, rate = (
+                segments[f"{name}_{side}"].view(complex) for name in ("amplitude", "rate")
+            )
             force = self.force + self.force_rate * elapsed[:, np.newaxis]
-            segments[amplitude][:, modes] += self.shift * force
-            segments[rate][:, modes] += self.shift * self.force_rate
+            amplitude[:, modes] += self.shift * force
+            rate[:, modes] += self.shift * self.force_rate
             factor = (scale + scale_rate * elapsed)[:, np.newaxis]
-            segments[rate] -= scale_rate[:, np.newaxis] / factor * segments[amplitude]
-            for name in (amplitude, rate):
-                segments[name] /= factor
+            rate -= scale_rate[:, np.newaxis] / factor * amplitude
+            amplitude /= factor
+            rate /= factor
         segments["reaction_start"] = reaction.ctypes.data + reaction.strides[0] * np.arange(
             len(segments)
         )

@@ -72,7 +72,7 @@ class Table:
         values: Complexes = np.ascontiguousarray(self.values[:, :, 0]).view(complex)
         return values
 
-    def kernel(self) -> kernel.Table:
+    def kernel(self) -> kernel.Structure:
         """The table as the core reads it."""
         return kernel.table(
             self.modes,

@@ -168,7 +168,7 @@ class FullOrder:
         return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)
 
 
-def _memory(elastic: kernel.Elastic, x_c: Floats) -> Floats:
+def _memory(elastic: kernel.Structure, x_c: Floats) -> Floats:
     """Return the internal forces of elastic contacts after displacements (n, N_c)."""
     contacts, law = x_c.shape[1], ctypes.byref(elastic)
     memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))

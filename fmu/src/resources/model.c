@@ -208,8 +208,8 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
     memcpy(flow->cross_response, given->cross_response, sizeof flow->cross_response);
     for (int j = 0; j < SM_MODES; j++)
-        memcpy(flow->coupling_ratio[j].c, given->coupling_ratio[j],
-               sizeof flow->coupling_ratio[j].c);
+        memcpy(flow->coupling_ratio[j], given->coupling_ratio[j],
+               sizeof flow->coupling_ratio[j]);
     flow->table.modes = shape->modes;
     flow->table.combinations = shape->combinations;
     flow->table.power = shape->power;

@@ -60,7 +60,7 @@ class TorusMarch:
 
     Attributes
     ----------
-    contact : kernel.Contact
+    contact : sm_contact
     rates : (modes,) ndarray
         Of the phases [rad/s].
     steps, lines : int
@@ -71,7 +71,7 @@ class TorusMarch:
         the others are 0.
     """
 
-    contact: kernel.Contact
+    contact: kernel.Structure
     rates: Floats
     steps: int
     lines: int
@@ -171,7 +171,7 @@ def _marched(
 
 def contact_problem(
     reduced: Reduced, law: Friction, orders: Sequence[Order] = ()
-) -> kernel.Contact:
+) -> kernel.Structure:
     """Return the contact problem along a slow trajectory; it keeps its arrays alive.
 
     The modes respond to the harmonics `orders` with what comes along with the trajectory.
@@ -180,14 +180,14 @@ def contact_problem(
     return _contact(reduced, law, reduced.coupling, reduced.stiffness, response)
 
 
-def _modal_response(orders: Sequence[Order]) -> kernel.ModalResponse:
+def _modal_response(orders: Sequence[Order]) -> kernel.Structure:
     numbers = np.ascontiguousarray(orders, dtype=np.int32)
     response = kernel.ModalResponse(orders_count=len(orders), orders=numbers.ctypes.data)
     response.owned = (numbers,)
     return response
 
 
-def _give(response: kernel.ModalResponse, **arrays: Complexes | Floats | None) -> None:
+def _give(response: kernel.Structure, **arrays: Complexes | Floats | None) -> None:
     """Set pointers to arrays, and keep these alive; None: there is no such array."""
     for name, array in arrays.items():
         if array is not None:
@@ -201,8 +201,8 @@ def _contact(
     law: Friction,
     coupling: Complexes,
     stiffness: Floats,
-    response: kernel.ModalResponse,
-) -> kernel.Contact:
+    response: kernel.Structure,
+) -> kernel.Structure:
     coupling = np.ascontiguousarray(coupling)
     stiffness, damping, mass = (
         kernel.contiguous(matrix) for matrix in (stiffness, reduced.damping, reduced.mass)

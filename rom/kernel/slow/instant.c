@@ -52,8 +52,8 @@ static double detuning_of(const sm_slow_flow *flow, int j, double Omega) {
  *   mass = 2 i omega,                     stiffness = 2 omega (omega - Omega) + i damping omega. */
 static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], damping = flow->damping[j];
-    const sm_complex c0 = sm_pair(flow->coupling_ratio[j].c[0]),
-                     c1 = sm_pair(flow->coupling_ratio[j].c[1]);
+    const sm_complex c0 = sm_pair(flow->coupling_ratio[j][0]),
+                     c1 = sm_pair(flow->coupling_ratio[j][1]);
     sm_coefficients *now = &instant->now;
     sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
     sm_put(&now->coupling_ratio, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
@@ -75,7 +75,7 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
     const sm_inputs *in = &instant->inputs;
     for (int j = 0; j < flow->table.modes; j++) {
         const double omega = flow->natural[j], dOmega = change->frequency[j];
-        const sm_complex c1 = sm_pair(flow->coupling_ratio[j].c[1]);
+        const sm_complex c1 = sm_pair(flow->coupling_ratio[j][1]);
         const sm_complex force = sm_cx(change->force[j], in->force[j] * change->phase[j]);
         sm_put(&d->excitation, j, sm_cmul(sm_of(&instant->direction, j), force));
         sm_put(&d->coupling_ratio, j, sm_cx(-dOmega * c1.im, dOmega * c1.re));

@@ -23,8 +23,8 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
         const sm_status status = sm_check_positive(flow->natural[j]);
         if (status != SM_OK) return status;
         if (!isfinite(flow->damping[j]) /* < 0 of a self-excited mode */
-            || !sm_all_finite(flow->coupling_ratio[j].c[0],
-                           sizeof flow->coupling_ratio[j].c / sizeof(double))
+            || !sm_all_finite(flow->coupling_ratio[j][0],
+                           sizeof flow->coupling_ratio[j] / sizeof(double))
             || !sm_all_finite(flow->off_resonance[j], 2)
             || !sm_all_finite(flow->cross_response[j][0],
                               sizeof flow->cross_response[j] / sizeof(double)))

@@ -76,7 +76,7 @@ class Branch:
         return Branch(points, self.special[::-1], self.closed, self.cut_off[::-1])
 
 
-def branch_through(curve: kernel.Curve, z: Floats) -> Branch | None:
+def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
     """Return the curve through a solution, both ways to p = 0, p = 1 or the end of F.
 
     `z` (k + 1,) is a solution, or near one at the same p; None if there is none.

@@ -37,7 +37,7 @@ class ForcedSlowFlow:
     # Whether the span was given from the larger value to the smaller one. Curves are computed from
     # the smaller value on, so that they do not depend on it.
     is_reversed: bool
-    curve: kernel.Curve  # Its steady states
+    curve: kernel.Structure  # Its steady states
 
     @classmethod
     def of(

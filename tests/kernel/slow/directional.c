@@ -34,7 +34,8 @@ static directional_call new_call(int modes, int paper) {
     c.flow.combination[0] = (sm_combination){1, 5, -2};
     c.flow.combination[1] = (sm_combination){0, -4, 3};
     for (int j = 0; j < modes; j++) {
-        c.flow.coupling_ratio[j] = (sm_coupling_ratio){{{0.02, -0.01}, {0.03, 0.01 * j}}};
+        const double ratio[2][2] = {{0.02, -0.01}, {0.03, 0.01 * j}};
+        memcpy(c.flow.coupling_ratio[j], ratio, sizeof ratio);
         c.flow.off_resonance[j][0] = 0.2;
         c.flow.off_resonance[j][1] = -0.1;
     }

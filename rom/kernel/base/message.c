@@ -1,0 +1,21 @@
+/* Messages of the status codes. */
+#include "slipmode.h"
+
+const char *sm_message(sm_status status) {
+    switch (status) {
+    case SM_OK: return "ok";
+    case SM_BAD_ARGUMENT: return "an argument has a size, sign or order that is not allowed";
+    case SM_NOT_FINITE: return "a value is NaN or infinite";
+    case SM_NO_MEMORY: return "out of memory";
+    case SM_NOT_CONVERGED: return "the implicit contact step did not converge";
+    case SM_OUTSIDE_TABLE: return "an amplitude is outside the friction table";
+    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance in so long a step";
+    }
+    return "unknown status";
+}
+
+#ifdef SM_HEADERS /* defined by CMakeLists.txt: what Python compares with its own */
+SM_API const char *sm_compiled_headers(void);
+
+const char *sm_compiled_headers(void) { return SM_HEADERS; }
+#endif
