@@ -99,15 +99,13 @@ SM_HOT static sm_status march(scheme *s, const double *amplitudes) {
     return SM_OK;
 }
 
-static void place(scheme *s, double *memory, size_t rows, size_t sums) {
+static void place(scheme *s, sm_block *block, size_t rows, size_t sums) {
     const int contacts = s->contact->contacts;
     point_rule *rules[] = {&s->inside, &s->on_a, &s->on_b};
-    s->row = memory;
-    s->sums = memory + rows;
-    memory = s->sums + sums;
-    for (int k = 0; k < 3; k++, memory += sm_stepper_size(contacts))
-        sm_stepper_place(&rules[k]->stepper, contacts, memory);
-    sm_lanes_place(&s->lane, contacts, SM_LANES, memory);
+    s->row = sm_take(block, rows);
+    s->sums = sm_take(block, sums);
+    for (int k = 0; k < 3; k++) sm_stepper_place(&rules[k]->stepper, contacts, block);
+    sm_lanes_place(&s->lane, contacts, SM_LANES, block);
 }
 
 /* P_10 and P_01, (points, 2, contacts) complex, at amplitudes (points, 2). */
@@ -116,12 +114,11 @@ SM_API sm_status peer_paper_scheme(const sm_contact *contact, const double *rate
                                    const double *amplitudes, double *harmonics) {
     const size_t n = (size_t)contact->contacts, size = n * SM_LANES;
     const size_t rows = ((size_t)periods * (size_t)steps + 1) * size, sums = HARMONICS * 2 * size;
-    const size_t all = rows + sums + 3 * sm_stepper_size(contact->contacts)
-                       + sm_lanes_size(contact->contacts, SM_LANES);
-    double *memory = calloc(all, sizeof(double));
-    if (!memory) return SM_NO_MEMORY;
+    sm_block block = {NULL, 0};
     scheme s = {.contact = contact, .steps = steps, .periods = periods, .corner = corner};
-    place(&s, memory, rows, sums);
+    place(&s, &block, rows, sums);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    place(&s, &block, rows, sums);
     const double dt = 2.0 * PI / steps;
     sm_status status = set_rule(&s.inside, contact, rates[0], rates[1], dt);
     if (status == SM_OK) status = set_rule(&s.on_a, contact, rates[0], 0.0, dt);
@@ -142,6 +139,6 @@ SM_API sm_status peer_paper_scheme(const sm_contact *contact, const double *rate
                         s.sums[((k / n * 2 + part) * n + k % n) * SM_LANES + l]
                         / ((double)steps * steps);
     }
-    free(memory);
+    free(block.memory);
     return status;
 }

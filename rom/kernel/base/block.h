@@ -1,22 +1,39 @@
-/* Arrays one after the other in a block of memory. */
+/* Arrays one after the other in a block of memory: what takes them is also what counts them. */
 #ifndef SLIPMODE_BLOCK_H
 #define SLIPMODE_BLOCK_H
 
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/lanes.h"
 
-/* Takes `count` doubles from *memory. */
-static inline double *sm_take(double **memory, size_t count) {
-    double *place = *memory;
-    *memory += count;
+/* Without memory it counts what is taken: what takes arrays is called twice, and sm_allocate in
+ * between. */
+typedef struct {
+    double *memory;
+    size_t taken; /* doubles */
+} sm_block;
+
+/* Takes the memory that was counted, zeros; returns whether there is so much. It is the caller's. */
+static inline int sm_allocate(sm_block *block) {
+    block->memory = calloc(block->taken, sizeof(double));
+    block->taken = 0;
+    return block->memory != NULL;
+}
+
+/* Takes `count` doubles; NULL where they are only counted. */
+static inline double *sm_take(sm_block *block, size_t count) {
+    double *place = block->memory ? block->memory + block->taken : NULL;
+    block->taken += count;
     return place;
 }
 
-/* Copies `count` doubles there; NULL for none. */
-static inline const double *sm_keep(double **memory, const double *source, size_t count) {
-    return count > 0 ? memcpy(sm_take(memory, count), source, count * sizeof(double)) : NULL;
+/* Copies `count` doubles there, where they are not only counted; NULL for none. */
+static inline const double *sm_keep(sm_block *block, const double *source, size_t count) {
+    double *place = sm_take(block, count);
+    if (count == 0) return NULL;
+    return place ? memcpy(place, source, count * sizeof(double)) : source;
 }
 
 /* So many doubles, filled up to whole cache lines and vectors. */
@@ -27,12 +44,6 @@ static inline size_t sm_whole_lines(size_t doubles) {
 /* Doubles that hold so many bytes. */
 static inline size_t sm_doubles(size_t bytes) {
     return (bytes + sizeof(double) - 1) / sizeof(double);
-}
-
-/* Copies bytes there; NULL for none. */
-static inline const unsigned char *sm_keep_bytes(double **memory, const unsigned char *source,
-                                                 size_t bytes) {
-    return bytes > 0 ? memcpy(sm_take(memory, sm_doubles(bytes)), source, bytes) : NULL;
 }
 
 #endif

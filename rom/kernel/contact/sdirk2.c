@@ -21,22 +21,14 @@ sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha
     return f;
 }
 
-size_t sm_stepper_size(int contacts) {
+void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     const size_t n = (size_t)contacts;
-    return 4 * n * n + (n * sizeof(sm_resolvent) + sizeof(double) - 1) / sizeof(double);
-}
-
-void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory) {
-    const size_t n = (size_t)contacts;
-    stepper->contacts = contacts;
-    stepper->h = 0.0;
-    stepper->matrix = memory;
-    stepper->stiffness = memory + n * n;
-    stepper->factor = memory + 2 * n * n;
-    stepper->inertia = memory + 3 * n * n;
-    stepper->massless = 1;
-    stepper->smooth = 0;
-    stepper->laws = (sm_resolvent *)(void *)(memory + 4 * n * n); /* aligned as doubles are */
+    *stepper = (sm_stepper){.contacts = contacts, .massless = 1};
+    stepper->matrix = sm_take(block, n * n);
+    stepper->stiffness = sm_take(block, n * n);
+    stepper->factor = sm_take(block, n * n);
+    stepper->inertia = sm_take(block, n * n);
+    stepper->laws = (void *)sm_take(block, sm_doubles(n * sizeof(sm_resolvent)));
 }
 
 /* Returns whether the matrix has a Cholesky factor. Its diagonal is raised slightly, as rounding may
@@ -88,24 +80,20 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     return SM_OK;
 }
 
-size_t sm_lanes_size(int contacts, int lanes) {
-    const size_t n = (size_t)contacts, w = (size_t)lanes;
-    const size_t many = sm_slipping_counts(n) * w + n + 3 * n * w;
-    return (10 + n) * n * w + (contacts > 1 ? many : 0);
-}
-
-void sm_lanes_place(sm_lanes *m, int contacts, int lanes, double *memory) {
-    const size_t size = (size_t)contacts * (size_t)lanes;
-    m->lanes = lanes;
+void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
+    const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
     double **arrays[] = {&m->x, &m->base, &m->u, &m->y, &m->v, &m->d,
                          &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += size)
-        *arrays[i] = memory;
-    m->factor = memory;
-    m->slipping = memory + size * (size_t)contacts;
-    m->packed = m->slipping + sm_slipping_counts((size_t)contacts) * (size_t)lanes;
-    m->conjugate = m->packed + contacts;
-    sm_lanes_forget(m, contacts, lanes);
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
+    m->factor = sm_take(block, size * n);
+    if (contacts > 1) {
+        m->slipping = sm_take(block, sm_slipping_counts(n) * (size_t)lanes);
+        m->packed = sm_take(block, n);
+        m->conjugate = sm_take(block, 3 * size);
+    }
+    m->lanes = lanes;
+    m->size = block->taken - before;
+    if (block->memory) sm_lanes_forget(m, contacts, lanes);
 }
 
 void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {

@@ -10,6 +10,7 @@
 #ifndef SLIPMODE_SDIRK2_H
 #define SLIPMODE_SDIRK2_H
 
+#include "base/block.h"
 #include "contact/friction.h"
 #include "base/products.h"
 
@@ -33,6 +34,7 @@ typedef struct {
 /* Lane arrays of a march. */
 typedef struct {
     int lanes;
+    size_t size;         /* doubles from x on: all of them */
     double *x, *base;    /* displacement; stage base x + h (1 - gamma) v_1 */
     double *u;           /* forcing of the stage */
     double *y, *v, *d;   /* unknown, velocity, dv/dy */
@@ -46,13 +48,11 @@ typedef struct {
     const double *factored; /* the matrix S of these factors */
 } sm_lanes;
 
-size_t sm_stepper_size(int contacts);                /* doubles */
-void sm_stepper_place(sm_stepper *stepper, int contacts, double *memory);
+void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block);
 /* SM_BAD_ARGUMENT unless S is positive definite: the step would have no unique solution. Its
  * tolerance is SM_SMOOTH_TOLERANCE. */
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
-size_t sm_lanes_size(int contacts, int lanes);       /* doubles */
-void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, double *memory);
+void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, sm_block *block);
 /* To be called where the stepper's matrix changes, and where a march begins anew: from then on it
  * gives the bits of a fresh one. */
 void sm_lanes_forget(sm_lanes *lane, int contacts, int lanes);

@@ -1,31 +1,23 @@
 #include "full/elastic_step.h"
 
-#include "base/block.h"
-
 #define ROUNDING 1e-3 /* of displacements that the contacts remember: the solver resolves 1e-11 */
 
-size_t sm_elastic_step_size(const sm_elastic *elastic, int contacts, size_t width) {
-    const size_t n = (size_t)contacts;
-    return (2 * n + 3) * width + 3 * n + sm_elastic_memory(elastic)
-           + sm_elastic_solver_size(elastic, contacts);
-}
-
 void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width,
-                           double *memory) {
+                           sm_block *block) {
     const sm_elastic *elastic = full->elastic;
     const size_t n = (size_t)full->contacts;
     *s = (sm_elastic_step){
         .contacts = n, .width = width, .remembered = sm_elastic_memory(elastic)};
-    s->own = sm_take(&memory, width);
-    s->ahead = sm_take(&memory, width);
-    s->per_own = sm_take(&memory, width);
-    s->directions = sm_take(&memory, n * width);
-    s->gather = sm_take(&memory, n * width);
-    s->u = sm_take(&memory, n);
-    s->x_c = sm_take(&memory, n);
-    s->v_c = sm_take(&memory, n);
-    s->memory = sm_take(&memory, s->remembered);
-    sm_elastic_solver_place(&s->solver, elastic, full->contacts, full->flexibility, memory);
+    s->own = sm_take(block, width);
+    s->ahead = sm_take(block, width);
+    s->per_own = sm_take(block, width);
+    s->directions = sm_take(block, n * width);
+    s->gather = sm_take(block, n * width);
+    s->u = sm_take(block, n);
+    s->x_c = sm_take(block, n);
+    s->v_c = sm_take(block, n);
+    s->memory = sm_take(block, s->remembered);
+    sm_elastic_solver_place(&s->solver, elastic, full->contacts, full->flexibility, block);
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
         if (element->law == SM_FRICTIONAL)

@@ -29,10 +29,8 @@ typedef struct {
     sm_elastic_solver solver;
 } sm_elastic_step;
 
-/* Doubles of its arrays. */
-size_t sm_elastic_step_size(const sm_elastic *elastic, int contacts, size_t width);
 void sm_elastic_step_place(sm_elastic_step *step, const sm_full *full, size_t width,
-                           double *memory);
+                           sm_block *block);
 /* What does not change from step to step. */
 void sm_elastic_step_set(sm_elastic_step *step, const sm_full *full);
 

@@ -4,7 +4,6 @@
 
 #include <stdlib.h>
 
-#include "base/block.h"
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
@@ -64,47 +63,27 @@ static size_t width_of(const sm_full *full) {
     return blocks * SM_FULL_BLOCK;
 }
 
-static size_t inverse_size(const sm_full *full) {
-    return full->diagonal ? width_of(full) : width_of(full) * width_of(full);
-}
-
-static size_t rigid_size(const sm_full *full) {
-    return (size_t)full->contacts * width_of(full) + sm_warm_size(full->contacts)
-           + sm_lanes_size(full->contacts, 1) + sm_stepper_size(full->contacts);
-}
-
-static size_t march_size(const sm_full *full) { /* doubles */
-    const size_t contacts = (size_t)full->contacts;
-    const size_t rows = 6 + 2 * SM_ESDIRK4_STAGES + 2 * SM_MODES + contacts;
-    return rows * width_of(full) + inverse_size(full) + 2 * contacts
-           + (full->law == SM_ELASTIC
-                  ? sm_elastic_step_size(full->elastic, full->contacts, width_of(full))
-                  : rigid_size(full));
-}
-
-static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, double *memory) {
+static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(&memory, width);
-    m->stage_v = sm_take(&memory, SM_ESDIRK4_STAGES * width);
-    m->stage_dv = sm_take(&memory, SM_ESDIRK4_STAGES * width);
-    m->pattern = sm_take(&memory, SM_MODES * width);
-    m->pattern_response = sm_take(&memory, SM_MODES * width);
-    m->response = sm_take(&memory, contacts * width);
-    m->inverse = sm_take(&memory, inverse_size(full));
-    m->x_c = sm_take(&memory, contacts);
-    m->force = sm_take(&memory, contacts);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
+    m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
+    m->stage_dv = sm_take(block, SM_ESDIRK4_STAGES * width);
+    m->pattern = sm_take(block, SM_MODES * width);
+    m->pattern_response = sm_take(block, SM_MODES * width);
+    m->response = sm_take(block, contacts * width);
+    m->inverse = sm_take(block, full->diagonal ? width : width * width);
+    m->x_c = sm_take(block, contacts);
+    m->force = sm_take(block, contacts);
     if (elastic) {
-        sm_elastic_step_place(elastic, full, width, memory);
+        sm_elastic_step_place(elastic, full, width, block);
         m->v_c = elastic->v_c;
         return;
     }
-    m->gather = sm_take(&memory, contacts * width);
-    sm_warm_place(&m->warm, full->contacts,
-                  sm_take(&memory, sm_warm_size(full->contacts)));
-    sm_lanes_place(&m->lane, full->contacts, 1,
-                   sm_take(&memory, sm_lanes_size(full->contacts, 1)));
-    sm_stepper_place(&m->stepper, full->contacts, memory);
+    m->gather = sm_take(block, contacts * width);
+    sm_warm_place(&m->warm, full->contacts, block);
+    sm_lanes_place(&m->lane, full->contacts, 1, block);
+    sm_stepper_place(&m->stepper, full->contacts, block);
     m->v_c = m->warm.v;
 }
 
@@ -260,14 +239,15 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
                         double *state, const sm_full_samples *samples) {
     sm_status status = check_run(full, inputs, elapsed, state, samples);
     if (status != SM_OK) return status;
-    double *memory = calloc(march_size(full), sizeof(double));
-    if (!memory) return SM_NO_MEMORY;
     sm_elastic_step of_elastic, *elastic = full->law == SM_ELASTIC ? &of_elastic : NULL;
     sm_esdirk4 m = {.contacts = full->contacts,
                     .diagonal = full->diagonal,
                     .width = width_of(full),
                     .h = full->step};
-    place(&m, elastic, full, memory);
+    sm_block block = {NULL, 0};
+    place(&m, elastic, full, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    place(&m, elastic, full, &block);
     status = prepare(&m, elastic, full);
     if (status == SM_OK) start(&m, elastic, full, inputs, elapsed, state);
     const size_t n = (size_t)full->coordinates, rows = (size_t)full->outputs;
@@ -284,6 +264,6 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
         finish(&m, elastic, full, state);
         status = sm_all_finite(state, sm_full_state_count(full)) ? SM_OK : SM_NOT_FINITE;
     }
-    free(memory);
+    free(block.memory);
     return status;
 }

@@ -1,7 +1,6 @@
 /* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
 #include "table/table.h"
 
-#include "base/block.h"
 #include "base/check.h"
 #include "base/lanes.h"
 
@@ -53,31 +52,16 @@ sm_status sm_table_check(const sm_table *table) {
     return SM_OK;
 }
 
-/* Doubles of the nodes, of the values and of the corrections. */
-typedef struct {
-    size_t a, b, values, rate_correction, detuning;
-} sizes;
-
-static sizes sizes_of(const sm_table *table) {
-    const size_t a = (size_t)table->count_a, b = (size_t)table->count_b;
-    const size_t corrections = a * b * 4 * correction_count(table);
-    return (sizes){a, table->modes == SM_MODES ? b : 0, a * b * 4 * field_count(table),
-                   table->rate_correction ? corrections : 0, table->detuning ? corrections : 0};
-}
-
-size_t sm_table_size(const sm_table *table) {
-    const sizes s = sizes_of(table);
-    return s.a + s.b + s.values + s.rate_correction + s.detuning;
-}
-
-sm_table sm_table_copy(const sm_table *table, double **memory) {
-    const sizes s = sizes_of(table);
+sm_table sm_table_copy(const sm_table *table, sm_block *block) {
+    const size_t a = (size_t)table->count_a, b = (size_t)table->count_b, rows = a * b * 4;
+    const size_t corrections = rows * correction_count(table);
     sm_table copy = *table;
-    copy.node_a = sm_keep(memory, table->node_a, s.a);
-    copy.node_b = sm_keep(memory, table->node_b, s.b);
-    copy.values = sm_keep(memory, table->values, s.values);
-    copy.rate_correction = sm_keep(memory, table->rate_correction, s.rate_correction);
-    copy.detuning = sm_keep(memory, table->detuning, s.detuning);
+    copy.node_a = sm_keep(block, table->node_a, a);
+    copy.node_b = sm_keep(block, table->node_b, table->modes == SM_MODES ? b : 0);
+    copy.values = sm_keep(block, table->values, rows * field_count(table));
+    copy.rate_correction =
+        sm_keep(block, table->rate_correction, table->rate_correction ? corrections : 0);
+    copy.detuning = sm_keep(block, table->detuning, table->detuning ? corrections : 0);
     return copy;
 }
 

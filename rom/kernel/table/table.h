@@ -1,6 +1,7 @@
 #ifndef SLIPMODE_TABLE_H
 #define SLIPMODE_TABLE_H
 
+#include "base/block.h"
 #include "slipmode.h"
 
 /* What keeps a look-up inside the arrays. */
@@ -18,9 +19,8 @@ sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, 
 void sm_table_detuning(const sm_table *table, const double *amplitudes, int sloped,
                        const int32_t *cell, double *slopes);
 
-/* A copy in memory from *memory, of so many doubles, which is moved on. */
-size_t sm_table_size(const sm_table *table);
-sm_table sm_table_copy(const sm_table *table, double **memory);
+/* A copy in the block. */
+sm_table sm_table_copy(const sm_table *table, sm_block *block);
 
 /* The cell that holds x in [node[0], node[count - 1]], tried first where `guess` says. */
 int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess);

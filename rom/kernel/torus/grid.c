@@ -2,7 +2,6 @@
 
 #include <stdlib.h>
 
-#include "base/block.h"
 #include "base/exact_sum.h"
 
 void sm_torus_power(double c, double s, int m, double *re, double *im) {
@@ -70,17 +69,23 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
     return best > 0.0 ? fmin(best, safe) : safe;
 }
 
+static void place(sm_torus_grid *grid, sm_block *block) {
+    const size_t rows = (size_t)grid->steps + SM_TOGETHER, orders = (size_t)grid->orders_count;
+    sm_stepper_place(&grid->stepper, grid->contact->contacts, block);
+    block->taken = sm_whole_lines(block->taken);
+    grid->carrier = sm_take(block, rows * 8);
+    grid->weight = sm_take(block, rows * orders * 2);
+    if (!grid->contact->response) return;
+    grid->phasor = sm_take(block, rows * orders * 4);
+    grid->relaxation = sm_take(block, orders);
+}
+
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
                              const sm_discretisation *fine, size_t points) {
     const int steps = fine->steps, lines = fine->lines, orders_count = fine->orders_count;
     const int32_t *orders = fine->orders;
     const double *rates = fine->rates;
     const size_t n = (size_t)contact->contacts, count = (size_t)orders_count;
-    const size_t rows = (size_t)steps + SM_TOGETHER;
-    const size_t carrier = rows * 8, weight = rows * count * 2;
-    const size_t stepper = sm_whole_lines(sm_stepper_size(contact->contacts));
-    const size_t phasor = contact->response ? rows * count * 4 : 0;
-    const size_t relaxation = contact->response ? count : 0;
     grid->contact = contact;
     grid->steps = steps;
     grid->lines = lines;
@@ -93,14 +98,12 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;
-    grid->memory = calloc(stepper + carrier + weight + phasor + relaxation, sizeof(double));
-    if (!grid->memory) return SM_NO_MEMORY;
-    sm_stepper_place(&grid->stepper, contact->contacts, grid->memory);
-    grid->carrier = grid->memory + stepper;
-    grid->weight = grid->carrier + carrier;
-    grid->phasor = contact->response ? grid->weight + weight : NULL;
+    sm_block block = {NULL, 0};
+    place(grid, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    grid->memory = block.memory;
+    place(grid, &block);
     grid->dynamic_stiffness = contact->response ? contact->response->dynamic_stiffness : NULL;
-    grid->relaxation = contact->response ? grid->weight + weight + phasor : NULL;
     fill_angles(grid);
     for (int q = 0; q < orders_count && grid->dynamic_stiffness; q++)
         grid->relaxation[q] =

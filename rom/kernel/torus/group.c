@@ -4,53 +4,48 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/block.h"
 #include "base/exact_sum.h"
 
-sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
-    const int n = grid->contact->contacts;
-    const size_t points = (size_t)grid->points_per_group;
-    g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
-    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
-    const size_t lanes = sm_whole_lines(sm_lanes_size(n, grid->lanes)) * (size_t)g->blocks;
-    const size_t sums = wide * grid->per_point, squares = wide * (size_t)n;
-    const size_t reaction = grid->dynamic_stiffness ? sums : 0;
-    const size_t turns = 2 * wide * (size_t)(grid->highest + 1);
+static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block) {
+    const size_t n = (size_t)grid->contact->contacts, points = (size_t)grid->points_per_group;
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes, row = n * (size_t)grid->lanes;
     const size_t harmonics = sm_whole_lines(points * grid->per_point);
-    const size_t speed = sm_whole_lines(sm_acceleration_size(n, grid->lines));
-    const size_t line_state = (size_t)(n + 2) * (size_t)grid->lines;
-    const size_t row = (size_t)n * (size_t)grid->lanes;
-    g->memory = calloc(lanes + 6 * wide + turns + sums + reaction + 2 * squares + 3 * SM_TOGETHER * row
-                           + 8 * harmonics + points * speed + line_state + points * (size_t)n,
-                       sizeof(double));
+    for (int k = 0; k < g->blocks; k++) {
+        sm_lanes_place(&g->lanes[k], grid->contact->contacts, grid->lanes, block);
+        block->taken = sm_whole_lines(block->taken);
+    }
+    double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
+    for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
+        *of_lanes[k] = sm_take(block, wide);
+    g->phase = sm_take(block, 2 * wide);
+    g->turn = sm_take(block, 2 * wide * (size_t)(grid->highest + 1));
+    g->sums = sm_take(block, wide * grid->per_point);
+    if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
+    for (int half = 0; half < 2; half++) g->squares[half] = sm_take(block, wide * n);
+    g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
+    g->moved = sm_take(block, SM_TOGETHER * row);
+    double **of_points[] = {&g->half[0], &g->half[1],     &g->fresh,     &g->last[0],
+                            &g->last[1], &g->stalled_sum, &g->responded, &g->response};
+    for (size_t k = 0; k < sizeof of_points / sizeof *of_points; k++)
+        *of_points[k] = sm_take(block, harmonics);
+    for (size_t p = 0; p < points; p++)
+        sm_acceleration_place(&g->faster[p], grid->contact->contacts, grid->lines, block);
+    g->line_state = sm_take(block, (n + 2) * (size_t)grid->lines);
+    g->stalled_squares = sm_take(block, points * n);
+}
+
+sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+    const size_t points = (size_t)grid->points_per_group;
+    sm_block block = {NULL, 0};
+    g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
     g->track = calloc(points, sizeof(sm_progress));
     g->faster = calloc(points, sizeof(sm_acceleration));
-    if (!g->memory || !g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
-    double *memory = g->memory;
-    for (int block = 0; block < g->blocks; block++, memory += lanes / (size_t)g->blocks)
-        sm_lanes_place(&g->lanes[block], n, grid->lanes, memory);
-    g->a = memory;
-    g->b = g->a + wide;
-    g->a_step = g->b + wide;
-    g->b_step = g->a_step + wide;
-    g->phase = g->b_step + wide;
-    g->turn = g->phase + 2 * wide;
-    g->sums = g->turn + turns;
-    g->reaction = grid->dynamic_stiffness ? g->sums + sums : NULL;
-    g->squares[0] = g->sums + sums + reaction;
-    g->squares[1] = g->squares[0] + squares;
-    g->forcing = g->squares[1] + squares;
-    g->moved = g->forcing + 2 * SM_TOGETHER * row;
-    memory = g->moved + SM_TOGETHER * row;
-    double **arrays[] = {&g->half[0], &g->half[1], &g->fresh,   &g->last[0],
-                         &g->last[1], &g->stalled_sum, &g->responded, &g->response};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++, memory += harmonics)
-        *arrays[k] = memory;
-    for (size_t p = 0; p < points; p++, memory += speed)
-        sm_acceleration_place(&g->faster[p], n, grid->lines, memory);
-    g->line_state = memory;
-    g->stalled_squares = memory + line_state;
+    if (!g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
+    place(grid, g, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    g->memory = block.memory;
+    place(grid, g, &block);
     return SM_OK;
 }
 
@@ -74,9 +69,8 @@ void sm_torus_group_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, siz
 
 void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, size_t first,
                           size_t points, const double *amplitudes) {
-    const size_t lanes_size = sm_lanes_size(grid->contact->contacts, grid->lanes);
     for (int block = 0; block < g->blocks; block++)
-        memset(g->lanes[block].x, 0, lanes_size * sizeof(double));
+        memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
     const size_t harmonics = (size_t)grid->points_per_group * grid->per_point * sizeof(double);
     const double *at_start = g->reaction ? grid->contact->response->start : NULL;
     memset(g->responded, 0, harmonics);

@@ -62,7 +62,6 @@ static void move_sliders(const joints *j, double size, double *memory) {
 /* Steps of a motion with leaps, with u exactly 0, and with sliders moved, that are not solved. */
 static int unsolved_steps(const joints *j) {
     const size_t n = (size_t)j->contact.contacts, remembered = sm_elastic_memory(&j->elastic);
-    double *block = new_doubles(sm_elastic_solver_size(&j->elastic, (int)n));
     double *u = new_doubles(n), *last = new_doubles(n), *x = new_doubles(n);
     double *before = new_doubles(n), *memory = new_doubles(remembered), constant = 0.0;
     double *taken = new_doubles(n), *residual = new_doubles(n);
@@ -70,7 +69,10 @@ static int unsolved_steps(const joints *j) {
     const int follows = random_below(2);
     int unsolved = 0;
     sm_elastic_solver solver;
-    sm_elastic_solver_place(&solver, &j->elastic, (int)n, j->flexibility, block);
+    sm_block block = {NULL, 0};
+    sm_elastic_solver_place(&solver, &j->elastic, (int)n, j->flexibility, &block);
+    CHECK(sm_allocate(&block));
+    sm_elastic_solver_place(&solver, &j->elastic, (int)n, j->flexibility, &block);
     for (int e = 0; e < j->elastic.elements; e++) {
         const sm_element *element = &j->element[e];
         if (element->law == SM_FRICTIONAL)
@@ -106,7 +108,7 @@ static int unsolved_steps(const joints *j) {
         memcpy(memory, solver.next, remembered * sizeof(double));
         memcpy(last, u, n * sizeof(double));
     }
-    free(block);
+    free(block.memory);
     free(u);
     free(last);
     free(x);

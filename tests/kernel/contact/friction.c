@@ -94,12 +94,16 @@ typedef struct {
 /* At rest, to be released by free(memory). Stages are solved to rounding. */
 static one_lane new_lane(const sm_contact *contact, double h) {
     const int n = contact->contacts;
-    const size_t size = sm_stepper_size(n) + sm_lanes_size(n, 1) + sm_warm_size(n);
-    one_lane m = {.memory = new_doubles(size + (size_t)n)};
-    m.pull = m.memory + size;
-    sm_stepper_place(&m.stepper, n, m.memory);
-    sm_lanes_place(&m.lane, n, 1, m.memory + sm_stepper_size(n));
-    sm_warm_place(&m.warm, n, m.memory + sm_stepper_size(n) + sm_lanes_size(n, 1));
+    one_lane m = {.memory = NULL};
+    sm_block block = {NULL, 0};
+    for (int counts = 1; counts >= 0; counts--) {
+        if (!counts) CHECK(sm_allocate(&block));
+        m.memory = block.memory;
+        m.pull = sm_take(&block, (size_t)n);
+        sm_stepper_place(&m.stepper, n, &block);
+        sm_lanes_place(&m.lane, n, 1, &block);
+        sm_warm_place(&m.warm, n, &block);
+    }
     CHECK_STATUS(sm_stepper_set(&m.stepper, contact, h), SM_OK);
     sm_warm_start(&m.stepper, &m.warm, m.lane.v, m.lane.x); /* both are 0 */
     m.warm.tolerance = 1e-13;
@@ -257,12 +261,15 @@ static int check_many_contacts(int n, double joint, double alpha) {
     p.contact.alpha = alpha;
     join(&p, joint);
     const double h = TWO_PI / STEPS;
-    double *memory = new_doubles(sm_stepper_size(n) + sm_lanes_size(n, SM_LANES));
     double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n), *v = new_doubles((size_t)n);
     sm_stepper stepper;
     sm_lanes lanes;
-    sm_stepper_place(&stepper, n, memory);
-    sm_lanes_place(&lanes, n, SM_LANES, memory + sm_stepper_size(n));
+    sm_block block = {NULL, 0};
+    for (int counts = 1; counts >= 0; counts--) {
+        if (!counts) CHECK(sm_allocate(&block));
+        sm_stepper_place(&stepper, n, &block);
+        sm_lanes_place(&lanes, n, SM_LANES, &block);
+    }
     CHECK_STATUS(sm_stepper_set(&stepper, &p.contact, h), SM_OK);
     double *base = new_doubles((size_t)n * SM_LANES), *forces = new_doubles((size_t)n * SM_LANES);
     int enough = 1;
@@ -283,7 +290,7 @@ static int check_many_contacts(int n, double joint, double alpha) {
             check_stage(&p.contact, h, u, x, v);
         }
     }
-    free(memory);
+    free(block.memory);
     free(u);
     free(x);
     free(v);

@@ -19,33 +19,24 @@
 /* Normal displacements of further initial guesses, relative to all displacements. */
 static const double START[] = {0.0, -1.0, 1.0, -1e3, 1e3};
 
-static size_t integers(int contacts, const sm_elastic *elastic) {
-    return sm_doubles((3 * (size_t)contacts + (size_t)elastic->elements) * sizeof(int32_t));
-}
-
-size_t sm_elastic_solver_size(const sm_elastic *elastic, int contacts) {
-    const size_t n = (size_t)contacts;
-    return n * (15 + SM_MOST_COLUMNS + n) + sm_elastic_memory(elastic)
-           + integers(contacts, elastic);
-}
-
 void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, int contacts,
-                             const double *flexibility, double *memory) {
+                             const double *flexibility, sm_block *block) {
     const size_t n = (size_t)contacts;
     *s = (sm_elastic_solver){.elastic = elastic, .contacts = contacts, .scale = 1.0,
                              .slides = 1, .jenkins = 1, .flexibility = flexibility};
     double **rows[] = {&s->f,     &s->y,  &s->step, &s->trial, &s->start,        &s->right,
                        &s->limit, &s->z,  &s->by,   &s->own,   &s->own_residual, &s->taken_before,
                        &s->residual_before};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, n);
-    s->deficit = sm_take(&memory, SM_MOST_COLUMNS * n);
-    s->matrix = sm_take(&memory, n * n);
-    s->piece = sm_take(&memory, 2 * n);
-    s->next = sm_take(&memory, sm_elastic_memory(elastic));
-    s->active = (void *)memory;
-    s->changed = s->active + n;
-    s->owner = s->changed + n;
-    s->state = s->owner + n;
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
+    s->deficit = sm_take(block, SM_MOST_COLUMNS * n);
+    s->matrix = sm_take(block, n * n);
+    s->piece = sm_take(block, 2 * n);
+    s->next = sm_take(block, sm_elastic_memory(elastic));
+    int32_t **numbers[] = {&s->active, &s->changed, &s->owner};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
+        *numbers[k] = (void *)sm_take(block, sm_doubles(n * sizeof(int32_t)));
+    s->state = (void *)sm_take(block, sm_doubles((size_t)elastic->elements * sizeof(int32_t)));
+    if (!block->memory) return;
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
         const double *slider = elastic->slider + 2 * (size_t)element->first_slider;
@@ -238,16 +229,18 @@ sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
     const sm_status given = sm_elastic_check(elastic, contacts);
     if (given != SM_OK) return given;
     if (!flexibility || !displacement || !x || !force) return SM_BAD_ARGUMENT;
-    const size_t n = (size_t)contacts, solver_size = sm_elastic_solver_size(elastic, contacts);
+    const size_t n = (size_t)contacts;
     if (!sm_all_finite(flexibility, n * n) || !sm_all_finite(displacement, n))
         return SM_NOT_FINITE;
-    double *block = calloc(solver_size + sm_elastic_memory(elastic), sizeof(double));
-    if (!block) return SM_NO_MEMORY;
+    sm_block block = {NULL, 0};
     sm_elastic_solver solver;
-    sm_elastic_solver_place(&solver, elastic, contacts, flexibility, block);
+    sm_elastic_solver_place(&solver, elastic, contacts, flexibility, &block);
+    sm_take(&block, sm_elastic_memory(elastic)); if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    sm_elastic_solver_place(&solver, elastic, contacts, flexibility, &block);
+    const double *at_rest = sm_take(&block, sm_elastic_memory(elastic));
     memcpy(x, displacement, n * sizeof(double)); /* as if all stuck */
-    const sm_status status = sm_elastic_solve(&solver, displacement, block + solver_size, x);
+    const sm_status status = sm_elastic_solve(&solver, displacement, at_rest, x);
     if (status == SM_OK) memcpy(force, solver.f, n * sizeof(double));
-    free(block);
+    free(block.memory);
     return status;
 }

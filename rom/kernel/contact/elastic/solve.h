@@ -9,6 +9,7 @@
 #ifndef SLIPMODE_ELASTIC_SOLVE_H
 #define SLIPMODE_ELASTIC_SOLVE_H
 
+#include "base/block.h"
 #include "contact/elastic/law.h"
 
 typedef struct {
@@ -35,10 +36,8 @@ typedef struct {
     int32_t *owner;            /* (N_c) element of each contact DOF */
 } sm_elastic_solver;
 
-/* Doubles of the work space. */
-size_t sm_elastic_solver_size(const sm_elastic *elastic, int contacts);
 void sm_elastic_solver_place(sm_elastic_solver *solver, const sm_elastic *elastic, int contacts,
-                             const double *flexibility, double *memory);
+                             const double *flexibility, sm_block *block);
 
 /* x on entry: a guess. Leaves f, y, next and state of the solution in the solver. */
 sm_status sm_elastic_solve(sm_elastic_solver *solver, const double *u, const double *memory,

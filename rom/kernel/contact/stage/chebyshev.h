@@ -39,8 +39,7 @@ typedef struct {
     double *tanh, *sech2;  /* of v / alpha */
 } sm_warm;
 
-size_t sm_warm_size(int contacts); /* doubles */
-void sm_warm_place(sm_warm *warm, int contacts, double *memory);
+void sm_warm_place(sm_warm *warm, int contacts, sm_block *block);
 /* Starts at velocities v under friction forces g(v). */
 void sm_warm_start(const sm_stepper *s, sm_warm *warm, const double *v, const double *force);
 /* Continues after a change of S alone. */

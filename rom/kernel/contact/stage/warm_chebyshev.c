@@ -1,13 +1,11 @@
 #include "contact/stage/warm_iteration.h"
 
-size_t sm_warm_size(int contacts) { return (size_t)contacts * (size_t)(contacts + 7); }
-
-void sm_warm_place(sm_warm *warm, int contacts, double *memory) {
+void sm_warm_place(sm_warm *warm, int contacts, sm_block *block) {
+    const size_t n = (size_t)contacts;
     double **arrays[] = {&warm->v,     &warm->r,    &warm->next, &warm->delta,
                          &warm->bend, &warm->tanh, &warm->sech2};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++, memory += contacts)
-        *arrays[i] = memory;
-    warm->factor = memory;
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, n);
+    warm->factor = sm_take(block, n * n);
 }
 
 SM_HOT_ONE int sm_warm_newton_cg(const sm_stepper *s, sm_lanes *lane) {

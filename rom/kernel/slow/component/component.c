@@ -55,16 +55,18 @@ static sm_status create(const sm_slow_flow *flow, const sm_contact *contact,
     const sm_status status = sm_check_positive(tolerance);
     if (status != SM_OK) return status;
     if (tolerance >= 1.0) return SM_BAD_ARGUMENT;
-    const size_t total = (shared ? 0 : sm_table_size(&flow->table))
-                         + sm_contact_output_size(motion, contact, &flow->table, shared);
-    const size_t header = (sizeof(sm_component) + 63) & ~(size_t)63;
-    sm_component *c = calloc(1, header + total * sizeof(double));
-    if (!c) return SM_NO_MEMORY;
-    double *memory = (double *)(void *)((char *)c + header);
-    c->flow = *flow;
+    const size_t header = sm_whole_lines(sm_doubles(sizeof(sm_component)));
+    sm_block block = {NULL, 0};
+    sm_component counted, *c = &counted;
+    for (int counts = 1; counts >= 0; counts--) {
+        if (!counts && !sm_allocate(&block)) return SM_NO_MEMORY;
+        double *own = sm_take(&block, header);
+        if (!counts) c = (void *)own;
+        c->flow = *flow;
+        if (!shared) c->flow.table = sm_table_copy(&flow->table, &block);
+        sm_contact_output_place(&c->contacts, motion, contact, &flow->table, shared, &block);
+    }
     c->tolerance = tolerance;
-    if (!shared) c->flow.table = sm_table_copy(&flow->table, &memory);
-    sm_contact_output_place(&c->contacts, motion, contact, &flow->table, shared, memory);
     c->inputs.limit_scale = 1.0;
     for (int j = 0; j < contact->modes; j++) c->inputs.frequency[j] = flow->natural[j];
     *component = c;

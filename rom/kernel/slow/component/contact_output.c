@@ -1,6 +1,5 @@
 #include "slow/component/contact_output.h"
 
-#include "base/block.h"
 #include "base/check.h"
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
@@ -46,87 +45,65 @@ static sizes sizes_of(const sm_motion *motion) {
     return (sizes){(size_t)motion->elastic, (size_t)motion->orders_count};
 }
 
-/* Doubles that hold the orders. */
-static size_t orders_size(size_t orders) {
-    return (orders * 2 * sizeof(int32_t) + sizeof(double) - 1) / sizeof(double);
-}
-
-/* Doubles that hold the elastic contacts. */
-static size_t elastic_size(const sm_contact *contact) {
-    if (contact->law != SM_ELASTIC) return 0;
-    return sm_doubles((size_t)contact->elastic->elements * sizeof(sm_element))
-           + 2 * (size_t)contact->elastic->sliders + (size_t)contact->contacts;
-}
-
-size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
-                              const sm_table *table, int shared) {
-    const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
-    const sizes s = sizes_of(motion);
-    return sm_march_size(contact, (int)s.orders) + 2 * sm_march_state_count(contact)
-           + 2 * sm_doubles(sizeof(sm_stretch_queue))
-           + elastic_size(contact) + 2 * n + 3 * n * n
-           + 2 * modes * n + s.elastic * (4 * modes + n) + orders_size(s.orders)
-           + 2 * s.orders * ((n + s.elastic) * (shared ? 0 : node_count(table)) + 2 * n);
-}
-
-static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, double **memory) {
+static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, sm_block *block) {
     const size_t bytes = (size_t)elastic->elements * sizeof(sm_element);
     out->elastic = *elastic;
-    out->elastic.element = (const void *)sm_keep_bytes(memory, (const void *)elastic->element, bytes);
-    out->elastic.slider = sm_keep(memory, elastic->slider, 2 * (size_t)elastic->sliders);
+    sm_element *element = (void *)sm_take(block, sm_doubles(bytes));
+    if (element) memcpy(element, elastic->element, bytes);
+    out->elastic.element = element ? element : elastic->element;
+    out->elastic.slider = sm_keep(block, elastic->slider, 2 * (size_t)elastic->sliders);
     out->elastic.reference =
-        sm_keep(memory, elastic->reference, (size_t)out->contact.contacts);
+        sm_keep(block, elastic->reference, (size_t)out->contact.contacts);
     out->contact.elastic = &out->elastic;
 }
 
-static void place_contact(sm_contact_output *out, const sm_contact *contact, double **memory) {
+static void place_contact(sm_contact_output *out, const sm_contact *contact, sm_block *block) {
     const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
     out->contact = *contact;
     out->contact.response = &out->response;
-    out->contact.stiffness = sm_keep(memory, contact->stiffness, n * n);
-    out->contact.coupling = sm_keep(memory, contact->coupling, 2 * modes * n);
+    out->contact.stiffness = sm_keep(block, contact->stiffness, n * n);
+    out->contact.coupling = sm_keep(block, contact->coupling, 2 * modes * n);
     if (contact->law == SM_ELASTIC) {
-        place_elastic(out, contact->elastic, memory);
+        place_elastic(out, contact->elastic, block);
         return;
     }
-    out->limit = sm_keep(memory, contact->limit, n);
-    out->contact.limit = out->scaled_limit = sm_take(memory, n);
-    out->contact.damping = sm_keep(memory, contact->damping, n * n);
-    out->contact.mass = contact->mass ? sm_keep(memory, contact->mass, n * n) : NULL;
+    out->limit = sm_keep(block, contact->limit, n);
+    out->contact.limit = out->scaled_limit = sm_take(block, n);
+    out->contact.damping = sm_keep(block, contact->damping, n * n);
+    out->contact.mass = contact->mass ? sm_keep(block, contact->mass, n * n) : NULL;
 }
 
 /* `nodes`: of the tables that are copied, 0: they are shared. */
 static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
-                         double **memory) {
+                         sm_block *block) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
     const sizes s = sizes_of(motion);
     out->motion = *motion;
-    out->motion.modes_out = sm_keep(memory, motion->modes_out, s.elastic * 2 * modes);
-    out->motion.forces_out = sm_keep(memory, motion->forces_out, s.elastic * 2 * modes);
-    out->motion.contacts_out = sm_keep(memory, motion->contacts_out, s.elastic * n);
+    out->motion.modes_out = sm_keep(block, motion->modes_out, s.elastic * 2 * modes);
+    out->motion.forces_out = sm_keep(block, motion->forces_out, s.elastic * 2 * modes);
+    out->motion.contacts_out = sm_keep(block, motion->contacts_out, s.elastic * n);
     if (nodes > 0) {
-        out->motion.reaction = sm_keep(memory, motion->reaction, nodes * s.orders * n * 2);
-        out->motion.response = sm_keep(memory, motion->response, nodes * s.orders * s.elastic * 2);
+        out->motion.reaction = sm_keep(block, motion->reaction, nodes * s.orders * n * 2);
+        out->motion.response = sm_keep(block, motion->response, nodes * s.orders * s.elastic * 2);
     }
-    for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(memory, s.orders * n * 2);
-    int32_t *orders = (void *)sm_take(memory, orders_size(s.orders));
-    if (s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
+    for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(block, s.orders * n * 2);
+    int32_t *orders = (void *)sm_take(block, sm_doubles(s.orders * 2 * sizeof(int32_t)));
+    if (orders && s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
     out->motion.orders = orders;
     out->response = (sm_modal_response){.orders_count = (int32_t)s.orders, .orders = orders};
 }
 
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, const sm_table *table, int shared,
-                             double *memory) {
+                             sm_block *block) {
     const int orders = (int)sizes_of(motion).orders;
-    place_contact(out, contact, &memory);
-    sm_march_place(&out->march, &out->contact, orders,
-                   sm_take(&memory, sm_march_size(contact, orders)));
-    out->state = sm_take(&memory, sm_march_state_count(contact));
-    out->before.state = sm_take(&memory, sm_march_state_count(contact));
-    out->queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
-    out->before.queue = (void *)sm_take(&memory, sm_doubles(sizeof *out->queue));
-    place_motion(out, motion, shared ? 0 : node_count(table), &memory);
+    place_contact(out, contact, block);
+    sm_march_place(&out->march, &out->contact, orders, block);
+    out->state = sm_take(block, sm_march_state_count(contact));
+    out->before.state = sm_take(block, sm_march_state_count(contact));
+    out->queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
+    out->before.queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
+    place_motion(out, motion, shared ? 0 : node_count(table), block);
 }
 
 static double slowest_period(const sm_contact_output *out, const sm_inputs *inputs) {

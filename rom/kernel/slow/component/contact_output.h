@@ -63,13 +63,11 @@ typedef struct {
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table);
 
-/* Copies what it needs to `memory`, of so many doubles, zeros; the output does not move then.
- * Where the tables are shared, those of the motion are not copied. */
-size_t sm_contact_output_size(const sm_motion *motion, const sm_contact *contact,
-                              const sm_table *table, int shared);
+/* Copies what it needs to the block; the output does not move then. Where the tables are shared,
+ * those of the motion are not copied. */
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, const sm_table *table, int shared,
-                             double *memory);
+                             sm_block *block);
 
 /* Begins a step, */
 void sm_contact_output_begin(sm_contact_output *out);

@@ -6,7 +6,6 @@
  */
 #include "slow/motion/contact_march.h"
 
-#include "base/block.h"
 #include "base/check.h"
 #include "base/exact_sum.h"
 
@@ -30,44 +29,30 @@ static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
 }
 
-size_t sm_march_size(const sm_contact *contact, int orders) {
-    const size_t n = (size_t)contact->contacts;
-    const size_t common = sm_reaction_size(contact->contacts, orders)
-                          + sm_forcing_size(contact->contacts) + 3 * n;
-    if (contact->law == SM_ELASTIC)
-        return common + n * n + 4 * n + remembered(contact)
-               + sm_elastic_solver_size(contact->elastic, contact->contacts);
-    return common + KEPT * n
-           + SM_RIGID_LEVELS * sm_stepper_size(contact->contacts)
-           + sm_lanes_size(contact->contacts, 1) + sm_warm_size(contact->contacts);
-}
-
-void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory) {
+void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_block *block) {
     const int contacts = contact->contacts;
     const size_t n = (size_t)contacts;
-    sm_forcing_place(&march->forcing, contacts, sm_take(&memory, sm_forcing_size(contacts)));
-    march->force = sm_take(&memory, n);
-    march->acceleration = sm_take(&memory, n);
-    march->pull = sm_take(&memory, n);
-    sm_reaction_place(&march->reaction, contacts, orders,
-                      sm_take(&memory, sm_reaction_size(contacts, orders)));
+    sm_forcing_place(&march->forcing, contacts, block);
+    march->force = sm_take(block, n);
+    march->acceleration = sm_take(block, n);
+    march->pull = sm_take(block, n);
+    sm_reaction_place(&march->reaction, contacts, orders, block);
     if (contact->law == SM_ELASTIC) {
-        march->flexibility = sm_take(&memory, n * n);
-        for (size_t k = 0; k < n * n; k++) march->flexibility[k] = -contact->stiffness[k];
+        march->flexibility = sm_take(block, n * n);
+        for (size_t k = 0; k < n * n && block->memory; k++)
+            march->flexibility[k] = -contact->stiffness[k];
         double **rows[] = {&march->u, &march->last_u, &march->x, &march->v};
-        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(&memory, n);
-        march->memory = sm_take(&memory, remembered(contact));
+        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
+        march->memory = sm_take(block, remembered(contact));
         sm_elastic_solver_place(&march->solver, contact->elastic, contacts, march->flexibility,
-                                memory);
+                                block);
         return;
     }
-    march->before = sm_take(&memory, KEPT * n);
+    march->before = sm_take(block, KEPT * n);
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
-        sm_stepper_place(&march->stepper[level], contacts,
-                         sm_take(&memory, sm_stepper_size(contacts)));
-    sm_lanes_place(&march->lane, contacts, 1, memory);
-    memory += sm_lanes_size(contacts, 1);
-    sm_warm_place(&march->warm, contacts, memory);
+        sm_stepper_place(&march->stepper[level], contacts, block);
+    sm_lanes_place(&march->lane, contacts, 1, block);
+    sm_warm_place(&march->warm, contacts, block);
     march->x = march->lane.x;
     march->v = march->lane.v;
 }

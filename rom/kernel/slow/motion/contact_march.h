@@ -28,8 +28,7 @@ typedef struct {
 } sm_march;
 
 /* With room for `orders` harmonics that act on the contacts. */
-size_t sm_march_size(const sm_contact *contact, int orders); /* doubles */
-void sm_march_place(sm_march *march, const sm_contact *contact, int orders, double *memory);
+void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_block *block);
 
 /* The state that a march starts from and ends in: x_c, v_c, f_c; then accelerations and M dv/dt of
  * rigid contacts, or where elastic ones would be if they stuck and where their sliders are. */

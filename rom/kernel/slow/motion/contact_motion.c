@@ -22,13 +22,14 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
     const int orders = contact->response ? contact->response->orders_count : 0;
-    double *memory =
-        calloc(sm_march_size(contact, orders) + sm_march_state_count(contact), sizeof(double));
-    if (!memory) return SM_NO_MEMORY;
-    double *state = memory + sm_march_size(contact, orders);
-    if (start_x) memcpy(state, start_x, bytes);
+    sm_block block = {NULL, 0};
     sm_march march;
-    sm_march_place(&march, contact, orders, memory);
+    sm_take(&block, sm_march_state_count(contact));
+    sm_march_place(&march, contact, orders, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    double *state = sm_take(&block, sm_march_state_count(contact));
+    sm_march_place(&march, contact, orders, &block);
+    if (start_x) memcpy(state, start_x, bytes);
     sm_march_start(&march, contact, state);
     size_t g = 0;
     double now = segment[0].start;
@@ -49,6 +50,6 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
         if (samples->velocity) memcpy(samples->velocity + k * n, march.v, bytes);
         if (samples->force) memcpy(samples->force + k * n, march.force, bytes);
     }
-    free(memory);
+    free(block.memory);
     return status;
 }

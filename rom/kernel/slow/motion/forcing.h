@@ -27,13 +27,12 @@ typedef struct {
     } found;
 } sm_forcing;
 
-SM_INLINE size_t sm_forcing_size(int contacts) { return 6 * (size_t)contacts; }
-
-SM_INLINE void sm_forcing_place(sm_forcing *f, int contacts, double *memory) {
+SM_INLINE void sm_forcing_place(sm_forcing *f, int contacts, sm_block *block) {
+    const size_t n = (size_t)contacts;
     f->found.h = 0.0;
-    f->value = memory;
-    f->rate = memory + contacts;
-    f->cubic = memory + 2 * contacts;
+    f->value = sm_take(block, n);
+    f->rate = sm_take(block, n);
+    f->cubic = sm_take(block, 4 * n);
 }
 
 SM_INLINE sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }

@@ -1,23 +1,21 @@
 #include "slow/motion/reaction.h"
 
-#include "base/block.h"
-
-static sm_phasors take_phasors(size_t row, double **memory) {
+static sm_phasors take_phasors(size_t row, sm_block *block) {
     sm_phasors phasors;
-    phasors.re = sm_take(memory, row);
-    phasors.im = sm_take(memory, row);
+    phasors.re = sm_take(block, row);
+    phasors.im = sm_take(block, row);
     return phasors;
 }
 
-void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *memory) {
+void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, sm_block *block) {
     const size_t row = sm_reaction_row(orders);
     reaction->orders = orders;
     reaction->row = row;
-    reaction->now = take_phasors(row, &memory);
-    reaction->by = take_phasors(row, &memory);
-    reaction->turn = sm_take(&memory, row);
-    reaction->start = sm_take(&memory, 2 * (size_t)contacts * row);
-    reaction->slope = memory;
+    reaction->now = take_phasors(row, block);
+    reaction->by = take_phasors(row, block);
+    reaction->turn = sm_take(block, row);
+    reaction->start = sm_take(block, 2 * (size_t)contacts * row);
+    reaction->slope = sm_take(block, 2 * (size_t)contacts * row);
 }
 
 void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *segment) {

@@ -6,7 +6,7 @@
 #ifndef SLIPMODE_REACTION_H
 #define SLIPMODE_REACTION_H
 
-#include "base/lanes.h"
+#include "base/block.h"
 #include "slow/motion/segment.h"
 
 #define SM_REACTION_BLOCK 4 /* harmonics side by side: rows are filled up with zeros */
@@ -27,12 +27,8 @@ static inline size_t sm_reaction_row(int orders) {
     return ((size_t)orders + SM_REACTION_BLOCK - 1) / SM_REACTION_BLOCK * SM_REACTION_BLOCK;
 }
 
-static inline size_t sm_reaction_size(int contacts, int orders) { /* doubles */
-    return sm_reaction_row(orders) * (5 + 4 * (size_t)contacts);
-}
-
 /* In memory that is zero. */
-void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, double *memory);
+void sm_reaction_place(sm_reaction *reaction, int contacts, int orders, sm_block *block);
 /* The coefficients of a segment. */
 void sm_reaction_start(sm_reaction *reaction, int contacts, const sm_segment *segment);
 /* The harmonics of the carriers, */

@@ -9,7 +9,6 @@
 
 #include <stdlib.h>
 
-#include "base/block.h"
 #include "base/check.h"
 #include "contact/elastic/reversal.h"
 #include "contact/elastic/solve.h"
@@ -95,50 +94,51 @@ static void march_by(problem *t, int half) {
     t->shift = shift_of(t, t->half);
 }
 
+static void place(problem *t, sm_block *block) {
+    const sm_contact *contact = t->contact;
+    const size_t n = t->n, lines = t->lines.lines, all = per_point(t);
+    const size_t unknowns = all + sm_places_size(&t->places);
+    sm_phase_lines_place(&t->lines, block);
+    t->flexibility = sm_take(block, n * n);
+    t->motion = sm_take(block, 0);
+    double **motion[MOTIONS] = {&t->x,         &t->last_u,    &t->last_y, &t->last_off,
+                                &t->before[0], &t->before[1], &t->correction};
+    for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(block, n * lines);
+    t->yielded = (void *)sm_take(block, sm_doubles(lines * sizeof(int32_t)));
+    t->memory = sm_take(block, lines * t->remembered);
+    t->at_start = sm_take(block, lines * t->remembered);
+    double **own[] = {&t->gives, &t->own_u, &t->own_x,          &t->own_z,
+                      &t->own_y, &t->square, &t->own_correction};
+    for (size_t k = 0; k < sizeof own / sizeof *own; k++) *own[k] = sm_take(block, n);
+    double **harmonics[] = {&t->drawing, &t->Y, &t->last_Y};
+    for (size_t k = 0; k < sizeof harmonics / sizeof *harmonics; k++)
+        *harmonics[k] = sm_take(block, all);
+    t->response = sm_take(block, unknowns);
+    t->change = sm_take(block, unknowns);
+    t->mean = sm_take(block, all + n);
+    sm_fixed_point_place(&t->search, unknowns, block);
+    sm_marched_place(&t->marched, contact->response, n, t->lines.stride, block);
+    sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
+                            block);
+}
+
 static sm_status make(problem *t, const sm_contact *contact, const sm_torus_task *task) {
     const size_t n = (size_t)contact->contacts, lines = (size_t)task->grid->lines;
-    const size_t steps = (size_t)task->grid->steps, orders = (size_t)task->grid->orders_count;
-    const size_t all = orders * n * 2;
+    const size_t orders = (size_t)task->grid->orders_count;
     const size_t requested = contact->response ? (size_t)contact->response->asked : 0;
     *t = (problem){.contact = contact, .task = task, .n = n,
                    .remembered = sm_elastic_memory(contact->elastic),
-                   .requested = requested > 0 ? requested * n * 2 : all};
+                   .requested = 2 * n * (requested > 0 ? requested : orders)};
     const double ratio = contact->modes == 2 ? task->grid->rates[1] / task->grid->rates[0] : 0.0;
-    t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines, .steps = steps,
-                                .order = task->grid->orders, .ratio = ratio};
+    t->lines = (sm_phase_lines){.contacts = n, .orders = orders, .lines = lines,
+                                .steps = (size_t)task->grid->steps, .order = task->grid->orders,
+                                .ratio = ratio};
     t->places = (sm_places){.lines = lines, .size = lingers(t) ? t->remembered : 0};
-    const size_t along = sm_phase_lines_size(n, orders, task->grid->orders, lines, steps);
-    const size_t unknowns = all + sm_places_size(&t->places);
-    const size_t marched = sm_marched_size(contact->response, sm_whole_lines(lines));
-    const size_t flags = sm_doubles(lines * sizeof(int32_t));
-    const size_t size = along + flags + n * n + MOTIONS * n * lines + 2 * lines * t->remembered
-                        + 8 * n + 4 * all + 2 * unknowns + sm_fixed_point_size(unknowns)
-                        + marched + sm_elastic_solver_size(contact->elastic, contact->contacts);
-    double *memory = t->block = calloc(size, sizeof(double));
-    if (!memory) return SM_NO_MEMORY;
-    sm_phase_lines_place(&t->lines, sm_take(&memory, along));
-    t->flexibility = sm_take(&memory, n * n);
-    double **motion[MOTIONS] = {&t->x,         &t->last_u,    &t->last_y, &t->last_off,
-                                &t->before[0], &t->before[1], &t->correction};
-    t->motion = memory;
-    for (int k = 0; k < MOTIONS; k++) *motion[k] = sm_take(&memory, n * lines);
-    t->yielded = (void *)sm_take(&memory, flags);
-    t->memory = sm_take(&memory, lines * t->remembered);
-    t->at_start = sm_take(&memory, lines * t->remembered);
-    double **own[] = {&t->gives, &t->own_u, &t->own_x, &t->own_z, &t->own_y, &t->own_correction};
-    for (size_t k = 0; k < sizeof own / sizeof *own; k++) *own[k] = sm_take(&memory, n);
-    t->square = sm_take(&memory, n);
-    t->drawing = sm_take(&memory, all);
-    t->Y = sm_take(&memory, all);
-    t->last_Y = sm_take(&memory, all);
-    t->response = sm_take(&memory, unknowns);
-    t->change = sm_take(&memory, unknowns);
-    t->mean = sm_take(&memory, all + n);
-    sm_fixed_point_place(&t->search, unknowns, sm_take(&memory, sm_fixed_point_size(unknowns)));
-    sm_marched_place(&t->marched, contact->response, n, t->lines.stride,
-                     sm_take(&memory, marched));
-    sm_elastic_solver_place(&t->solver, contact->elastic, contact->contacts, t->flexibility,
-                            memory);
+    sm_block block = {NULL, 0};
+    place(t, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    t->block = block.memory;
+    place(t, &block);
     for (size_t k = 0; k < n * n; k++) t->flexibility[k] = -contact->stiffness[k];
     if (t->solver.slides)
         for (size_t i = 0; i < n; i++) t->gives[i] = t->flexibility[i * n + i];

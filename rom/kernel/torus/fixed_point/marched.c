@@ -8,8 +8,9 @@
 #define WIDTH SM_VECTOR /* the stride is a multiple */
 
 void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t contacts,
-                      size_t stride, double *memory) {
-    *m = (sm_marched){response, sm_marched_modes(response), contacts, stride, memory};
+                      size_t stride, sm_block *block) {
+    *m = (sm_marched){response, sm_marched_modes(response), contacts, stride,
+                      sm_take(block, sm_marched_size(response, stride))};
 }
 
 void sm_marched_start(sm_marched *m) {

@@ -22,7 +22,7 @@ static inline size_t sm_marched_size(const sm_modal_response *response, size_t s
     return 3 * sm_marched_modes(response) * stride;
 }
 void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t contacts,
-                      size_t stride, double *memory);
+                      size_t stride, sm_block *block);
 /* All at rest. */
 void sm_marched_start(sm_marched *m);
 /* As they move in the end where the contacts have the harmonics Y (orders, N_c, 2). */

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/block.h"
 #include "base/exact_sum.h"
 #include "base/lanes.h"
 
@@ -19,33 +18,21 @@ static size_t turns_of(size_t orders, const int32_t *order) {
     return ((size_t)highest + TURNS) / TURNS * TURNS;
 }
 
-size_t sm_phase_lines_size(size_t contacts, size_t orders, const int32_t *order, size_t lines,
-                           size_t steps) {
-    const size_t stride = sm_whole_lines(lines), row = sm_whole_lines(contacts);
-    const size_t turns = turns_of(orders, order);
-    return 2 * steps * orders + 2 * lines + 2 * turns * stride + 4 * orders * row
-           + TOGETHER * (2 * turns * row + 2 * contacts * stride + lines * row);
-}
-
-void sm_phase_lines_place(sm_phase_lines *l, double *memory) {
+void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
     l->stride = sm_whole_lines(l->lines);
     l->row = sm_whole_lines(l->contacts);
     l->turns = turns_of(l->orders, l->order);
     const size_t all = l->contacts * l->stride;
-    l->turn = sm_take(&memory, 2 * l->steps * l->orders);
-    l->phase = sm_take(&memory, 2 * l->lines);
-    l->across = sm_take(&memory, 2 * l->turns * l->stride);
-    l->drawn = sm_take(&memory, 2 * l->orders * l->row);
-    l->sums = sm_take(&memory, 2 * l->orders * l->row);
-    l->by_turn = sm_take(&memory, TOGETHER * 2 * l->turns * l->row);
-    l->u = sm_take(&memory, TOGETHER * all);
-    l->y = sm_take(&memory, TOGETHER * all);
-    l->y_of_line = sm_take(&memory, TOGETHER * l->lines * l->row);
-    /* lanes without a line or contact */
-    memset(l->across, 0, 2 * l->turns * l->stride * sizeof(double));
-    memset(l->drawn, 0, 2 * l->orders * l->row * sizeof(double));
-    memset(l->y, 0, TOGETHER * all * sizeof(double));
-    memset(l->y_of_line, 0, TOGETHER * l->lines * l->row * sizeof(double));
+    l->turn = sm_take(block, 2 * l->steps * l->orders);
+    l->phase = sm_take(block, 2 * l->lines);
+    l->across = sm_take(block, 2 * l->turns * l->stride);
+    l->drawn = sm_take(block, 2 * l->orders * l->row);
+    l->sums = sm_take(block, 2 * l->orders * l->row);
+    l->by_turn = sm_take(block, TOGETHER * 2 * l->turns * l->row);
+    l->u = sm_take(block, TOGETHER * all);
+    l->y = sm_take(block, TOGETHER * all);
+    l->y_of_line = sm_take(block, TOGETHER * l->lines * l->row);
+    if (!block->memory) return;
     for (size_t k = 0; k < l->steps; k++)
         for (size_t q = 0; q < l->orders; q++) {
             const double angle = SM_TWO_PI * (double)(k + 1) / (double)l->steps

@@ -39,10 +39,8 @@ static inline void sm_phase_lines_across(const sm_phase_lines *lines, int m, siz
     *im = m < 0 ? -from[lines->stride] : from[lines->stride];
 }
 
-size_t sm_phase_lines_size(size_t contacts, size_t orders, const int32_t *order, size_t lines,
-                           size_t steps);
 /* Takes the memory; sizes, orders and ratio are set. */
-void sm_phase_lines_place(sm_phase_lines *lines, double *memory);
+void sm_phase_lines_place(sm_phase_lines *lines, sm_block *block);
 /* t_B0 = 2 pi p / lines. */
 void sm_phase_lines_start(sm_phase_lines *lines);
 /* t_B0 of lines that begin where these are at the end of a period of mode A; or, `half` of one

@@ -9,15 +9,6 @@
 #define LEAST_PART 0.1
 #define REGULARISED 1e-13 /* of the largest pivot: differences that are multiples of others */
 
-static void anderson_place(sm_anderson *a, size_t size, double *memory) {
-    a->size = size;
-    a->z_last = memory;
-    a->g_last = memory + size;
-    a->dz = memory + 2 * size;
-    a->dg = a->dz + SM_ANDERSON_DEPTH * size;
-    a->count = 0;
-}
-
 /* Starts where one z and its residual g = G(z) - z are known. */
 static void anderson_start_from(sm_anderson *a, const double *z, const double *g) {
     memcpy(a->z_last, z, a->size * sizeof(double));
@@ -84,10 +75,12 @@ static void anderson_next(sm_anderson *a, const double *g, double *z) {
             z[k] -= theta[j] * (a->dz[(size_t)j * size + k] + a->dg[(size_t)j * size + k]);
 }
 
-void sm_fixed_point_place(sm_fixed_point *f, size_t size, double *memory) {
-    anderson_place(&f->faster, size, memory);
-    f->nearest = memory + sm_anderson_size(size);
-    f->change = f->nearest + size;
+void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block) {
+    f->faster.size = size;
+    double **rows[] = {&f->faster.z_last, &f->faster.g_last, &f->nearest, &f->change};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, size);
+    f->faster.dz = sm_take(block, SM_ANDERSON_DEPTH * size);
+    f->faster.dg = sm_take(block, SM_ANDERSON_DEPTH * size);
     sm_fixed_point_start(f);
 }
 

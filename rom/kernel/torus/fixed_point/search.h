@@ -7,7 +7,7 @@
 #ifndef SLIPMODE_FIXED_POINT_H
 #define SLIPMODE_FIXED_POINT_H
 
-#include <stddef.h>
+#include "base/block.h"
 
 #define SM_ANDERSON_DEPTH 20 /* iterates that are combined */
 #define SM_ALMOST 1e-3 /* residual below which means over several periods replace single ones */
@@ -24,8 +24,6 @@ typedef struct {
     double gram[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH];
 } sm_anderson;
 
-static inline size_t sm_anderson_size(size_t size) { return (2 + 2 * SM_ANDERSON_DEPTH) * size; }
-
 typedef struct {
     sm_anderson faster;
     double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
@@ -35,10 +33,7 @@ typedef struct {
     int stalled;                  /* evaluations since then */
 } sm_fixed_point;
 
-static inline size_t sm_fixed_point_size(size_t size) {
-    return sm_anderson_size(size) + 2 * size;
-}
-void sm_fixed_point_place(sm_fixed_point *f, size_t size, double *memory);
+void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block);
 void sm_fixed_point_start(sm_fixed_point *f);
 /* Replaces z by the next iterate, given change = G(z) - z and its norm `residual`. Returns 0 if the
  * residual has stopped falling, because the error of the grid dominates it; z is then the iterate with

@@ -35,19 +35,15 @@ int sm_torus_is_soft(const sm_torus_grid *grid) {
     return 0;
 }
 
-static size_t point_size(const sm_torus_grid *grid) {
-    return sm_fixed_point_size(grid->per_point) + 3 * grid->per_point
-           + (size_t)grid->contact->contacts;
-}
-
-static void place(const sm_torus_grid *grid, soft_point *point, double *memory) {
-    const size_t all = grid->per_point;
-    sm_fixed_point_place(&point->search, all, memory);
-    memory += sm_fixed_point_size(all);
-    double **rows[] = {&point->mean, &point->last, &point->change};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++, memory += all) *rows[k] = memory;
-    point->square = memory;
-    point->done = 0;
+static void place(const soft_group *s, sm_block *block) {
+    const size_t all = s->grid->per_point;
+    for (size_t p = 0; p < s->count; p++) {
+        soft_point *point = &s->point[p];
+        sm_fixed_point_place(&point->search, all, block);
+        double **rows[] = {&point->mean, &point->last, &point->change};
+        for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, all);
+        point->square = sm_take(block, (size_t)s->grid->contact->contacts);
+    }
 }
 
 /* Harmonics and mean squares of all points over so many periods, under the same response. */
@@ -168,18 +164,18 @@ static sm_status continue_from_rest(soft_group *s) {
 
 sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
                               const sm_torus_task *task, size_t first, size_t count) {
-    const size_t size = point_size(grid), modes = (size_t)grid->contact->modes;
+    const size_t modes = (size_t)grid->contact->modes;
     const double *amplitudes = task->points->amplitudes;
     soft_group s = {.grid = grid, .task = task, .g = g, .first = first, .count = count,
                     .point = calloc(count, sizeof *s.point)};
-    double *memory = calloc(count * size, sizeof(double));
-    sm_status status = s.point && memory ? SM_OK : SM_NO_MEMORY;
+    sm_block block = {NULL, 0};
+    if (s.point) place(&s, &block);
+    sm_status status = s.point && sm_allocate(&block) ? SM_OK : SM_NO_MEMORY;
     if (status == SM_OK) {
-        for (size_t p = 0; p < count; p++) {
-            place(grid, &s.point[p], memory + p * size);
+        place(&s, &block);
+        for (size_t p = 0; p < count; p++)
             s.point[p].scales = sm_displacement_scales(
                 grid->contact, amplitudes + (first + p) * modes, task->grid->smallest_scale);
-        }
         sm_torus_group_start(grid, g, first, task->points->count, amplitudes);
         sm_torus_group_react(grid, g);
         status = iterate(&s, 1, 1.0);
@@ -188,7 +184,7 @@ sm_status sm_torus_soft_group(const sm_torus_grid *grid, sm_torus_group *g,
         status = continue_from_rest(&s);
     for (int periods = 4; periods <= SM_MOST_AVERAGED && status == SM_OK; periods *= 4)
         status = iterate(&s, periods, 1.0);
-    free(memory);
+    free(block.memory);
     free(s.point);
     return status;
 }

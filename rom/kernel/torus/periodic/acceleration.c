@@ -12,14 +12,12 @@ static size_t spectrum_size(int contacts, int lines) {
     return (size_t)coefficients(lines) * (size_t)contacts * 2;
 }
 
-size_t sm_acceleration_size(int contacts, int lines) { return 3 * spectrum_size(contacts, lines); }
-
-void sm_acceleration_place(sm_acceleration *a, int contacts, int lines, double *memory) {
+void sm_acceleration_place(sm_acceleration *a, int contacts, int lines, sm_block *block) {
     a->contacts = contacts;
     a->lines = lines;
-    a->spectrum = memory;
-    a->change = memory + spectrum_size(contacts, lines);
-    a->fresh = memory + 2 * spectrum_size(contacts, lines);
+    a->spectrum = sm_take(block, spectrum_size(contacts, lines));
+    a->change = sm_take(block, spectrum_size(contacts, lines));
+    a->fresh = sm_take(block, spectrum_size(contacts, lines));
 }
 
 void sm_acceleration_start(sm_acceleration *a) { a->recorded = 0; }

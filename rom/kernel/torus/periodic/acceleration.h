@@ -8,7 +8,7 @@
 #ifndef SLIPMODE_ACCELERATION_H
 #define SLIPMODE_ACCELERATION_H
 
-#include <stddef.h>
+#include "base/block.h"
 
 #define SM_SLOW_RATIO 0.5 /* of successive changes, from which marching alone takes too long */
 
@@ -19,9 +19,8 @@ typedef struct {
     double *change, *fresh;   /* the same shape: last change, present spectrum */
 } sm_acceleration;
 
-size_t sm_acceleration_size(int contacts, int lines); /* doubles */
 void sm_acceleration_place(sm_acceleration *acceleration, int contacts, int lines,
-                           double *memory);
+                           sm_block *block);
 void sm_acceleration_start(sm_acceleration *acceleration);
 /* End of a period: displacements x (N_c, lines) at phases (cosine, sine)(lines) of t_B. Where it is
  * wanted, replaces x by its extrapolation if that is due; returns whether it did. */
