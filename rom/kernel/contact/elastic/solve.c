@@ -7,11 +7,7 @@
 #include "base/check.h"
 #include "contact/elastic/newton.h"
 
-#define MOST_NEWTON 40
-#define HALVINGS 6
 #define MOST_PIECES 65536
-#define MOST_TRIES 1000
-#define MOST_CREEP 400
 #define MOST_HELD 4.0
 #define TOLERANCE 1e-11 /* of the displacements */
 #define ROUNDING 1e-15
@@ -108,7 +104,7 @@ SM_INLINE found search(sm_elastic_solver *s, const double *u, double given,
                        const double *memory, double *x, double residual) {
     double part = 1.0;
     found at;
-    for (int halving = 0; halving <= HALVINGS; halving++, part *= 0.5) {
+    for (int halving = 0; halving <= 6; halving++, part *= 0.5) {
         take_part(s, part, x, s->trial);
         at = look(s, u, given, memory, s->trial);
         if (at.residual <= (1.0 - 0.1 * part) * residual) break;
@@ -122,7 +118,7 @@ SM_HOT_ONE static sm_status newton(sm_elastic_solver *s, const double *u, const 
                                    double *x) {
     const double given = given_scale(s, u);
     found at = look(s, u, given, memory, x);
-    for (int iteration = 0; iteration < MOST_NEWTON; iteration++) {
+    for (int iteration = 0; iteration < 40; iteration++) {
         if (at.residual <= at.allowed) return SM_OK;
         if (!isfinite(at.residual)) return SM_NOT_FINITE;
         if (!sm_find_step(s, 0.0)) return SM_NOT_CONVERGED;
@@ -143,7 +139,7 @@ static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *
     for (size_t i = 0; i < n; i++) start_u[i] = u[i] + s->residual[i];
     memcpy(x, s->start, n * sizeof(double));
     for (int tries = 0; done < 1.0; tries++) {
-        if (tries == MOST_TRIES) return SM_NOT_CONVERGED;
+        if (tries == 1000) return SM_NOT_CONVERGED;
         const double to = fmin(1.0, done + piece);
         for (size_t i = 0; i < n; i++) part_u[i] = start_u[i] + to * (u[i] - start_u[i]);
         begin(s, part_u, x);
@@ -169,7 +165,7 @@ static sm_status creep(sm_elastic_solver *s, const double *u, const double *memo
     begin(s, u, x);
     found at = look(s, u, given, memory, x);
     double held = MOST_HELD;
-    for (int iteration = 0; iteration < MOST_CREEP; iteration++) {
+    for (int iteration = 0; iteration < 400; iteration++) {
         if (at.residual <= at.allowed) return SM_OK;
         if (!isfinite(at.residual)) return SM_NOT_FINITE;
         if (!sm_find_step(s, held)) return SM_NOT_CONVERGED;
@@ -235,7 +231,8 @@ sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
     sm_block block = {NULL, 0};
     sm_elastic_solver solver;
     sm_elastic_solver_place(&solver, elastic, contacts, flexibility, &block);
-    sm_take(&block, sm_elastic_memory(elastic)); if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    sm_take(&block, sm_elastic_memory(elastic));
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
     sm_elastic_solver_place(&solver, elastic, contacts, flexibility, &block);
     const double *at_rest = sm_take(&block, sm_elastic_memory(elastic));
     memcpy(x, displacement, n * sizeof(double)); /* as if all stuck */

@@ -6,12 +6,8 @@
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7      /* step, and distance of two points */
 #define ROW(unknowns) (4 * (unknowns) + 2) /* doubles */
-#define FIRST_STEP 0.25    /* of the largest */
-#define LONGER 1.5         /* the next step may be, after ... */
-#define EASY_PASSES 3      /* ... no more of Newton's */
 #define LARGEST_TURN 0.15  /* of the tangent between two points [rad] */
-#define BISECTIONS 40      /* of where a curve folds, or its stability changes */
-#define NEAR 1e-9          /* what these are good for */
+#define NEAR 1e-9          /* where a curve folds, or its stability changes */
 #define SAME 1e-6          /* distance of solutions that are one */
 #define BEND 0.05          /* of the length of a chord: how far the curve may be from it */
 
@@ -71,7 +67,7 @@ static size_t traced(const sm_curve *curve, const sm_curve_point *start, size_t 
                      int *closed) {
     const int k = curve->unknowns, n = k + 1;
     sm_curve_point before, last = *start, next;
-    double step = FIRST_STEP * curve->largest_step;
+    double step = 0.25 * curve->largest_step;
     size_t count = 1;
     int far = 0;
     put(curve, out, 0, start);
@@ -88,7 +84,8 @@ static size_t traced(const sm_curve *curve, const sm_curve_point *start, size_t 
                 put(curve, out, count++, &end);
             break;
         }
-        if (next.passes <= EASY_PASSES) step = fmin(LONGER * step, curve->largest_step);
+        /* steps grow where Newton's method has little to do */
+        if (next.passes <= 3) step = fmin(1.5 * step, curve->largest_step);
         put(curve, out, count++, &next);
         const double away = sm_curve_distance(n, next.z, start->z);
         if (far && away < step && sm_curve_dot(n, next.tangent, start->tangent) > 0.0) {
@@ -138,7 +135,7 @@ static void bisect(const sm_curve *curve, const double *row, int folds, double *
     double low[MOST + 1], high[MOST + 1];
     memcpy(low, row, (size_t)n * sizeof *low);
     memcpy(high, next, (size_t)n * sizeof *high);
-    for (int i = 0; i < BISECTIONS; i++) {
+    for (int i = 0; i < 40; i++) {
         const double length = sm_curve_distance(n, low, high);
         double guess[MOST + 1], normal[MOST + 1], eigenvalues[2 * MOST];
         sm_curve_point at;

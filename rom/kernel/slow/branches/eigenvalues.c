@@ -9,7 +9,6 @@
 #define MOST SM_EIGENVALUES
 #define ROUNDING (16.0 * DBL_EPSILON)
 #define STEPS 160      /* for one eigenvalue, or pair: where they are double it takes 30 */
-#define EXCEPTIONAL 40 /* every so many steps the shift is another: cycles end */
 
 /* H becomes Q H Q, Q the reflection of rows first, first + 1, ... that turns x (m) into the first of
  * them; columns left to n and rows above `bottom` are those that count. `m` is a literal. */
@@ -104,7 +103,7 @@ void sm_eigenvalues(int n, const double *matrix, double *values) {
         }
         if (low + 1 < high) {
             if (++steps > STEPS) break;
-            step(H, low, high, steps % EXCEPTIONAL == 0);
+            step(H, low, high, steps % 40 == 0); /* now and then another shift: cycles end */
             continue;
         }
         if (low == high) {
