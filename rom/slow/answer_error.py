@@ -82,7 +82,7 @@ class TableError:
 
 
 def _measured_points(off: Floats, weight: Floats) -> NDArray[np.intp]:
-    """Return points (some,) off the carriers: of each part of the curve, that of most weight."""
+    """Return the point of largest weight in each part of the curve, (some,), off the carriers."""
     found = []
     for part in np.array_split(np.arange(off.size), min(_PARTS, off.size)):
         found.append(int(part[np.nan_to_num(weight[part] * off[part]).argmax()]))

@@ -227,7 +227,7 @@ class _Task:
         With one mode, modes respond to all harmonics of a direct steady state. Where the contact
         motion does not converge so, and with two modes, they respond to harmonics up to the 15th.
         Where it does not converge so either, weak modes and harmonics beyond the fifth are left
-        out. What is left out is stated.
+        out. The table states the neglected response.
         """
         reduced, budget = self.problem.reduced, self.budget
         if reduced.formulation == "paper":

@@ -171,7 +171,7 @@ _START, _STOP = 0.99, 0.9
 def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Batch:
     """Return the peak |a| of a run, its transient error, and |a| at some times.
 
-    The model is that of several scenes.
+    Several scenes share the model.
     """
     modes = excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))

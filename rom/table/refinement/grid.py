@@ -26,7 +26,7 @@ _CAUTION, _LEAST_LEFT = 2.0, 1 / 4
 
 @frozen
 class NodeSamples:
-    """Samples at the nodes of a grid, or at those of some of its lines.
+    """Samples at the nodes of a grid, or at the nodes of some of its lines.
 
     There are many more carried columns than tabulated ones, and far fewer samples than nodes: the
     carried columns are rows, to which the nodes refer.

@@ -146,7 +146,7 @@ def in_tasks(
 
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
-    """Return the amplitudes (n_a, n_b, modes) of a grid; of one mode, those of the first axis."""
+    """Return the amplitudes (n_a, n_b, modes) of a grid. One mode has the first axis only."""
     pairs = np.empty((node_a.size, node_b.size, modes))
     for mode, node in enumerate((node_a[:, np.newaxis], node_b)[:modes]):
         pairs[..., mode] = node

@@ -64,7 +64,7 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table);
 
 /* Copies what it needs to the block; the output does not move then. Where the tables are shared,
- * those of the motion are not copied. */
+ * the arrays of the motion are not copied. */
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, const sm_table *table, int shared,
                              sm_block *block);
