@@ -183,11 +183,12 @@ class _Trials:
         numbers, by_lines = [1], 0.0
         if len(reduced.modes) == 2:
             share = budget.steps if rigid else budget.closed_lines
-            # The lines on which higher-order harmonics were found: on fewer, motion of two modes
-            # on mixed contacts does not repeat (test_of_elastic_contacts).
-            least = LINES if self.search.is_optional else 1
-            enough = [n for n in _distinguishing_lines(self.search.problem) if n >= least]
+            enough = _distinguishing_lines(self.search.problem)
             grids = [Discretisation(counts[0], lines) for lines in enough]
+            if self.search.is_optional:
+                # On few lines, motion with higher-order harmonics may not repeat
+                # (test_of_elastic_contacts): those on which they were found decide.
+                grids = [grid for grid in grids if grid.lines >= LINES or self._repeats(grid)]
             found, by_lines = self._coarsest(grids, share)
             numbers = [grid.lines for grid in found]
         left = min(budget.steps, budget.resolution - by_lines)
@@ -234,6 +235,12 @@ class _Trials:
         if key not in self._known:
             self._known[key] = self._solve(grid)
         return self._known[key]
+
+    def _repeats(self, grid: Discretisation) -> bool:
+        try:
+            return self._solved(grid).repeats
+        except UnsettledError:
+            return False
 
     def _solve(self, grid: Discretisation) -> _Trial:
         search, tolerance = self.search, self._march_tolerance

@@ -82,16 +82,19 @@ def dense_error(model, points, limit):
         smallest = ErrorBudget(accuracy.tolerance).response
         higher = higher_order_harmonics(problem, first, limit, smallest)
         problem = ContactProblem.of(*known, higher_orders=list(higher))
-    solve = problem.on(grid, march, smallest_scale(model.reduced, limit)).solve_on_more_lines
-    terms = solve(points)
+    scale = smallest_scale(model.reduced, limit)
+    terms = problem.on(grid, march, scale).solve_on_more_lines(points)
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
     surface = model.table.terms(points)[:, :-1]
     off = surface - np.hstack((terms.S, terms.T))
     errors = relative_error(model, points, off, terms.S, driven)
-    # motion that did not settle, begun with that at the point before, is no reference
+    # motion that did not settle, begun with that at the point before, is no reference; of two
+    # modes it may settle on more lines only
+    lines = grid.lines * limit.size
+    finer = problem.on(Discretisation(grid.steps, lines), march, scale)
     for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
         here = points[k : k + 1]
-        alone = solve(here)
+        alone = finer.solve_on_more_lines(here)
         off = surface[k : k + 1] - np.hstack((alone.S, alone.T))
         errors[k] = relative_error(model, here, off, alone.S, driven)[0]
     return float(errors.max())
