@@ -164,7 +164,9 @@ class Held:
         """Return a factorisation of K + shift M, and the shift: 0 if K is positive definite."""
         if self._factorised is None:
             try:
-                self._factorised = factorise(self._stiffness), 0.0
+                factors = factorise(self._stiffness)
+                singular = self._may_float and self._is_singular(factors)
+                self._factorised = self._shifted() if singular else (factors, 0.0)
             except NotPositiveDefiniteError as error:
                 if self._may_float:
                     self._factorised = self._shifted()
@@ -173,6 +175,18 @@ class Held:
                 else:
                     raise SlipmodeError(_MODES_ARE_RIGID) from None
         return self._factorised
+
+    def _is_singular(self, factors: Factorisation) -> bool:
+        """Return whether inverse iteration ends in a rigid-body mode: rounding let K be factorised.
+
+        Other modes do not converge with such factors.
+        """
+        shape = np.random.default_rng(0).standard_normal((self.size, 1))
+        for _ in range(2):
+            shape = factors.solve(self._inertia(shape))
+            shape /= np.sqrt(np.vdot(shape, self._inertia(shape)))
+        energy = np.vdot(shape, as_dense(self._stiffness @ shape))
+        return bool(self._is_rigid(np.array([energy]), shape)[0])
 
     def _shifted(self) -> tuple[Factorisation, float]:
         shift = _SHIFT * self._stiffest()

@@ -155,8 +155,8 @@ def significant_specials(
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     """Return folds and Hopf points that are larger than the error; points between the others.
 
-    Two folds in sequence are left out if their distance in the parameter is below its error
-    there, two Hopf points if the growth between them is.
+    Two folds or Hopf points in sequence are left out if their distance in the parameter is below
+    its error there; Hopf points also if the growth between them is below its own.
     """
     ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
     frictions, growths = np.split(error.friction, ends), np.split(error.growth, ends)
@@ -185,11 +185,12 @@ def _significant(
         (kind, z), (other, z_other) = branch.special[first], branch.special[second]
         if kind != other:
             return np.inf
+        apart = float(abs(z[-1] - z_other[-1]) / (error[first] + error[second] + 1e-300))
         if kind == "fold":
-            return float(abs(z[-1] - z_other[-1]) / (error[first] + error[second] + 1e-300))
+            return apart
         inside = slice(places[first] + 1, places[second] + 1)
         growth = np.abs(points.eigenvalues[inside, 0].real) / growth_error[inside]
-        return float(growth.max(initial=0.0))
+        return min(apart, float(growth.max(initial=0.0)))
 
     while len(kept) > 1:
         size = [excess(*pair) for pair in pairwise(kept)]

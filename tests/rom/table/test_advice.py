@@ -15,7 +15,9 @@ def advised(refusal):
     return float(str(refusal.value).split("a tolerance of ")[1].split()[0])
 
 
-@pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 1e-3)])
+@pytest.mark.parametrize(
+    "law", [rom.Coulomb(2.0), pytest.param(rom.Tanh(2.0, 1e-3), marks=pytest.mark.slow)]
+)
 def test_a_contact_problem_that_cannot_be_resolved_names_a_tolerance_that_can(law):
     reduced = rom.reduce(rom.two_mass(), (0,))
     with pytest.raises(rom.SlipmodeError, match="needs more than 8192 steps") as refusal:
