@@ -38,7 +38,6 @@ _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into, whatever the number of threads
 # Of the frictionless S_j: of one mode where contacts begin to slip, without damping.
 _LEAST_PART = 1e-3
-_CLOSER, _MORE_STEPS = 0.1, 4
 _FINEST_MARCH = 1e-10  # rounding keeps motion from repeating more closely
 
 # Applies a function to several arguments, one after the other or on threads: as `map`.
@@ -62,12 +61,6 @@ class Resolution:
     grid: Discretisation
     error: float
     march: float
-
-    @property
-    def finer(self) -> Resolution:
-        """A smaller march tolerance, and more steps."""
-        grid = replace(self.grid, steps=_MORE_STEPS * self.grid.steps)
-        return replace(self, grid=grid, march=max(_CLOSER * self.march, _FINEST_MARCH))
 
 
 def trial_grid(problem: ContactProblem, tolerance: float) -> Discretisation:

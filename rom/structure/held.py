@@ -177,7 +177,7 @@ class Held:
         return self._factorised
 
     def _is_singular(self, factors: Factorisation) -> bool:
-        """Return whether inverse iteration ends in a rigid-body mode: rounding let K be factorised.
+        """Return whether inverse iteration ends in a rigid-body mode: K is singular to rounding.
 
         Other modes do not converge with such factors.
         """
