@@ -62,6 +62,12 @@ class Resolution:
     error: float
     march: float
 
+    @property
+    def finer(self) -> Resolution:
+        """A smaller march tolerance, and more steps."""
+        grid = replace(self.grid, steps=4 * self.grid.steps)
+        return replace(self, grid=grid, march=max(0.1 * self.march, _FINEST_MARCH))
+
 
 def trial_grid(problem: ContactProblem, tolerance: float) -> Discretisation:
     """Return about as many steps as a tolerance of S takes, and lines that hide no harmonic."""
