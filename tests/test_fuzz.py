@@ -15,7 +15,6 @@ from slipmode.fmu import Component
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.runner.plan import plan as planning
 from slipmode.runner.plan.amplitude_range import DryRun
-from slipmode.runner.plan.fast_motion import ORDERS, Truncation
 from slipmode.runner.scene import scene
 
 PATIENCE = 30.0  # [s] of the processor: no input takes a tenth of it
@@ -117,12 +116,8 @@ def planned(monkeypatch):
             *(np.zeros(modes), np.zeros(1), np.zeros((0, modes))),
         )
 
-    def measure_truncation(excited, amplitude, combinations, dofs):
-        return Truncation(np.full(len(ORDERS), 0.1), np.full(len(ORDERS), 0.01))
-
     monkeypatch.setattr(scene, "_LARGEST_STEP_COUNT", 1e5)
     monkeypatch.setattr(planning, "dry_run", dry_run)
-    monkeypatch.setattr(planning, "measure_truncation", measure_truncation)
     return lambda path: planning.make_plan(scene.load_scene(path))
 
 

@@ -5,7 +5,6 @@ excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 settling.py          how long constant inputs have to be followed in it
 transients.py        stretches at full order
-fast_motion.py       fast motion marched or summed, by the error of a sum of harmonics
 assumptions.py       the findings of rom/validity/ for a scene
 time_scales.py       steps that are too long, windows that are too large; steps for Euler
 """

@@ -23,7 +23,6 @@ from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan.amplitude_range import dry_run
 from slipmode.runner.plan.assumptions import check_assumptions, check_frequencies
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.fast_motion import measure_truncation, plan_fast_motion
 from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.plan.transients import Intervals, plan_transients
 from slipmode.runner.recording.channels import MODES, Mode
@@ -47,8 +46,6 @@ class Plan:
         Range of the friction table [kg^1/2 m]; empty if all of the scene is integrated.
     combinations : tuple of CombinationResonance
         Combination frequencies that come near a carrier during the scene.
-    elastic_order : int or None
-        Order of the harmonics that are summed in elastic windows; None: nothing is summed.
     full_order : tuple of (float, float)
         Start and end [s] of the stretches that are integrated at full order, by the dry run.
     """
@@ -60,7 +57,6 @@ class Plan:
     decisions: list[Finding] = field(default_factory=list)
     amplitude: tuple[float, ...] = ()
     combinations: tuple[CombinationResonance, ...] = ()
-    elastic_order: int | None = None
     full_order: Intervals = ()
 
     def __repr__(self) -> str:
@@ -116,19 +112,12 @@ class Plan:
             self.amplitude,
             self.scene.model.tolerance,
             combinations=self.combinations,
-            harmonics=self._harmonics(contact),
+            harmonics=RESPONSE_ORDER if consistent and (contact or self.scene.windows) else 0,
             headroom=headroom,
             detuning=detuning or (consistent and bool(np.any(low != high))),
             budget=self.scene.model.budget,
             progress=progress,
         )
-
-    def _harmonics(self, contact: bool) -> int:
-        """Return the order up to which the model keeps harmonics, which marched motion needs."""
-        scene = self.scene
-        marched = contact or scene.contact or (scene.elastic and self.elastic_order is None)
-        responding = scene.model.formulation == "consistent"
-        return max(RESPONSE_ORDER if marched and responding else 0, self.elastic_order or 0)
 
     def component(self, model: Model) -> Component:
         """Return a component at t = 0 of the scene."""
@@ -181,11 +170,10 @@ def _integrated(plan: Plan) -> Plan:
     """Add the decisions of a scene without a friction table."""
     scene, steps = plan.scene, plan.schedule.steps
     reason = f'model.table = "none", for {scene.run.duration:g} s in {steps} steps'
-    _, motion = plan_fast_motion(scene, plan.excited, None)
     decisions = [
         *plan.decisions,
         Finding("friction table", "none, all at full order", reason),
-        *(motion if scene.windows else ()),
+        *(_fast_motion_decisions(scene) if scene.windows else ()),
         _recording_decision(scene),
         *check_frequencies(plan.excited, plan.schedule, scene.units.frequency),
         *frictionless_findings(plan.excited.law, plan.structure.n_contacts),
@@ -214,11 +202,6 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
     full_order, transients = plan_transients(
         scene, excited.modes, seen, largest, excited.reduced.carrier
     )
-    truncation = None
-    if scene.windows:
-        dofs = scene.output.elastic
-        truncation = measure_truncation(excited, amplitude, combinations, dofs)
-    elastic_order, motion = plan_fast_motion(scene, excited, truncation)
     ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(excited.modes, amplitude, strict=True))
     decisions = [
         *plan.decisions,
@@ -226,7 +209,7 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         Finding("friction table", ranges, reason),
         *_combination_decisions(combinations),
         transients,
-        *motion,
+        *_fast_motion_decisions(scene),
         _recording_decision(scene),
         *check_frequencies(plan.excited, schedule, scene.units.frequency),
         *check_assumptions(
@@ -239,7 +222,6 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         decisions=decisions,
         amplitude=amplitude,
         combinations=combinations,
-        elastic_order=elastic_order,
         full_order=full_order,
     )
 
@@ -321,6 +303,22 @@ def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list
         )
         for term in combinations
     ]
+
+
+def _fast_motion_decisions(scene: Scene) -> list[Finding]:
+    """Return the windows in which fast motion is computed, and the DOFs that are recorded."""
+    if not scene.windows:
+        return [Finding("fast motion", "none", "no [[contact]] or [[elastic]] window")]
+    how = "marched" if scene.tabulated else "integrated"
+    found = []
+    for kind, windows in (("contact", scene.contact), ("elastic", scene.elastic)):
+        for window in windows:
+            choice = f"{window.start:g} to {window.end:g} s, {how}"
+            reason = f"{window.samples_per_period} samples per period"
+            found.append(Finding(f"{kind} motion", choice, reason))
+    if dofs := ", ".join(map(str, scene.output.elastic)):
+        found.append(Finding("elastic DOFs", dofs, "output.elastic, in every window"))
+    return found
 
 
 def _recording_decision(scene: Scene) -> Finding:

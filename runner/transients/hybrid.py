@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from slipmode.fmu import Component, Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct, sum_harmonics
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.motion.record import FastMotion
 from slipmode.runner.motion.trajectory import OutputColumns, output_row, slow_trajectory
@@ -217,13 +217,7 @@ def stepper(plan: Plan, model: Model) -> Component | Hybrid:
 
 
 def fast_motion(
-    component: Steppable,
-    plan: Plan,
-    model: Model,
-    trajectory: SlowTrajectory,
-    times: Floats,
-    *,
-    summed: bool = False,
+    component: Steppable, plan: Plan, model: Model, trajectory: SlowTrajectory, times: Floats
 ) -> FastMotion:
     """Return the motion at increasing times of a run, from slow time or from full order."""
     number = full_order_number(component, times)
@@ -233,7 +227,7 @@ def fast_motion(
         if k % 2:
             parts.append(cast(Hybrid, component).stretches[k // 2].motion(own))
             continue
-        slow = (sum_harmonics if summed else reconstruct)(model, trajectory, own)
+        slow = reconstruct(model, trajectory, own)
         elastic = slow.elastic(model, plan.scene.output.elastic)
         modal = slow.modal[:, : model.modes]
         parts.append(FastMotion(own, slow.displacement, slow.velocity, slow.force, modal, elastic))

@@ -212,10 +212,9 @@ class SlowPass(Pass):
         self._rows = deque([outputs])
         names = self._component.output_names
         trajectory = slow_trajectory(plan, model, names, outputs, self._first)
-        summed = window not in plan.scene.contact and plan.elastic_order is not None
 
         def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-            moved = fast_motion(self._component, plan, model, trajectory, times, summed=summed)
+            moved = fast_motion(self._component, plan, model, trajectory, times)
             return moved, trajectory.scale_at(times), carrier_phases(trajectory, times)
 
         self._sample(window, sample_times(window, trajectory), motion)

@@ -197,27 +197,19 @@ def elastic_windows(window, dofs):
 
 
 @pytest.mark.quick
-def test_elastic_motion_alone_is_summed_from_harmonics(tmp_path):
+def test_elastic_windows_record_the_motion_of_contact_windows(tmp_path):
     scene = elastic_windows([100, 150], [0])
     choice, reason = decisions(scene)["elastic motion"]
-    assert choice == "100 to 150 s, harmonics to order 5 summed"
-    assert reason.startswith("64 samples per period; they neglect 0 of it")
+    assert choice == "100 to 150 s, marched"
+    assert reason == "64 samples per period"
     recording = runner.run(scene, tmp_path)
     assert set(recording.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}
-    marched = runner.run(
+    both = runner.run(
         changed((CONTACT, "[[contact]]\nwindow = [100, 150]\n[output]\nelastic = [0]\n")), tmp_path
     )
-    summed, exact = (column(r.read(), "/elastic", "x_0") for r in (recording, marched))
-    assert summed.size == exact.size == recording.samples
-    np.testing.assert_allclose(summed, exact, atol=2e-3 * np.abs(exact).max())
-
-
-def test_what_harmonics_cannot_sum_to_the_tolerance_is_marched():
-    """A contact DOF: its corners need more harmonics than there are."""
-    choice, reason = decisions(elastic_windows([100, 150], [2]))["elastic motion"]
-    assert choice == "100 to 150 s, marched"
-    assert "harmonics to order 9 neglect" in reason
-    assert "above 0.001" in reason
+    alone, beside = (column(r.read(), "/elastic", "x_0") for r in (recording, both))
+    assert recording.samples == alone.size
+    np.testing.assert_array_equal(alone, beside)
 
 
 def test_the_table_reaches_no_further_than_the_amplitudes(tmp_path):
