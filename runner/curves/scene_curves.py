@@ -22,15 +22,6 @@ from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.sections import Scene
 
-_COARSE = 0.05  # tolerance of tables that only show how far the curve goes
-_MARGIN = 0.1  # of the final table's range over the largest amplitude: twice that tolerance
-_CUT_OFF = 0.97  # part of a table's range from which a curve may have been cut off
-_GROWTH, _LARGEST_GROWTH = 3.0, 3.0**8  # of the range: 7000 times is more than resonance
-# Range of the table of a performance curve, relative to the amplitudes of the scene or of the
-# onset of slip: the curve has the same range of limits. Contacts that slide much farther than they
-# stick may not settle; the range is then halved.
-_DESIGN_RANGES = (8.0, 4.0, 2.0, 1.0)
-
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
 
@@ -98,18 +89,18 @@ def scene_response_curve(
         return curve, np.asarray(size.max(axis=0))
 
     tried = np.array(forcing.plan.amplitude)
-    largest = _LARGEST_GROWTH * tried
+    largest = 3.0**8 * tried  # 7000 times is more than resonance
     while True:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rom.ValidityWarning)  # the final curve repeats them
-            _, reached = curve_on(tried, _COARSE)
-        cut_off = reached > _CUT_OFF * tried
+            _, reached = curve_on(tried, 0.05)  # coarse: it only shows how far the curve goes
+        cut_off = reached > 0.97 * tried
         if not cut_off.any():
             break
-        tried = np.where(cut_off, _GROWTH * tried, tried)
+        tried = np.where(cut_off, 3.0 * tried, tried)
         if np.any(tried > largest):
             raise SlipmodeError("span: the amplitudes grow without bound in it")
-    amplitude = (1.0 + _MARGIN) * np.maximum(reached, 1e-2 * tried)
+    amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
     return _with_structure(curve, forcing.plan.structure)
 
@@ -155,7 +146,9 @@ def scene_performance(
     furthest = plan.amplitude[at]
     if scene.model.amplitude is None:
         furthest = max(furthest, slip_onset(reduced, law, 0)[1])
-    for factor in _DESIGN_RANGES:
+    # The curve has the same range of limits. Contacts that slide much farther than they stick may
+    # not settle; the range is then halved.
+    for factor in (8.0, 4.0, 2.0, 1.0):
         try:
             model, _ = cached_model(
                 reduced,
@@ -167,7 +160,7 @@ def scene_performance(
             )
             break
         except SlipmodeError:
-            if factor == _DESIGN_RANGES[-1]:
+            if factor == 1.0:
                 raise
     return _with_structure(rom.performance_curve(model, forcing.force[at]), plan.structure)
 

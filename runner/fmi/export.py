@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from dataclasses import replace
+from itertools import product
+from math import ceil, isfinite
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from slipmode import fmu
 from slipmode.fmu.description.options import FmiVersion, Stimuli
-from slipmode.rom import SlipmodeError
+from slipmode.rom import Model, SlipmodeError
+from slipmode.rom.slow.slow_flow import inputs_of, rate_and_jacobian, slow_flow
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
-from slipmode.runner.fmi.force_range import largest_forces
 from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.plan.time_scales import euler_step
+from slipmode.runner.plan.settling import shortened
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.scene.schedule import rate_of
 
@@ -77,7 +81,7 @@ def export_fmu(
         start=dict(zip(names, first, strict=True)) | plan.excited.start(),
         largest_force=largest_forces(plan, model),
         stop_time=scene.run.duration,
-        step_size=euler_step(plan, model),
+        step_size=_euler_step(plan, model),
         reference_step=scene.run.step,
         stimuli=_stimuli(plan),
         tolerance=scene.run.tolerance,
@@ -90,3 +94,69 @@ def _stimuli(plan: Plan) -> Stimuli:
     scripts = tuple(plan.schedule.scripts)
     names = (*scripts, *map(rate_of, scripts))
     return Stimuli(names, plan.schedule.durations(), plan.schedule.inputs(names))
+
+
+def largest_forces(plan: Plan, model: Model) -> dict[str, float]:
+    """Return the largest magnitudes of the force inputs at which the scene stays in the table.
+
+    All forces of the scene grow by one factor, found to 1 %, until an amplitude leaves the table.
+    Inputs that the scene does not force are omitted, and all of them if no factor up to 1024 takes
+    an amplitude out of the table.
+    """
+    names = [f"force_{mode}" for mode in plan.excited.modes]
+    forces = np.abs(plan.schedule.extremes(names)).max(axis=0)
+    factor, most = 1.0, 1024.0
+    while factor < most and _stays(plan, model, 2.0 * factor):
+        factor *= 2.0
+    if factor >= most:
+        return {}
+    step = factor
+    for _ in range(7):  # to 1 %
+        step *= 0.5
+        if _stays(plan, model, factor + step):
+            factor += step
+    largest = zip(names, (factor * forces).tolist(), strict=True)
+    return {name: force for name, force in largest if force > 0.0}
+
+
+def _stays(plan: Plan, model: Model, factor: float) -> bool:
+    """Return whether the scene with `factor` times its forces stays in the table."""
+    scripts = {
+        name: script.scaled(factor) if name.startswith("force_") else script
+        for name, script in plan.schedule.scripts.items()
+    }
+    schedule, excited = replace(plan.schedule, scripts=scripts), plan.excited
+    if plan.scene.model.formulation == "consistent":
+        excited = excited.started(schedule)
+    try:
+        component = excited.component(model, plan.scene.run.tolerance)
+    except SlipmodeError:  # it starts outside
+        return False
+    steps = shortened(schedule, model, excited.modes, component.input_names)
+    return excited.follow(component, *steps).stop is None
+
+
+def _euler_step(plan: Plan, model: Model) -> float:
+    """Return the scene's step, or a whole part of it, at which explicit Euler is accurate [s].
+
+    FMUs declare it for importers that integrate Model Exchange with fixed steps. A step h takes
+    h |lambda|^2 / 2 off the decay -Re lambda of a free vibration with eigenvalue lambda of the
+    slow flow: at most 5 % at all nodes of the friction table, under the least, middle and largest
+    frequencies of the scene.
+    """
+    # Part of a decay by which Euler may be wrong, and the least ratio of Re to modulus of an
+    # eigenvalue whose decay it follows: amplitudes are within 5 % (tests/fmu/test_fmu_command.py)
+    allowed, least_damped = 0.05, 0.01
+    flow = slow_flow(model, plan.excited.force_patterns)
+    nodes = [model.table.node_a, model.table.node_b][: model.modes]
+    points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, model.modes)
+    least, most = plan.schedule.frequency_range(plan.excited.modes)
+    longest = plan.scene.run.step
+    for frequency in product(*zip(least, 0.5 * (least + most), most, strict=True)):
+        inputs = inputs_of(np.zeros(points.shape, complex), np.tile(frequency, (len(points), 1)))
+        _, jacobian = rate_and_jacobian(flow, inputs, points.astype(complex))
+        eigenvalue = np.linalg.eigvals(jacobian[np.isfinite(jacobian).all(axis=(1, 2))])
+        size = np.abs(eigenvalue)
+        decay = np.maximum(np.abs(eigenvalue.real), least_damped * size)
+        longest = min(longest, float(np.min(2.0 * allowed * decay / size**2)))
+    return plan.scene.run.step / ceil(plan.scene.run.step / longest * (1.0 - 1e-9))

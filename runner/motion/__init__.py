@@ -1,5 +1,5 @@
 """Fast motion of a run: what it is reconstructed from, and what of it is recorded.
 
 record.py        slow channels, contact motion and contact states. Start here.
-trajectory.py    the slow trajectory; torus_motion.py: motion over the phases of both carriers
+trajectory.py    the slow trajectory; motion over the phases of both carriers
 """

@@ -1,4 +1,4 @@
-"""The slow trajectory of a run, from which fast motion is reconstructed."""
+"""The slow trajectory of a run, from which fast motion is reconstructed, and torus motion."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
-from slipmode.runner.scene.scene import Window
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, rate_of
 
 
@@ -101,20 +101,48 @@ def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -
     return Script(force, force_rate, frequency, frequency_rate)
 
 
-def sample_times(window: Window, trajectory: SlowTrajectory) -> Floats:
-    """Return the equally spaced times at which a window is sampled."""
-    return window_times(window, trajectory.time, trajectory.frequency, trajectory.frequency_rate)
+def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
+    """Return the carrier angles theta_j, from 0 to 2 pi, at times of a trajectory, (n, modes)."""
+    steps = trajectory.time.size - 1
+    k = np.clip(np.searchsorted(trajectory.time, times, side="right") - 1, 0, steps - 1)
+    later = (times - trajectory.time[k])[:, np.newaxis]
+    turned = (trajectory.frequency[k] + 0.5 * trajectory.frequency_rate[k] * later) * later
+    return np.asarray((trajectory.angle[k] + turned) % (2 * np.pi))
 
 
-def window_times(window: Window, time: Floats, frequency: Floats, rate: Floats) -> Floats:
-    """Return times over a window with `samples_per_period` of its highest frequency.
+def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Floats:
+    """Return the motion of contact 0 over the phases of both carriers at constant amplitudes.
 
-    From communication points (steps + 1,) [s], and carrier frequencies [rad/s] at the start of
-    each step, with their rates [rad/s^2], (steps, modes).
+    Amplitudes, frequencies and forces are of the next point of the trajectory at a time [s]. The
+    ratio of the frequencies is rounded to an odd multiple of 1 / 32, so that the march closes
+    after 32 periods of A and covers the phases of B evenly; the frequencies act on the contacts
+    through rates only. Rows (32 * 64, 5) have the phases of A and B [rad], displacement [m],
+    velocity [m/s] and friction force [N], in the order of the march.
     """
-    inside = (time[1:] >= window.start) & (time[:-1] <= window.end)
-    later = frequency + rate * np.diff(time)[:, None]
-    fastest = max(frequency[inside].max(), later[inside].max())
-    periods = (window.end - window.start) * fastest / (2 * np.pi)
-    count = max(int(np.ceil(periods * window.samples_per_period)), 1)
-    return np.linspace(window.start, window.end, count + 1)
+    lines, samples = 32, 64  # phases of B, and of A
+    k = min(int(np.searchsorted(trajectory.time, time)), trajectory.time.size - 1)
+    of_a, of_b = trajectory.point_frequency[k]
+    odd = 2 * max(0, round(0.5 * (of_b / of_a * lines - 1))) + 1
+    frequency = np.array([of_a, of_a * odd / lines])
+    period = 2 * np.pi / of_a
+    first = int(np.ceil(SPIN_UP_PERIODS * of_a / frequency.min())) * samples
+    times = period / samples * np.arange(first, first + lines * samples)
+    # eight steps a period of the slow amplitudes, which are constant here
+    steps = int(np.ceil(times[-1] / period * 8)) + 1
+    every = np.ones((steps + 1, 1))
+    clock = np.linspace(0.0, steps * period / 8, steps + 1)
+    force = every[1:] * trajectory.point_force[k]
+    held = SlowTrajectory(
+        time=clock,
+        amplitude=every * trajectory.amplitude[k],
+        angle=np.outer(clock, frequency),
+        frequency=every[1:] * frequency,
+        frequency_rate=np.zeros((steps, 2)),
+        force=force,
+        force_rate=np.zeros_like(force),
+        force_response=trajectory.force_response,
+    )
+    motion = reconstruct(model, held, times)
+    columns = (motion.displacement, motion.velocity, motion.force)
+    phases = np.outer(times, frequency) % (2 * np.pi)
+    return np.column_stack([phases, *(column[:, 0] for column in columns)])

@@ -5,6 +5,5 @@ excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 settling.py          how long constant inputs have to be followed in it
 transients.py        stretches at full order
-assumptions.py       the findings of rom/validity/ for a scene
-time_scales.py       steps that are too long, windows that are too large; steps for Euler
+checks.py            steps that are too long, windows that are too large, strained assumptions
 """

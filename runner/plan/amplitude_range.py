@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipmode.fmu import StoppedError
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
@@ -16,15 +15,12 @@ from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
-from slipmode.runner.plan.excited import Excited
+from slipmode.runner.plan.excited import Excited, Path
 from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
 
-_COARSE = 0.05  # tolerance of the table: its error in amplitude is well inside the margin
 _MARGIN = 0.15  # of the final table's range over the largest amplitude of the dry run
 _FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
-# Of the slow flow: its steps are then short enough to show peaks and changes within a cycle.
-_PATH_TOLERANCE = 5e-10
 # Of the range over the first guess. Under self-excitation contacts slip freely long before, and
 # the energy that they take does not grow any more.
 _LARGEST_GROWTH, _LARGEST_FLUTTER = 2.0**40, 2.0**8
@@ -72,7 +68,7 @@ def dry_run(
                 excited.reduced,
                 excited.law,
                 tried.tolist(),
-                _COARSE,
+                0.05,  # the error in amplitude is well inside the margin
                 combinations=combinations,
                 detuning=False,
                 progress=progress,
@@ -134,40 +130,32 @@ def _path(
     Returns the largest effective amplitudes (modes,), relative to the limits at their time;
     `time` and `transient_error` of `DryRun`; and whether the run stayed inside the table.
     """
-    component = excited.component(model, _PATH_TOLERANCE)
+    # steps are then short enough to show peaks and changes within a cycle
+    component = excited.component(model, 5e-10)
     names = component.input_names
     durations, inputs = shortened(schedule, model, excited.modes, names)
-    rows, complete = [excited.first_row()], True
-    width = rows[0].size
-    try:
-        for outputs in component.trace(durations, inputs):
-            rows.append(outputs[:, :width].copy())
-    except StoppedError as stop:
-        if not stop.left_table:
-            raise SlipmodeError(f"run: {stop}") from None
-        rows.append(stop.outputs[:, :width].copy())
-        complete = False
-    traced = np.concatenate(rows)
+    path = excited.follow(component, durations, inputs)
+    complete = path.stop is None
+    if path.stop is not None and not path.stop.left_table:
+        raise SlipmodeError(f"run: {path.stop}")
     stretches = Stretches(durations, inputs, schedule.stretches().durations(), names)
-    effective, error = along_run(excited, model, stretches, traced)
+    effective, error = along_run(excited, model, stretches, path)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
         reached = model.table.amplitude_range  # it left within one step, in an unknown direction
-    return reached, (stretches.in_scene(traced[:, 0]), error), complete
+    return reached, (stretches.in_scene(path.time), error), complete
 
 
 def along_run(
-    excited: Excited, model: Model, stretches: Stretches, traced: Floats
+    excited: Excited, model: Model, stretches: Stretches, path: Path
 ) -> tuple[Floats, Floats]:
     """Return effective amplitudes and transient errors along a run [kg^1/2 m].
 
-    The run is `traced`: time [s], then the real and imaginary part of each amplitude. Effective
-    amplitudes (points, modes) are divided by the scale of the limits, and so are the errors
-    (points - 1, modes), estimated between the points.
+    Effective amplitudes (points, modes) are divided by the scale of the limits, and so are the
+    errors (points - 1, modes), estimated between the points.
     """
-    time, amplitude = traced[:, 0], traced[:, 1::2] + 1j * traced[:, 2::2]
-    relative, effective = _effective(excited, model, stretches, time, amplitude)
-    return effective, _transient_error(excited, stretches, time, relative, effective)
+    relative, effective = _effective(excited, model, stretches, path.time, path.amplitude)
+    return effective, _transient_error(excited, stretches, path.time, relative, effective)
 
 
 def _effective(

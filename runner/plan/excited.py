@@ -8,13 +8,22 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.fmu import Component
+from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
+
+
+@frozen
+class Path:
+    """Amplitudes of a run after each internal step."""
+
+    time: Floats  # (points,) [s], from 0
+    amplitude: Complexes  # (points, modes) [kg^1/2 m]
+    stop: StoppedError | None  # Why the run ended early
 
 
 @frozen
@@ -45,7 +54,11 @@ class Excited:
 
     def started(self, schedule: Schedule) -> Self:
         """Return the same with the `amplitude` that follows from `initial` and the forces."""
-        return replace(self, amplitude=start_amplitudes(self, schedule))
+        force, _ = self.modal_forces(schedule, slice(1))
+        frequency = schedule.inputs([f"frequency_{mode}" for mode in self.modes], slice(1))
+        forces = AppliedForces.of(self.reduced, self.force_patterns)
+        at_rest = forces.free_vibration(force[0], frequency[0])
+        return replace(self, amplitude=tuple((np.array(self.initial) + at_rest).tolist()))
 
     def component(self, model: Model, tolerance: float) -> Component:
         """Return a component at t = 0 of the scene; `tolerance` is of the slow flow."""
@@ -55,21 +68,20 @@ class Excited:
         component.reset(amplitude=self.amplitude)
         return component
 
-    def first_row(self) -> Floats:
-        """Return time and amplitudes at t = 0 as a row of outputs, (1, 1 + 2 modes)."""
-        return np.append(0.0, np.array(self.amplitude).view(float))[np.newaxis]
+    def follow(self, component: Component, durations: Floats, inputs: Floats) -> Path:
+        """Return the path of a component from t = 0 through steps; see `Component.trace`."""
+        width, stop = 1 + 2 * len(self.modes), None
+        rows = [np.append(0.0, np.array(self.amplitude).view(float))[np.newaxis]]
+        try:
+            for outputs in component.trace(durations, inputs):
+                rows.append(outputs[:, :width].copy())
+        except StoppedError as error:
+            stop = error
+            rows.append(error.outputs[:, :width])
+        traced = np.concatenate(rows)
+        return Path(traced[:, 0], np.ascontiguousarray(traced[:, 1:]).view(complex), stop)
 
     def start(self) -> dict[str, float]:
         """Return the amplitudes at t = 0 by name of the component's outputs."""
         names = [f"{mode}_{part}" for mode in self.modes for part in ("re", "im")]
-        return dict(zip(names, self.first_row()[0, 1:].tolist(), strict=True))
-
-
-def start_amplitudes(excited: Excited, schedule: Schedule) -> tuple[complex, ...]:
-    """Return the amplitudes of the initial motion under the forces at t = 0."""
-    reduced, first = excited.reduced, slice(1)
-    force, _ = excited.modal_forces(schedule, first)
-    frequency = schedule.inputs([f"frequency_{mode}" for mode in excited.modes], first)
-    force_response = AppliedForces.of(reduced, excited.force_patterns)
-    at_rest = force_response.free_vibration(force[0], frequency[0])
-    return tuple((np.array(excited.initial) + at_rest).tolist())
+        return dict(zip(names, np.array(self.amplitude).view(float).tolist(), strict=True))

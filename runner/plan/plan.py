@@ -21,9 +21,8 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan.amplitude_range import dry_run
-from slipmode.runner.plan.assumptions import check_assumptions, check_frequencies
+from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.time_scales import check_time_scales
 from slipmode.runner.plan.transients import Intervals, plan_transients
 from slipmode.runner.recording.channels import MODES, Mode
 from slipmode.runner.scene.contacts import check_scale, law_of, preloaded

@@ -19,12 +19,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule, is_rate, rate_of
 
-# Decay times that a stretch is followed, and per width of a peak that a frequency moves: ramps
-# then lag by a fiftieth of their height (tests/runner/plan/test_settling.py).
-_DECAY_TIMES = 50.0
-_BEATS = 3.0  # periods of the slowest beat
-_LEAST_BEAT = 1e-2  # phase [rad] of a beat in a stretch below which it has no influence
-
 
 def shortened(
     schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
@@ -97,7 +91,9 @@ def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> F
     longest = np.zeros(straight.steps)
     for term in model.combinations:
         beat = np.maximum(*(np.abs(f @ (term.n, term.m) - f[:, term.mode]) for f in (start, end)))
-        turns = beat * straight.durations() > _LEAST_BEAT
+        turns = beat * straight.durations() > 1e-2  # [rad], below which a beat has no influence
         period = 2.0 * np.pi / np.where(turns, beat, np.inf)
-        longest = np.maximum(longest, _BEATS * period)
-    return np.asarray(_DECAY_TIMES * decay * (1.0 + moved * decay + turned) + longest)
+        longest = np.maximum(longest, 3.0 * period)
+    # 50 decay times, and as many for each width of a peak that a frequency moves: ramps lag by a
+    # fiftieth of their height (tests/runner/plan/test_settling.py)
+    return np.asarray(50.0 * decay * (1.0 + moved * decay + turned) + longest)

@@ -22,12 +22,11 @@ from google.protobuf.descriptor_pb2 import (
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.rom.laws.states import STATES
 
 Mode = Literal["A", "B"]
 MODES: tuple[Mode, ...] = ("A", "B")
-Level = Literal["info", "warning", "error"]
 
 EVENTS = "/events"
 FULL = "/full"  # prefix of the topics of full-order motion

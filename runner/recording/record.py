@@ -26,14 +26,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
     EVENTS,
     NANOSECONDS,
     Channel,
     Event,
-    Level,
     encode_event,
     event_descriptor,
 )
@@ -254,17 +253,18 @@ class Recorder(Sink):
         if error is not None:
             for sink in self._sinks:
                 with suppress(Exception):  # the error that ended the run is the one to report
-                    sink.event(self._now, "error", _reason(error))
+                    sink.event(self._now, "error", one_line(error))
         super().__exit__(kind, error, traceback)
 
 
-def _reason(error: BaseException) -> str:
-    """Return in one line why a run ended."""
+def one_line(error: BaseException) -> str:
+    """Return in one line the reason that an error gives, with its class if it is unexpected."""
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by the user"
     words = " ".join(str(error).split())
-    expected = isinstance(error, (SlipmodeError, OSError))
-    return words if expected else f"{type(error).__name__}: {words}"
+    if isinstance(error, (SlipmodeError, OSError)) and words:
+        return words
+    return f"{type(error).__name__}: {words}" if words else type(error).__name__
 
 
 @contextmanager

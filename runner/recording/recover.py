@@ -30,7 +30,6 @@ from slipmode.runner.recording.mcap_writer import McapWriter
 from slipmode.runner.recording.record import SCENE_FILE
 
 _Lost = tuple[int, int, int]  # first and last time [ns] of a chunk, bytes before compression
-_CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, size uncompressed
 
 
 @dataclass(frozen=True)
@@ -137,9 +136,10 @@ def _records(file: BinaryIO, lost: list[_Lost]) -> Iterator[Record]:
         return
     except DamagedError:
         file.seek(end)
-    head = file.read(_CHUNK_HEAD.size)
-    is_chunk = len(head) == _CHUNK_HEAD.size and head[0] == Opcode.CHUNK
-    lost.append(_CHUNK_HEAD.unpack(head)[2:] if is_chunk else (0, 0, 0))
+    chunk_head = struct.Struct("<BQQQQ")  # opcode, length, first and last time, size uncompressed
+    head = file.read(chunk_head.size)
+    is_chunk = len(head) == chunk_head.size and head[0] == Opcode.CHUNK
+    lost.append(chunk_head.unpack(head)[2:] if is_chunk else (0, 0, 0))
     for index in read_summary(file):
         if isinstance(index, records.ChunkIndex) and index.chunk_start_offset > end:
             file.seek(index.chunk_start_offset)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
@@ -33,18 +34,9 @@ _KINDS = {
 def existing(table: Table, key: str, folder: Path) -> Path:
     """Return the path that a key names, relative to a folder; refuse one that does not exist."""
     path = folder / str(table[key])
-    if not exists(path):
+    if not os.path.exists(path):  # noqa: PTH110  # Path.exists raises for impossible names
         raise table.error(key, f"no such file or folder: {str(path)!r}")
     return path
-
-
-def exists(path: Path) -> bool:
-    """Return whether a path exists; False if no file can have this name."""
-    try:
-        path.stat()
-    except (OSError, ValueError):
-        return False
-    return True
 
 
 def read_friction(table: Table) -> RigidFriction:

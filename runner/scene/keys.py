@@ -56,7 +56,6 @@ def _law(name: str, kind: Kind, unit: str, meaning: str, **role: Any) -> Key:
     return Key(name, kind, unit, default, f"{meaning} Of {laws}.", **role)
 
 
-_FORCE_AMPLITUDE = Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)
 # fmt: off
 # A table: each key in two lines, which formatted code would spread over eight.
 CONTACT_KEYS = (
@@ -87,8 +86,8 @@ _FORCING = (
         "The node that it acts on, if the matrices name nodes; with `direction`."),
     Key("direction", choice(*DIRECTIONS), "-", None, "Its direction there."),
     Key("vector", numbers(), "-", None, "Force on every DOF, per unit of `amplitude`."),
-    Key("amplitude", script(_FORCE_AMPLITUDE), "N", MISSING, "Force amplitude over time.",
-        "load"),
+    Key("amplitude", script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
+        "N", MISSING, "Force amplitude over time.", "load"),
     Key("frequency", script(POSITIVE), "rad/s", MISSING,
         "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.", "load"),
     Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),

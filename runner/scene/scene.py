@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,12 +24,12 @@ from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
     STAND_IN,
     existing,
-    exists,
     read_contacts,
     read_friction,
     read_preload,
 )
 from slipmode.runner.scene.keys import SCENE
+from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import (
     Forcing,
     Log,
@@ -71,7 +72,7 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
         Names the file and the key that is refused.
     """
     path = as_path("scene", scene)
-    if not (exists(path) and path.is_file()):
+    if not os.path.isfile(path):  # noqa: PTH113  # Path.is_file raises for impossible names
         shipped = shipped_scenes()
         if str(scene) not in shipped:
             raise SlipmodeError(
@@ -230,13 +231,9 @@ def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
     """Return whether the frequencies, linear between the breakpoints of both, ever meet."""
     if len(A.frequency.times) == len(B.frequency.times) == 1:  # as in most samples of a study
         return A.frequency.values == B.frequency.values
-    inner = {t for t in (*A.frequency.times, *B.frequency.times) if 0.0 < t < duration}
-    starts, ends = np.array([0.0, *sorted(inner)]), np.array([*sorted(inner), duration])
-    reached = [
-        np.concatenate((each.frequency.value(starts), each.frequency.value_before(ends)))
-        for each in (A, B)
-    ]
-    return bool(carriers_meet(np.stack(reached, axis=-1)))
+    scripts = {"frequency_A": A.frequency, "frequency_B": B.frequency}
+    reached = Schedule(scripts, duration, duration).frequencies(("A", "B"))
+    return bool(carriers_meet(np.vstack(reached)))
 
 
 def _run(table: Table) -> Run:

@@ -18,13 +18,9 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
-from slipmode.runner.scene.sections import Scene
+from slipmode.runner.scene.sections import Scene, Window
 
 LIMIT_SCALE = "limit_scale"
-
-# Communication points closer than this part of a step are one: multiples of the step are rounded
-# by 1e-16 of the time, in up to 1e7 steps.
-_COINCIDE = 1e-9
 
 
 class _Stretches(NamedTuple):
@@ -133,6 +129,17 @@ class Schedule:
         reached = np.vstack((straight.inputs(names), straight.at_ends(names)))
         return reached.min(axis=0), reached.max(axis=0)
 
+    def sample_times(self, window: Window) -> Floats:
+        """Return equally spaced times over a window [s], also its ends.
+
+        A period of the highest forcing frequency in the window has `samples_per_period` of them.
+        """
+        frequencies = [s for name, s in self.scripts.items() if name.startswith("frequency_")]
+        fastest = max(script.range(window.start, window.end)[1] for script in frequencies)
+        periods = (window.end - window.start) * fastest / (2 * np.pi)
+        count = max(int(np.ceil(periods * window.samples_per_period)), 1)
+        return np.linspace(window.start, window.end, count + 1)
+
     def _input(self, name: str, starts: Floats) -> Floats:
         scripted = name.replace("_rate", "")
         script = self.scripts.get(scripted)
@@ -155,7 +162,8 @@ class Schedule:
         """Return the least k for which k steps lie after each time, or not before it."""
         k = np.floor(time / self.step).astype(np.int64)[:, np.newaxis] + np.arange(-1, 3)
         distance = self.step * k - time[:, np.newaxis]
-        least = _COINCIDE * self.step
+        # closer points are one: multiples are rounded by 1e-16 of the time, in up to 1e7 steps
+        least = 1e-9 * self.step
         earlier = distance <= least if after else -distance > least
         return np.asarray(k[:, 0] + earlier.sum(axis=1))
 

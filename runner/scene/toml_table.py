@@ -13,8 +13,6 @@ from typing import Any, Literal
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.values import Kind, shown
 
-_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-
 
 @dataclass(frozen=True)
 class Key:
@@ -165,7 +163,7 @@ def _dotted(path: str, name: str) -> str:
 
 def quoted(name: str) -> str:
     """Return a key as TOML writes it."""
-    return name if _BARE_KEY.fullmatch(name) else json.dumps(name)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
 
 
 def did_you_mean(name: str, allowed: Iterable[str]) -> str:

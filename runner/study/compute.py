@@ -9,7 +9,6 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.fmu import StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -182,14 +181,17 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     def nothing(reason: str, *, outside: bool = False) -> Batch:
         return Batch({}, [reason], np.array([outside]))
 
+    def limit_scale(end: float) -> tuple[float, float]:
+        if scene.limit_scale is None:
+            return 1.0, 1.0
+        return scene.limit_scale.range(0.0, end)
+
     if times and max(times) > scene.run.duration:
         return nothing(f"outputs.times: run.duration is {scene.run.duration:g}")
-    scale = (1.0, 1.0)
-    if scene.limit_scale is not None:
-        scale = scene.limit_scale.range(0.0, 0.0)
-    if np.any(np.abs(excited.amplitude) > _START * scale[0] * model.table.amplitude_range):
+    if np.any(
+        np.abs(excited.amplitude) > _START * limit_scale(0.0)[0] * model.table.amplitude_range
+    ):
         return nothing("initial: outside the friction table", outside=True)
-    rows = [excited.first_row()]
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
@@ -198,26 +200,21 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
             steps = straight.durations(), straight.inputs(names)
         else:
             steps = shortened(schedule, model, modes, names)
-        rows += [outputs[:, : rows[0].size].copy() for outputs in component.trace(*steps)]
-    except StoppedError as stop:
-        reached = _moduli(np.concatenate([*rows, stop.outputs[:, : rows[0].size]]))
-        if scene.limit_scale is not None:
-            scale = scene.limit_scale.range(0.0, stop.time)
-        near = bool(np.any(reached > _STOP * scale[0] * model.table.amplitude_range))
-        return nothing(str(stop), outside=stop.left_table or near)
+        path = excited.follow(component, *steps)
     except SlipmodeError as refusal:
         return nothing(str(refusal))
-    traced = np.concatenate(rows)
-    size = _moduli(traced)
-    at = [np.argmin(np.abs(traced[:, 0] - t)) for t in times]
-    if scene.limit_scale is not None:
-        scale = scene.limit_scale.range(0.0, scene.run.duration)
+    size, stop = np.abs(path.amplitude), path.stop
+    if stop is not None:
+        near = bool(np.any(size > _STOP * limit_scale(stop.time)[0] * model.table.amplitude_range))
+        return nothing(str(stop), outside=stop.left_table or near)
     stretches = Stretches(*steps, straight.durations(), names)
-    _, error = along_run(excited, model, stretches, traced)
+    _, error = along_run(excited, model, stretches, path)
+    at = [np.argmin(np.abs(path.time - t)) for t in times]
+    largest_scale = limit_scale(scene.run.duration)[1]
     values = {
         "peak": size.max(axis=0)[np.newaxis],
         "at": size[at].T[np.newaxis],
-        "run_error": scale[1] * error.max(axis=0, initial=0.0)[np.newaxis],
+        "run_error": largest_scale * error.max(axis=0, initial=0.0)[np.newaxis],
     }
     return Batch(values, [""], np.zeros(1, dtype=bool))
 
@@ -229,8 +226,3 @@ def record(scene: Scene, folder: Path, number: int) -> str:
     except SlipmodeError as refusal:
         return str(refusal)
     return ""
-
-
-def _moduli(traced: Floats) -> Floats:
-    """Return |a| (rows, modes) of rows of outputs."""
-    return np.hypot(traced[:, 1::2], traced[:, 2::2])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
+from slipmode.runner.recording.record import one_line
 from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch
@@ -21,7 +22,6 @@ from slipmode.runner.study.scene_model import (
     LAST_STEP,
     Samples,
     SceneModel,
-    one_line,
     without_loads,
 )
 

@@ -22,6 +22,7 @@ from slipmode.rom.slow.units import Units
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording.record import one_line
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import MatrixFile, Scene, TwoMass
 from slipmode.runner.scene.toml_table import toml_text
@@ -207,11 +208,3 @@ def _built(section: TwoMass | MatrixFile) -> Structure:
     if not (_last_built and _last_built[0][0] == section):
         _last_built[:] = [(section, section.build())]
     return _last_built[0][1]
-
-
-def one_line(error: BaseException) -> str:
-    """Return the reason that an error gives, on a line."""
-    words = " ".join(str(error).split())
-    if isinstance(error, SlipmodeError) and words:
-        return words
-    return f"{type(error).__name__}: {words}" if words else type(error).__name__

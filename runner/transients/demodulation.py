@@ -12,11 +12,6 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 
-# Window in periods of the slowest line: the fit then separates its cycles from the slow part.
-PERIODS = 4.0
-_DEGREE = 2  # of the polynomial in time
-_LINES = 2  # highest order of the harmonics of both carriers that are fitted with it
-
 
 class _Filter(NamedTuple):
     """Weights (3, n) of the samples in the parabola that fits best around an instant.
@@ -38,9 +33,12 @@ class _Filter(NamedTuple):
 
 
 def window_length(frequency: Floats) -> float:
-    """Return the window [s] for carriers that have frequencies (n, modes) [rad/s] at some time."""
+    """Return the window [s] for carriers that have frequencies (n, modes) [rad/s] at some time.
+
+    It is four periods of the slowest line, whose cycles the fit then separates from the slow part.
+    """
     lines = np.append(frequency, np.abs(np.diff(frequency, axis=1)))
-    return float(PERIODS * 2.0 * np.pi / lines.min())
+    return float(4.0 * 2.0 * np.pi / lines.min())
 
 
 def slow_parts(
@@ -79,14 +77,14 @@ def _filter(tau: Floats, phases: Floats, phasors: Complexes, longer: float) -> _
     # a line closer to the slow part than two bins of the window belongs to it
     separate = lines[turned > 4.0 * np.pi * longer * (tau[-1] - tau[0])]
     powers = [np.ones_like(phasors), phasors, phasors**2]
-    columns = [tau**power for power in range(_DEGREE + 1)]
+    columns = [tau**power for power in range(3)]
     for order in separate:
         parts = [powers[abs(n)][:, mode] for mode, n in enumerate(order)]
         line = prod(part.conj() if n < 0 else part for n, part in zip(order, parts, strict=True))
         columns += [line.real, line.imag]
     basis = np.array(columns)
     weighted = basis * np.cos(0.5 * np.pi * tau) ** 4
-    gram, wanted = weighted @ basis.T, np.eye(len(basis), _DEGREE + 1)
+    gram, wanted = weighted @ basis.T, np.eye(len(basis), 3)
     # lines that coincide share their part
     solution = np.linalg.lstsq(gram, wanted, rcond=1e-9)[0]
     return _Filter(tau, phases, solution.T @ weighted)
@@ -94,10 +92,10 @@ def _filter(tau: Floats, phases: Floats, phasors: Complexes, longer: float) -> _
 
 @cache
 def _lines(modes: int) -> NDArray[np.int64]:
-    """Return the orders (lines, modes) of the fitted harmonics, one of each pair +-order."""
-    every = product(range(-_LINES, _LINES + 1), repeat=modes)
+    """Return the orders (lines, modes) of the fitted harmonics, to 2; one of each pair +-order."""
+    every = product(range(-2, 3), repeat=modes)
     zero = modes * (0,)
-    return np.array([order for order in every if order > zero and sum(map(abs, order)) <= _LINES])
+    return np.array([order for order in every if order > zero and sum(map(abs, order)) <= 2])
 
 
 def carrier_signal(

@@ -26,10 +26,6 @@ from slipmode.runner.transients.demodulation import (
     window_length,
 )
 
-# Errors of a stretch stay far below the transient error of slow time that it replaces
-# (tests/runner/transients/test_hybrid.py).
-_STEPS_PER_PERIOD = 48
-_SAMPLES_PER_PERIOD = 24  # of the fastest forcing, for demodulation
 _ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative of fourth order
 # The internal forces of elastic contacts come from their motion over some periods of the slowest
 # carrier, in samples per period of the fastest.
@@ -102,7 +98,7 @@ class FullOrder:
             modal = modal - shared @ self.projection.structure.directions.T
         dofs = basis[list(plan.scene.output.elastic)]
         fastest = self.excitation.fastest(plan.scene.run.duration)
-        self.spacing, step = 2 * np.pi / fastest / _SAMPLES_PER_PERIOD, plan.scene.run.step
+        self.spacing, step = 2 * np.pi / fastest / 24, plan.scene.run.step
         if step > self.spacing:  # samples then have the same places around all points
             self.spacing = step / round(step / self.spacing)
         self._integrator = Integrator(
@@ -110,7 +106,8 @@ class FullOrder:
             plan.excited.law,
             self.excitation,
             np.vstack((modal, patterns @ basis, dofs)),
-            _STEPS_PER_PERIOD,
+            # errors stay far below the transient error of slow time that a stretch replaces
+            steps_per_period=48,  # (tests/runner/transients/test_hybrid.py)
         )
 
     def run(self, times: Floats, start: State) -> FullMotion:

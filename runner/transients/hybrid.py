@@ -28,9 +28,6 @@ from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
 
-_WINDOWS_AT_ONCE = 4.0  # that full order is integrated ahead
-_JUMP = 1e-9  # of a force or a frequency, relative: less is rounding
-
 
 class Hybrid:
     """A component that integrates transients at full order.
@@ -70,7 +67,8 @@ class Hybrid:
         found = np.zeros(straight.steps, dtype=bool)
         for start, end in (excited.modal_forces(straight), straight.frequencies(excited.modes)):
             size = np.maximum(np.abs(start).max(axis=0), np.abs(end).max(axis=0))
-            found[1:] |= np.any(np.abs(start[1:] - end[:-1]) > _JUMP * size, axis=1)
+            jump = np.abs(start[1:] - end[:-1]) > 1e-9 * size  # less is rounding
+            found[1:] |= np.any(jump, axis=1)
         return straight.time(slice(straight.steps))[found]
 
     def set_inputs(self, **values: float) -> None:
@@ -155,7 +153,7 @@ class Hybrid:
         stretch, first = self._open, self._point + 1
         points = slice(first, first + len(durations))
         time, end = self._plan.schedule.time(points), self._plan.schedule.duration
-        ahead = max(stretch.reached, float(time[0])) + _WINDOWS_AT_ONCE * self._full.window
+        ahead = max(stretch.reached, float(time[0])) + 4.0 * self._full.window
         stretch.advance(min(ahead, end))
         known = time <= stretch.reached - 0.5 * self._full.window
         count = max(int(np.sum(known | (stretch.reached >= end))), 1)

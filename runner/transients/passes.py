@@ -17,14 +17,12 @@ from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.motion.record import FastMotion, record_findings, record_points, record_window
-from slipmode.runner.motion.torus_motion import carrier_phases, torus_motion
 from slipmode.runner.motion.trajectory import (
     OutputColumns,
+    carrier_phases,
     output_row,
-    sample_times,
-    scripted,
     slow_trajectory,
-    window_times,
+    torus_motion,
 )
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -39,7 +37,6 @@ SAMPLES_PER_BATCH = 16384
 # Steps and periods between recordings: about a millisecond of work, less than a second even if a
 # step is long.
 _STEPS_PER_BLOCK, _PERIODS_PER_BLOCK = 1024, 1e5
-_WINDOWS_AT_ONCE = 16.0  # of demodulation: a bound of memory
 
 
 class Pass(ABC):
@@ -81,10 +78,10 @@ class Pass(ABC):
     def _sample(
         self,
         window: Window,
-        times: Floats,
         motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
     ) -> None:
         """Record a window; `motion(times)` also returns the scale of limits, and phases."""
+        times = self._plan.schedule.sample_times(window)
 
         def batches() -> Iterator[tuple[FastMotion, Floats | float]]:
             for start in range(0, times.size, SAMPLES_PER_BATCH):
@@ -217,7 +214,7 @@ class SlowPass(Pass):
             moved = fast_motion(self._component, plan, model, trajectory, times)
             return moved, trajectory.scale_at(times), carrier_phases(trajectory, times)
 
-        self._sample(window, sample_times(window, trajectory), motion)
+        self._sample(window, motion)
         if self._is_on_torus(window):
             torus = torus_motion(model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
@@ -252,7 +249,7 @@ class IntegratedPass(Pass):
         while done < self._points.size:
             self._raise_if_interrupted()
             started = time.perf_counter()
-            stretch.advance(min(stretch.reached + _WINDOWS_AT_ONCE * length, last))
+            stretch.advance(min(stretch.reached + 16.0 * length, last))  # bounds the memory
             known = end if stretch.reached >= last else stretch.reached - 0.5 * length
             count = int(np.searchsorted(self._points, known, "right"))
             slow = stretch.slow(self._points[done:count])
@@ -269,9 +266,7 @@ class IntegratedPass(Pass):
             angle, *_ = self._full.excitation.at(times)
             return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
 
-        script = scripted(self._plan.excited, self._plan.schedule)
-        times = window_times(window, self._points, script.frequency, script.frequency_rate)
-        self._sample(window, times, motion)
+        self._sample(window, motion)
 
 
 def integration_cost(plan: Plan) -> list[Finding]:

@@ -19,13 +19,7 @@ from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.motion.record import FastMotion, contact_channels, record_contacts
-from slipmode.runner.motion.trajectory import (
-    output_row,
-    sample_times,
-    scripted,
-    slow_trajectory,
-    window_times,
-)
+from slipmode.runner.motion.trajectory import output_row, slow_trajectory
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, describe_run
@@ -118,8 +112,7 @@ def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     outputs = component.run(schedule.durations(), schedule.inputs(component.input_names))
     outputs = np.vstack((first, outputs))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
-    times = [sample_times(window, trajectory) for window in plan.scene.contact]
-    return outputs, fast_motion(component, plan, model, trajectory, np.concatenate(times))
+    return outputs, fast_motion(component, plan, model, trajectory, _sample_times(plan))
 
 
 def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
@@ -127,15 +120,17 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
 
     The second value is the energy that friction dissipated until the end of the scene [J].
     """
-    excited, schedule = plan.excited, plan.schedule
+    excited, times = plan.excited, _sample_times(plan)
     full = FullOrder(plan, excited.reduced)
-    script = scripted(excited, schedule)
-    carriers = schedule.time(), script.frequency, script.frequency_rate
-    times = np.concatenate([window_times(window, *carriers) for window in plan.scene.contact])
     until_end = full.run(np.union1d(times, [plan.scene.run.duration]), full.first())
     every, seen = full.fast_motion(until_end), np.isin(until_end.time, times)
     motion = FastMotion(*(getattr(every, each.name)[seen] for each in fields(every)))
     return motion, dissipated_energy(excited.reduced.contacts, until_end)
+
+
+def _sample_times(plan: Plan) -> Floats:
+    """Return the times of the samples in all windows."""
+    return np.concatenate([plan.schedule.sample_times(window) for window in plan.scene.contact])
 
 
 def with_window(plan: Plan) -> Plan:

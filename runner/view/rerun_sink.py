@@ -16,7 +16,8 @@ import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import EVENTS, Channel, Level
+from slipmode.rom.errors import Level
+from slipmode.runner.recording.channels import EVENTS, Channel
 from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import in_units, units_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,8 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Level
+from slipmode.rom.errors import Level, SlipmodeError
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
 from slipmode.runner.view import torus_view
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
@@ -30,12 +30,6 @@ from slipmode.runner.view.labels import (
 )
 from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Window
-
-_LEVELS: Mapping[Level, rr.TextLogLevel] = {
-    "info": rr.TextLogLevel.INFO,
-    "warning": rr.TextLogLevel.WARN,
-    "error": rr.TextLogLevel.ERROR,
-}
 
 
 @dataclass(frozen=True)
@@ -71,7 +65,8 @@ def send_event(
 ) -> None:
     """Append a line to the text log; it begins with its time."""
     text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
-    columns = rr.TextLog.columns(text=[text], level=[_LEVELS[level]])
+    shown = "WARN" if level == "warning" else level.upper()
+    columns = rr.TextLog.columns(text=[text], level=[shown])
     stream.send_columns(EVENTS, [time_column(time_ns)], columns)
 
 

@@ -21,7 +21,6 @@ from slipmode.fmu import Component
 from slipmode.rom import Tanh, steady, two_mass
 from slipmode.rom.full import Excitation, integrate
 from slipmode.rom.slow.motion import reconstruct
-from slipmode.runner.motion.trajectory import sample_times
 from slipmode.runner.recording.mcap_writer import FIRST_FLUSH_SECONDS
 from slipmode.runner.recording.recover import recover
 from slipmode.runner.transients import passes
@@ -129,7 +128,7 @@ def test_a_window_late_in_a_run_needs_no_more_than_its_own_steps(tmp_path, monke
     whole = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
     trajectory = real(plan, model, component.output_names, np.vstack((start, whole)))
     data = recording.read()
-    times = sample_times(plan.scene.contact[0], trajectory)
+    times = plan.schedule.sample_times(plan.scene.contact[0])
     expected = reconstruct(model, trajectory, times)
     np.testing.assert_array_equal(column(data, "/contact/0", "f"), expected.force[:, 0])
     np.testing.assert_array_equal(column(data, "/contact/1", "x"), expected.displacement[:, 1])

@@ -15,8 +15,6 @@ from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
 from slipmode.runner.view.viewer import Viewer
 
-COLORS = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
-
 
 def draw_mesh(motion: MeshMotion, target: Path | Viewer) -> None:
     """Write an .rrd file of a mesh in motion, or show it in a viewer."""
@@ -64,12 +62,12 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
     """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
     node, contact = motion.contact_nodes()
     radius = 0.4 * _spacing(motion.nodes[node])
+    of_state = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
+    colors = of_state[motion.state[:, contact]].reshape(-1, 3)
     for entity, enlarged in (("/mesh/contacts", scale), ("/interface", 0.0)):
         stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
         place = motion.nodes[node] + enlarged * motion.displacement[:, node]
-        columns = rr.Points3D.columns(
-            positions=place.reshape(-1, 3), colors=COLORS[motion.state[:, contact]].reshape(-1, 3)
-        )
+        columns = rr.Points3D.columns(positions=place.reshape(-1, 3), colors=colors)
         stream.send_columns(entity, [_times(motion)], columns.partition([node.size] * len(place)))
 
 

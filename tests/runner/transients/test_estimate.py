@@ -12,7 +12,7 @@ from slipmode.rom.full import integrate
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.cli import main
 from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.motion.trajectory import sample_times, slow_trajectory
+from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.transients.estimate import RunError
@@ -98,7 +98,7 @@ def run_through(scene):
     rows = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
     outputs = np.vstack(([start[name] for name in component.output_names], rows))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
-    times = sample_times(scene.contact[0], trajectory)[1:]
+    times = plan.schedule.sample_times(scene.contact[0])[1:]
     motion = fast_motion(component, plan, model, trajectory, times)
     excitation = excitation_of(plan, np.array(plan.excited.force_patterns), plan.schedule)
     shapes = plan.excited.reduced.mode_shapes

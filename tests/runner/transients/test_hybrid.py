@@ -9,7 +9,7 @@ from elastic.frictional_beam import ROWS, SLIDER, TIP, structure
 from slipmode import rom, runner
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.motion.trajectory import sample_times, slow_trajectory
+from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.transients.hybrid import fast_motion, stepper
@@ -63,7 +63,7 @@ def followed(scene):
     rows = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
     outputs = np.vstack(([now[name] for name in component.output_names], rows))
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
-    times = sample_times(scene.contact[0], trajectory)
+    times = plan.schedule.sample_times(scene.contact[0])
     motion = fast_motion(component, plan, model, trajectory, times)
     reference = on_all_modes(plan, np.union1d(times, [plan.scene.run.duration]), 64)
     return component, outputs, motion, reference

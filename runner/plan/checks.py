@@ -1,10 +1,10 @@
-"""The assumptions of the method, measured for a scene: warnings if they are strained."""
+"""Checks of a scene: refusals of its time scales, warnings of strained assumptions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom import Structure
+from slipmode.rom import SlipmodeError, Structure
 from slipmode.rom.arrays import Floats
 from slipmode.rom.frequencies import FrequencyUnit
 from slipmode.rom.reduction.combination import combination_resonances
@@ -12,6 +12,7 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.validity import (
     Finding,
     carrier_findings,
+    check_carrier,
     contact_findings,
     direction_findings,
     force_findings,
@@ -23,6 +24,30 @@ from slipmode.rom.validity import (
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.sections import Scene
+
+
+def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> None:
+    """Refuse a scene whose forcing, steps or windows no run can follow, naming the key."""
+    reached = schedule.frequency_range(excited.modes)
+    natural = zip(excited.modes, excited.reduced.frequency, *reached, strict=True)
+    for mode, omega, *values in natural:
+        key, unit = f"forcing.{mode}.frequency", scene.units.frequency
+        check_carrier(key, mode, float(omega), np.array(values), unit)
+    fastest = float(reached[1].max())
+    per_second = fastest / (2 * np.pi)
+    longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
+    if scene.run.step > longest:
+        raise SlipmodeError(
+            f"run.step: must be at most {longest:.3g} s, 1e+06 periods of the forcing, "
+            f"got {scene.run.step:g}"
+        )
+    samples = sum(per_second * w.samples_per_period * (w.end - w.start) for w in scene.windows)
+    if samples > 1e8:  # some GB in a recording
+        raise SlipmodeError(
+            f"contact.window, elastic.window: would hold {samples:.2g} samples, allowed: 1e+08; "
+            "make them shorter or samples_per_period smaller"
+        )
 
 
 def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit) -> list[Finding]:
