@@ -20,8 +20,6 @@ from slipmode.runner.curves.scene_curves import (
 )
 from slipmode.runner.scene.scene import Scene, load_scene
 
-_MODAL = "kg^0.5 m"
-
 
 def add_curve_commands(add: AddCommand) -> None:
     """Add the commands for curves."""
@@ -68,7 +66,7 @@ def _curve(options: Namespace) -> int:
         span = [end * units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     _write(options, "curve", curve, scene)
-    shown = Shown(options.dof, units, _MODAL)
+    shown = _shown(options, scene)
     sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
 
     def listed(row: Floats) -> str:
@@ -96,7 +94,7 @@ def _design(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
     _write(options, "design", curve, scene)
-    shown = Shown(options.dof, scene.units, _MODAL)
+    shown = _shown(options, scene)
     limit, peak = curve.lowest(shown)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
     if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
@@ -107,6 +105,11 @@ def _design(options: Namespace) -> int:
     print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
     print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
     return 0
+
+
+def _shown(options: Namespace, scene: Scene) -> Shown:
+    """Return how amplitudes are shown; Rerun has no formulae."""
+    return Shown(options.dof, scene.units, "kg^0.5 m")
 
 
 def _write(
@@ -134,7 +137,7 @@ def _write(
     np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
     figure.savefig(picture, dpi=120)
     title = f"{scene.title or scene.name}: {kind}"
-    rows = curve_charts(curve, Shown(options.dof, units, _MODAL))
+    rows = curve_charts(curve, _shown(options, scene))
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)

@@ -21,8 +21,10 @@ from slipmode.runner.scene.scene import Scene
 
 fmpy = extra("fmpy", "fmu")
 
-_SSP = "http://ssp-standard.org/SSP1/SystemStructure"
-_NAMES = {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}
+_SPACES = {
+    prefix: f"http://ssp-standard.org/SSP1/SystemStructure{name}"
+    for prefix, name in {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}.items()
+}
 _COMPONENT = "structure"
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
 
@@ -79,8 +81,8 @@ def write_ssp(
         From an output to an input, "structure.A_abs" to "controller.amplitude"; the FMU of the
         scene is called structure. Inputs of the system are not connected so.
     """
-    for prefix, name in _NAMES.items():
-        register_namespace(prefix, f"{_SSP}{name}")
+    for prefix, space in _SPACES.items():
+        register_namespace(prefix, space)
     structure = Part(_COMPONENT, fmu)
     parts = (structure, *beside)
     pairs = [_ends(parts, *pair) for pair in connections]
@@ -124,7 +126,7 @@ def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
 
 
 def _tag(prefix: str, name: str) -> str:
-    return f"{{{_SSP}{_NAMES[prefix]}}}{name}"
+    return f"{{{_SPACES[prefix]}}}{name}"
 
 
 def _description(scene: Scene, parts: Sequence[Part], pairs: Sequence[Mapping[str, str]]) -> bytes:

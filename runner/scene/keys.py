@@ -80,18 +80,6 @@ CONTACT_KEYS = (
     _law("tangents", integer(), "-",
          "Tangential directions of each contact, 1 or 2; its normal DOF follows them."),
 )
-_FORCING = (
-    Key("dof", integer(), "-", None, "The DOF that the force acts on."),
-    Key("node", integer(FINITE), "-", None,
-        "The node that it acts on, if the matrices name nodes; with `direction`."),
-    Key("direction", choice(*DIRECTIONS), "-", None, "Its direction there."),
-    Key("vector", numbers(), "-", None, "Force on every DOF, per unit of `amplitude`."),
-    Key("amplitude", script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
-        "N", MISSING, "Force amplitude over time.", "load"),
-    Key("frequency", script(POSITIVE), "rad/s", MISSING,
-        "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.", "load"),
-    Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),
-)
 _WINDOW = (
     Key("window", numbers(NON_NEGATIVE, 2), "s", MISSING,
         "[start, end], up to the scene's duration; start before end."),
@@ -162,7 +150,20 @@ SCENE = Section("", "At the top of the file, before any table.", (
     Section("forcing",
         "The force on a mode, amplitude cos(theta + phase) with theta' = frequency. Exactly one "
         "of `dof`, `node` and `vector` says where it acts. The table of mode B is `[forcing.B]`.",
-        tuple(Section(mode, "", _FORCING) for mode in MODES)),
+        tuple(Section(mode, "", (
+            Key("dof", integer(), "-", None, "The DOF that the force acts on."),
+            Key("node", integer(FINITE), "-", None,
+                "The node that it acts on, if the matrices name nodes; with `direction`."),
+            Key("direction", choice(*DIRECTIONS), "-", None, "Its direction there."),
+            Key("vector", numbers(), "-", None, "Force on every DOF, per unit of `amplitude`."),
+            Key("amplitude",
+                script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
+                "N", MISSING, "Force amplitude over time.", "load"),
+            Key("frequency", script(POSITIVE), "rad/s", MISSING,
+                "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.",
+                "load"),
+            Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),
+        )) for mode in MODES)),
     Section("initial", "Modal amplitudes at the start.", tuple(
         Key(mode, numbers(length=2), "kg^1/2 m", None,
             f"[re, im] of a_{mode} at t = 0; absent: 0.")

@@ -13,7 +13,6 @@ from typing import Any
 from slipmode.runner.scene.keys import CONTACT_KEYS
 from slipmode.runner.study.scene_keys import Content
 
-_LIMITS = [key.name for key in CONTACT_KEYS if key.role == "limit"]
 _DIGITS = 12  # in which ratios of limits have to agree: rounding changes the 16th
 
 
@@ -49,10 +48,11 @@ def on_shared_limits(content: Content, reference: Content) -> Content:
 def _limits(content: Content) -> Iterator[tuple[int, str, Any]]:
     """Yield group (-1: [friction]), key and value of every limit and preload."""
     groups = content.get("contacts", [])
+    names = [key.name for key in CONTACT_KEYS if key.role == "limit"]
     if "friction" in content and "limit" in content["friction"]:
         yield -1, "limit", content["friction"]["limit"]
     for place, group in enumerate(groups if isinstance(groups, list) else []):
-        yield from ((place, key, group[key]) for key in _LIMITS if key in group)
+        yield from ((place, key, group[key]) for key in names if key in group)
 
 
 def _largest(content: Content) -> float:

@@ -26,7 +26,6 @@ from slipmode.runner.transients.demodulation import (
     window_length,
 )
 
-_ONE_SIDED = np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0  # derivative of fourth order
 # The internal forces of elastic contacts come from their motion over some periods of the slowest
 # carrier, in samples per period of the fastest.
 _MEMORY_PERIODS, _MEMORY_SAMPLES = 3.0, 128
@@ -144,14 +143,15 @@ class FullOrder:
         spacing = fastest / _MEMORY_SAMPLES
         past = end - spacing * np.arange(samples)[::-1]
         motion = reconstruct(model, trajectory, past[past >= trajectory.time[0]])
-        last = slice(1 - 2 * _ONE_SIDED.size, None, 2)
+        one_sided = np.array([3.0, -16.0, 36.0, -48.0, 25.0]) / 12.0  # derivative of fourth order
+        last = slice(1 - 2 * one_sided.size, None, 2)
         named = ("time", "displacement", "velocity", "force", "modal", "load")
         close = replace(motion, **{name: getattr(motion, name)[last] for name in named})
         x = close.elastic(model, range(model.reduced.n_dofs))
         state = State(
             time=end,
             displacement=x[-1],
-            velocity=_ONE_SIDED[::-1] @ x / (2 * spacing),
+            velocity=one_sided @ x / (2 * spacing),
             contact_force=motion.force[-1],
         )
         state = self._on_coordinates(state)

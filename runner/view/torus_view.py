@@ -17,7 +17,6 @@ from slipmode.runner.view.labels import BLUE, DARK, ORANGE, readable
 
 TITLE = "Contact 0 over the phases of both carriers"
 _TURN = 2 * np.pi
-_HEIGHT = 1.6  # of the largest displacement, where a period is 2 pi wide
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -73,7 +72,8 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
     """
     vertices, f, triangles = surface(torus)
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
-    upright = (1.0, 1.0, _HEIGHT / scale)
+    top = 1.6  # height of the largest displacement, where a period is 2 pi wide
+    upright = (1.0, 1.0, top / scale)
     limit = np.abs(f).max() or 1.0
     share = (f / limit)[:, np.newaxis]
     stuck, positive, negative = np.array((DARK, ORANGE, BLUE))
@@ -88,7 +88,7 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
     raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
     white = (230, 230, 230)
     draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
-    low = -_HEIGHT
+    low = -top
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
     floor = np.column_stack((corners, np.full(5, low)))
     draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, -low)]], DARK, 0.8)

@@ -21,11 +21,6 @@ from slipmode.runner.recording.load import Signals, load
 from slipmode.runner.view.viewer import find_viewer, write_picture
 
 _KINDS = {4: "tetra", 8: "hexahedron"}  # of cells, by their corners
-# corners of each face, counter-clockwise as seen from outside
-_FACES = {
-    4: [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-    8: [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
-}
 
 
 @frozen
@@ -203,8 +198,11 @@ def skin(cells: NDArray[np.intp]) -> NDArray[np.intp]:
     VTK order them. Facets are counter-clockwise as seen from outside.
     """
     cells = np.asarray(cells)
-    faces = cells[:, _FACES[cells.shape[1]]]
-    faces = faces.reshape(-1, faces.shape[-1])
+    corners = {
+        4: [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+        8: [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+    }[cells.shape[1]]
+    faces = cells[:, corners].reshape(-1, len(corners[0]))
     _, first, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
     )
