@@ -14,7 +14,7 @@ import numpy as np
 from slipmode import fmu
 from slipmode.fmu.description.options import FmiVersion, Stimuli
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.slow.slow_flow import inputs_of, rate_and_jacobian, slow_flow
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -147,14 +147,13 @@ def _euler_step(plan: Plan, model: Model) -> float:
     # Part of a decay by which Euler may be wrong, and the least ratio of Re to modulus of an
     # eigenvalue whose decay it follows: amplitudes are within 5 % (tests/fmu/test_fmu_command.py)
     allowed, least_damped = 0.05, 0.01
-    flow = slow_flow(model, plan.excited.force_patterns)
     nodes = [model.table.node_a, model.table.node_b][: model.modes]
     points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, model.modes)
     least, most = plan.schedule.frequency_range(plan.excited.modes)
     longest = plan.scene.run.step
     for frequency in product(*zip(least, 0.5 * (least + most), most, strict=True)):
-        inputs = inputs_of(np.zeros(points.shape, complex), np.tile(frequency, (len(points), 1)))
-        _, jacobian = rate_and_jacobian(flow, inputs, points.astype(complex))
+        flow = ForcedFlow.of(model, np.tile(frequency, (len(points), 1)))
+        _, jacobian = flow.rate_and_jacobian(points.astype(complex))
         eigenvalue = np.linalg.eigvals(jacobian[np.isfinite(jacobian).all(axis=(1, 2))])
         size = np.abs(eigenvalue)
         decay = np.maximum(np.abs(eigenvalue.real), least_damped * size)
