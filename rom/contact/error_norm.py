@@ -19,12 +19,6 @@ SMALLEST_SHARE = 1e-3
 # slanted line. Relative to S_j of the weak mode alone, cells would have to be 3e-4 of the range
 # wide there at a tolerance of 1e-2, some 10 000 of them.
 _FLOOR = {1: 1e-2, 2: 1.0}
-# Of the frictionless S_j: contact motion is exact to rounding and march tolerance relative to the
-# frictionless motion, so that smaller terms cannot be exact relative to themselves.
-_LEAST_SHARE = 1e-6
-# Of the range: stiffness of 1e15 N/m next to 40 N/m still has tables
-# (tests/rom/structure/test_representable.py).
-_MOST_ROUNDED = 1e-2
 
 
 @frozen
@@ -58,7 +52,10 @@ class ErrorNorm:
     def of(cls, reduced: Reduced, amplitude_range: Floats) -> Self:
         """Return the norm before any S_j is known."""
         loss = np.abs(reduced.modal_damping - reduced.aerodynamic_damping) * reduced.carrier
-        least = _LEAST_SHARE * frictionless_force(reduced) * amplitude_range
+        # At least a millionth of the frictionless S_j: contact motion is exact to rounding and
+        # march tolerance relative to the frictionless motion; smaller terms cannot be exact
+        # relative to themselves.
+        least = 1e-6 * frictionless_force(reduced) * amplitude_range
         return cls(loss, least, amplitude_range, np.zeros(amplitude_range.size))
 
     def known(self, S: Complexes) -> Self:
@@ -86,7 +83,9 @@ def smallest_scale(reduced: Reduced, amplitude_range: Floats) -> Floats:
     share = SMALLEST_SHARE
     if reduced.contacts is None:
         rounding = 10.0 * np.finfo(float).eps * np.linalg.cond(reduced.stiffness)
-        share = float(np.clip(rounding, SMALLEST_SHARE, _MOST_ROUNDED))
+        # At most a hundredth of the range: stiffness of 1e15 N/m next to 40 N/m still has tables
+        # (tests/rom/structure/test_representable.py).
+        share = float(np.clip(rounding, SMALLEST_SHARE, 1e-2))
     return share * amplitude_range
 
 

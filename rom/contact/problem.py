@@ -36,8 +36,6 @@ from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
-_MOST_LINES = 8  # times the lines of the grid, where the motion is not periodic on it
-
 
 @frozen
 class ContactProblem:
@@ -172,7 +170,8 @@ class TorusProblem:
         terms, finer = self.solve(amplitudes, initial_guess), self
         if self.problem.reduced.contacts is not None or len(self.problem.reduced.modes) == 1:
             return terms
-        while finer.grid.lines < _MOST_LINES * self.grid.lines:
+        # up to eight times the lines of the grid
+        while finer.grid.lines < 8 * self.grid.lines:
             (moving,) = np.nonzero(terms.residual > self.march.tolerance)
             if not moving.size:
                 break

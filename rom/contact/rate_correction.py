@@ -20,9 +20,6 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.reduced import Reduced
 
-_GROWTH = 0.02  # of an amplitude in a period of mode A: small against it, large against rounding
-_LEAST_GROWTH = 0.002  # of the largest amplitude
-
 
 def friction_rate_correction(
     reduced: Reduced,
@@ -42,7 +39,8 @@ def friction_rate_correction(
     grid : Discretisation
     """
     modes = amplitude_range.size
-    growth = np.maximum(_GROWTH * amplitudes, _LEAST_GROWTH * amplitude_range)
+    # in a period of mode A: small against the amplitude, large against rounding
+    growth = np.maximum(0.02 * amplitudes, 0.002 * amplitude_range)
     # of one mode after the other, up and down
     along = np.array([[1.0], [-1.0]]) * np.eye(modes)[:, np.newaxis]
     growing = along[:, :, np.newaxis] * growth

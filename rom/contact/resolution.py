@@ -33,7 +33,6 @@ _PAST_ONSET = np.array([1.006, 1.03])
 # Of the range: marches of trials repeat relative to these amplitudes at least.
 _TRIED_SCALE = {1: SMALLEST_SHARE, 2: 1.0}
 _LEAST_STEPS = 64
-_STEPS = 40.0  # squared, times a tolerance: of second order, 64 were enough for 1e-2
 _LINES = (4, 8, 16, 32, 64, 128)
 _TASKS = {1: 1, 2: 3}  # that the probes are split into, whatever the number of threads
 # Of the frictionless S_j: of one mode where contacts begin to slip, without damping.
@@ -72,7 +71,8 @@ class Resolution:
 def trial_grid(problem: ContactProblem, tolerance: float) -> Discretisation:
     """Return about as many steps as a tolerance of S takes, and lines that hide no harmonic."""
     counts = step_counts(problem.reduced.carrier, _LEAST_STEPS)
-    steps = next((count for count in counts if count**2 * tolerance >= _STEPS), counts[-1])
+    # of second order; 64 steps were enough for 1e-2
+    steps = next((count for count in counts if count**2 * tolerance >= 40.0), counts[-1])
     if len(problem.reduced.modes) == 1:
         return Discretisation(steps, 1)
     return Discretisation(steps, max(LINES, _distinguishing_lines(problem)[0]))

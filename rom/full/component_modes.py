@@ -31,8 +31,6 @@ from slipmode.rom.structure.matrices import Matrix, as_dense
 from slipmode.rom.structure.solvers.mass import mobility
 from slipmode.rom.structure.structure import Structure
 
-_FIRST, _MOST = 8, 256  # modes to compute first, doubled until they are enough
-
 
 @frozen
 class ComponentModes:
@@ -121,8 +119,9 @@ def component_modes(
     if modes is not None and not 1 <= modes <= size:
         raise SlipmodeError(f"modes: must be 1 to {size}, got {modes}")
     inertia = as_dense(structure.mass @ loaded.static)
-    most = min(_MOST, size) if modes is None else modes
-    count = min(_FIRST, most) if modes is None else modes
+    # eight modes, doubled until they are enough
+    most = min(256, size) if modes is None else modes
+    count = min(8, most) if modes is None else modes
     while True:
         omega, shapes = loaded.held.modes(count + 1)
         errors = loaded.errors(omega, shapes.T @ inertia, highest)

@@ -13,11 +13,8 @@ from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.short_repr import frozen, short_repr
 
-_POWER = 8  # weight sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
-_BINS = 12  # distance from a carrier to the next line of the spectrum, in 1 / T
 _SHORTEST, _LONGEST = 40, 1000  # window, in periods of the slowest carrier
 _LOBE = 5  # bins of a line on either side of its peak: its leakage ends at the 4th
-_PEAK = 1e-4  # relative to the largest peak; smaller ones are not classified
 _HIGHEST = {1: 60, 2: 41}  # |n| + |m| of the harmonics, by carriers
 _CHUNK = 4096  # samples projected at a time
 
@@ -54,7 +51,8 @@ class Window:
             carriers = frequency[forced] if forced.any() else frequency
             distance = np.abs(harmonic_frequencies(carriers, 7)[:, np.newaxis] - carriers)
             spacing = distance[distance > 1e-9 * carriers.max()].min()
-            periods = float(np.clip(_BINS / spacing * slowest, _SHORTEST, _LONGEST))
+            # twelve bins from a carrier to the next line of the spectrum
+            periods = float(np.clip(12 / spacing * slowest, _SHORTEST, _LONGEST))
         length = 2 * np.pi * periods / slowest
         samples = int(np.ceil(length * frequency.max() * 2 * SAMPLES_PER_PERIOD / (2 * np.pi)))
         return cls(frequency, forced, length, samples)
@@ -72,7 +70,8 @@ class Window:
 
     @property
     def _weight(self) -> Floats:
-        weight = np.sin(np.pi * np.arange(1, self.samples + 1) / self.samples) ** _POWER
+        # sin(pi t / T)^8: no leakage from harmonics of the window beyond the 4th
+        weight = np.sin(np.pi * np.arange(1, self.samples + 1) / self.samples) ** 8
         return np.asarray(weight / weight.sum())
 
     def project(self, time: Floats, signal: Floats, frequency: Floats) -> Complexes:
@@ -106,7 +105,8 @@ class Window:
         power = (np.abs(np.fft.rfft(weight * (signal - mean), axis=0)) ** 2).sum(axis=1)
         harmonic = self._harmonic_bins(power.size)
         rest, other, strongest = power.copy(), 0.0, 0
-        while rest.max() > _PEAK**2 * power.max():
+        # peaks of less than 1e-4 of the largest are not classified
+        while rest.max() > 1e-4**2 * power.max():
             peak = int(np.argmax(rest))
             line = slice(max(peak - _LOBE, 0), peak + _LOBE + 1)
             if not harmonic[peak]:

@@ -21,7 +21,6 @@ _UNITS = {
     **dict.fromkeys(("stiffness", "tangential_stiffness", "normal_stiffness"), " N/m"),
     **{"gap": " m", "alpha": " m/s"},
 }
-_MOST_VALUES = 8  # of one parameter that are listed
 # Cosine of the angle between directions of a contact, and relative difference of their lengths.
 _SKEWED = 0.01
 _OF_ONE_CONTACT = (
@@ -112,7 +111,7 @@ def _parameters(law: Any) -> str:
 
 def _values(value: Any) -> str:
     different = list(dict.fromkeys(np.atleast_1d(value).tolist()))
-    if len(different) > _MOST_VALUES:
+    if len(different) > 8:  # so many values of a parameter are listed
         return f"{min(different):g} to {max(different):g}"
     return " | ".join(f"{number:g}" for number in different)
 

@@ -16,7 +16,6 @@ from slipmode.rom.short_repr import short_repr
 # dissipation per cycle is within 1 % of the continuous distribution
 # (tests/rom/table/test_tolerance.py).
 _SLIDERS = 72
-_LEAST_SLIDER = 1e-4  # displacement at which the first slides, relative to macro-slip
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,8 @@ class Iwan:
         share = beta + (chi + 1.0) / (chi + 2.0)
         largest = self.force * (1.0 + beta) / (self.stiffness * share)
         density = self.force * (chi + 1.0) / (largest ** (chi + 2.0) * share)
-        ends = largest * np.append(0.0, np.geomspace(_LEAST_SLIDER, 1.0, self.sliders))
+        # the first slides at a displacement of 1e-4 of macro-slip
+        ends = largest * np.append(0.0, np.geomspace(1e-4, 1.0, self.sliders))
         stiffness = density * np.diff(ends ** (chi + 1.0)) / (chi + 1.0)
         limit = density * np.diff(ends ** (chi + 2.0)) / (chi + 2.0)
         if beta > 0.0:

@@ -32,9 +32,6 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 
-_PARTS = 8  # of a curve: forcing off the carriers is measured at a point of each
-_ROUNDING = 1e-9  # relative, of frequencies
-
 
 @frozen
 class TableError:
@@ -84,9 +81,10 @@ class TableError:
 def _measured_points(off: Floats, weight: Floats) -> NDArray[np.intp]:
     """Return the point of largest weight in each part of the curve, (some,), off the carriers."""
     found = []
-    for part in np.array_split(np.arange(off.size), min(_PARTS, off.size)):
+    # forcing off the carriers is measured at a point of each of eight parts of a curve
+    for part in np.array_split(np.arange(off.size), min(8, off.size)):
         found.append(int(part[np.nan_to_num(weight[part] * off[part]).argmax()]))
-    return np.array([k for k in found if off[k] > _ROUNDING], dtype=np.intp)
+    return np.array([k for k in found if off[k] > 1e-9], dtype=np.intp)  # rounding
 
 
 def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:

@@ -26,8 +26,6 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 
-_SMALLEST = 0.1  # amplitude relative to the table's range that is the least scale of a march
-
 
 @frozen
 class SteadyMotion:
@@ -91,7 +89,8 @@ class SteadyMotion:
         """Return P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
         model, scale = self.model, self.scale[:, np.newaxis]
         modulus = np.abs(effective)
-        torus = model.contact_problem(_SMALLEST * model.table.amplitude_range)
+        # the least scale of a march is a tenth of the table's range
+        torus = model.contact_problem(0.1 * model.table.amplitude_range)
         P = torus.solve_on_more_lines(modulus / scale).P[:, : model.modes]
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
         return np.asarray(P * (scale * unit)[..., np.newaxis])

@@ -23,7 +23,6 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers
 
 INSIDE = 0.998  # of the table's range, so that the coupling ratio has room
-_RELAXATION_PASSES, _NEWTON_PASSES = 60, 25
 
 
 @frozen
@@ -129,7 +128,7 @@ class _SteadyFlow(ForcedFlow):
         moving = np.arange(len(force))
         start = np.broadcast_to(1e-6 * self._range, force.shape)
         amplitude = self._inside(start.astype(complex))
-        for _ in range(_RELAXATION_PASSES):
+        for _ in range(60):
             part = self.with_inputs(self.inputs[moving])
             before = amplitude[moving]
             balanced = part.secant_response(part.balance(before), before)
@@ -146,7 +145,7 @@ class _SteadyFlow(ForcedFlow):
         """Return amplitudes at which da/dt = 0, by Newton's method inside the table."""
         moving = np.arange(len(start))
         found = self._inside(start)
-        for _ in range(_NEWTON_PASSES):
+        for _ in range(25):
             part, before = self.with_inputs(self.inputs[moving]), found[moving]
             rate, jacobian = part.rate_and_jacobian(before)
             update = np.linalg.solve(jacobian, rate[..., np.newaxis])[..., 0]

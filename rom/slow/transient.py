@@ -22,11 +22,6 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity.friction import elastic_force
 
-# Mean force on a slipping contact relative to half the change of its force in one cycle: chosen so
-# that the estimate exceeds the RMS error from rest (tests/runner/transients/test_estimate.py).
-# Elastic contacts under varying normal loads slip one way for several cycles.
-_RIGID, _ELASTIC = 1.0, 2.0
-
 
 def friction_threshold(reduced: Reduced, law: Friction) -> Floats:
     """Amplitude (modes,) at which a mode alone makes its first contact slip, or open.
@@ -55,6 +50,10 @@ class TransientError:
     @classmethod
     def of(cls, reduced: Reduced, law: Friction) -> Self:
         """Build the estimate for a reduced model and its contact law."""
+        # The mean force on a slipping contact is half the change of its force in one cycle, and
+        # twice that on elastic contacts, which slip one way for several cycles under varying
+        # normal loads. The estimate then exceeds the RMS error from rest
+        # (tests/runner/transients/test_estimate.py).
         coupling = np.abs(reduced.coupling)
         per_force = 0.5 / reduced.frequency[:, np.newaxis] ** 2
         if reduced.contacts is None:
@@ -62,7 +61,7 @@ class TransientError:
             moved = np.abs(reduced.coupling @ np.linalg.pinv(reduced.stiffness))
             hold = np.array(limits(law, reduced.n_contacts))
             load = 2.0 * coupling
-            return cls(load, load, hold, hold, _RIGID * moved * per_force)
+            return cls(load, load, hold, hold, moved * per_force)
         part = _FrictionParts.of(reduced.contacts)
         moved = coupling[:, part.column]
         return cls(
@@ -70,7 +69,7 @@ class TransientError:
             2.0 * coupling @ part.slip_load,
             part.onset,
             part.largest,
-            _ELASTIC * moved * per_force,
+            2.0 * moved * per_force,
         )
 
     def at(

@@ -31,8 +31,6 @@ from slipmode.rom.structure.structure import Structure
 # Multiplied or exported matrices have more rounding than that: a mode is rigid too if its omega^2
 # is below _ROUNDED times that of the stiffest DOF and _GAP times that of the next mode.
 _RIGID, _ROUNDED, _GAP = 1e-13, 1e-9, 1e-6
-_FREE = 8  # modes that show this gap: six may be rigid
-_SHIFT = 1e-8  # of omega^2 of the stiffest DOF: K + shift M is positive definite
 _ACCURACY = 1e-13  # of static displacements without rigid-body motion
 
 _MODES_ARE_RIGID = (
@@ -189,7 +187,8 @@ class Held:
         return bool(self._is_rigid(np.array([energy]), shape)[0])
 
     def _shifted(self) -> tuple[Factorisation, float]:
-        shift = _SHIFT * self._stiffest()
+        # K + shift M is positive definite
+        shift = 1e-8 * self._stiffest()
         lifted: Any = self._stiffness + shift * self._mass
         try:
             return factorise(lifted), shift
@@ -222,11 +221,12 @@ class Held:
             large_phase(self.size, "modes")
             return factors.solve(load)
 
+        # eight modes show the gap after rigid-body modes, of which six are possible
         squares, shapes = lowest_modes(
             solve,
             self._inertia,
             self.size,
-            max(at_least, _FREE) if self._may_float else at_least,
+            max(at_least, 8) if self._may_float else at_least,
             lambda lifted: reach**2 * float(lifted[at_least - 1] - shift) + shift,
             at_most,
         )

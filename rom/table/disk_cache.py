@@ -22,7 +22,6 @@ from slipmode.rom.files import PART
 
 MIB = 1024 * 1024
 
-_ABANDONED = 3600.0  # [s] without a change, after which nobody finishes an unfinished file
 _ENTRY = re.compile(r"[0-9a-f]{32}\.[a-z]+")  # in a folder that others may use too
 
 _log = logging.getLogger("slipmode.cache")
@@ -110,7 +109,8 @@ def keep(name: str, save: Callable[[Path], None]) -> None:
         reason = error.strerror or error
         _log.warning("%s: cannot be kept (%s); it will be made again next time", path, reason)
         return
-    _remove_abandoned(_ABANDONED)
+    # nobody finishes a file that has not changed for an hour
+    _remove_abandoned(3600.0)
     _shrink(most)
 
 

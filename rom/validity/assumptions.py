@@ -29,7 +29,6 @@ _SMALL = 0.3  # largest share of a mode's stiffness that contact motion may take
 # Force on the contacts directly, relative to that through the mode, per dynamic stiffness of the
 # mode over its static one: below, friction does not notice it.
 _DIRECT = 1e-3
-_DETUNED = 0.05  # relative distance from the carriers for which a table states its error
 
 
 def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
@@ -150,7 +149,8 @@ def detuning_findings(
             "there is not known; tabulate with detuning=True"
         )
         return [Finding("carriers", "left", reason, "warning")]
-    error = detuning * (off / _DETUNED) ** (2 if corrected else 1)
+    # a table states its error for forcing 5 % from the carriers
+    error = detuning * (off / 0.05) ** (2 if corrected else 1)
     if error <= tolerance:
         return []
     reason = (

@@ -19,9 +19,6 @@ from slipmode.rom.short_repr import short_list
 _EXCEEDED = 1e-2
 # Largest and smallest tanh velocity, relative to the velocity of sliding without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
-# Power lost in a creeping tanh contact, relative to the power lost in structural damping, from
-# which friction changes the damping; a limit in another unit changes the power by 1e3.
-_CREEP = 1e-2
 
 
 def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
@@ -127,7 +124,9 @@ def _creeps(reduced: Reduced, law: Friction, amplitude: Floats) -> bool:
     force = square @ np.abs(steady_coupling(reduced)[:, held]) ** 2
     creep = 2.0 * law.alpha * float((force / limit[held]).sum())
     damping = reduced.modal_damping - reduced.aerodynamic_damping
-    return creep > _CREEP * 2.0 * float(damping @ (reduced.carrier**2 * square))
+    # A creeping tanh contact that loses a hundredth of the power of structural damping changes
+    # the damping; a limit in another unit changes its power by 1e3.
+    return creep > 1e-2 * 2.0 * float(damping @ (reduced.carrier**2 * square))
 
 
 def _tanh_findings(

@@ -7,11 +7,9 @@ from functools import lru_cache
 
 from slipmode.rom.arrays import Floats
 
-_LEAST_STEPS_PER_PERIOD = 4  # of either mode, on the coarsest grid
 # By the number of modes. Just past the onset of rigid friction the error of a march falls like
 # steps^-1.3, so that a table to 1e-4 takes 4096.
 _MOST_STEPS = {1: 16384, 2: 2048}
-_HALF = 0.6  # of the work: that half periods take, of whole ones
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,8 @@ def closed_lines(ratio: float, least: int, off: float, *, odd: bool) -> tuple[in
     half = closest({count: 2 * round(0.5 * (ratio - 1.0) * count) + count for count in counts})
     away = abs(half[1] / ratio - 1.0)
     close = away <= max(off, 2.0 * abs(whole[1] / ratio - 1.0))
-    return half if close and _HALF * half[0] <= whole[0] else whole
+    # half periods are worth their search if they save 40 % of the work
+    return half if close and 0.6 * half[0] <= whole[0] else whole
 
 
 def step_counts(carrier: Floats, least: int) -> tuple[int, ...]:
@@ -67,7 +66,8 @@ def step_counts(carrier: Floats, least: int) -> tuple[int, ...]:
     The first sees several in a period of mode B too: with fewer, slip would follow another path
     than the one along a phase line, and as steadily on twice as many.
     """
-    fewest = _LEAST_STEPS_PER_PERIOD * max(float(carrier.max() / carrier[0]), 1.0)
+    # four steps in a period of either mode
+    fewest = 4 * max(float(carrier.max() / carrier[0]), 1.0)
     while least < fewest:
         least *= 2
     most = max(_MOST_STEPS[carrier.size], 16 * least)

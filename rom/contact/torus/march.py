@@ -25,10 +25,6 @@ if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
 
 _ELASTIC = 2  # sm_law
-_MOST_PERIODS = 400  # of a march
-# Relative error of Omega_B / Omega_A on closed phase lines, over the march tolerance: it changes S
-# by about a third of that.
-_RATIO_ERROR = 3.0
 
 
 @frozen
@@ -90,10 +86,12 @@ class TorusMarch:
         response.asked = problem.requested
         if reduced.contacts is not None:
             if rates.size == 2:
+                # Relative error of Omega_B / Omega_A on closed phase lines, over the march
+                # tolerance: it changes S by about a third of that.
                 lines, ratio = closed_lines(
                     float(rates[1] / rates[0]),
                     lines,
-                    _RATIO_ERROR * tolerance,
+                    3.0 * tolerance,
                     odd=not reduced.even,
                 )
                 rates[1] = ratio * rates[0]
@@ -142,7 +140,7 @@ class TorusMarch:
             orders=self.orders.ctypes.data,
             tolerance=self.tolerance,
             smallest_scale=smallest_amplitude.ctypes.data,
-            max_periods=_MOST_PERIODS,
+            max_periods=400,
         )
         points = kernel.TorusPoints(
             count, amplitudes.ctypes.data, None if guess is None else guess.ctypes.data

@@ -22,12 +22,6 @@ from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
-_DAMPING = 0.5  # zeta
-# Retained modes are marched too. At its own carrier a mode does not respond, its slow flow does:
-# what the march has of it there is taken back, and must not be a resonance.
-_DAMPING_OF_RETAINED = 1.0
-_SLOW = 0.7  # times Omega_A: modes below would take periods to come to rest, and hardly respond
-
 
 @frozen
 class MarchedModes:
@@ -57,11 +51,14 @@ class MarchedModes:
     def of(cls, reduced: Reduced, steps: int) -> MarchedModes:
         """With so many steps per period of mode A."""
         modes = len(reduced.modes)
-        fast = reduced.nonresonant_frequency >= _SLOW * reduced.carrier[0]
+        # Slower modes would take periods to come to rest, and hardly respond.
+        fast = reduced.nonresonant_frequency >= 0.7 * reduced.carrier[0]
         inertia, spring = reduced.nonresonant_inertia[fast], reduced.nonresonant_spring[fast]
         omega = np.append(reduced.frequency, reduced.nonresonant_frequency[fast])
         drawn = np.vstack((-reduced.spring, omega[modes:, np.newaxis] ** 2 * inertia - spring))
-        zeta = np.repeat((_DAMPING_OF_RETAINED, _DAMPING), (modes, omega.size - modes))
+        # Retained modes are marched too. At its own carrier a mode does not respond, its slow flow
+        # does: what the march has of it there is taken back, and must not be a resonance.
+        zeta = np.repeat((1.0, 0.5), (modes, omega.size - modes))
         damping = 2.0 * zeta * np.maximum(omega, reduced.carrier[0])
         step = 2.0 * np.pi / reduced.carrier[0] / steps
         # displacement, velocity, force and its rate

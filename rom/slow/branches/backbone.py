@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
 BAND = 0.2  # opacity of the error in pictures
-_PASSES, _CONVERGED = 100, 1e-13  # relative change of the frequencies
 
 
 @frozen
@@ -157,7 +156,7 @@ def backbone(
     frequency = np.tile(model.reduced.carrier, (r.size, 1))
     flow = ForcedFlow.of(model, frequency)
     Omega = np.full(r.size, model.reduced.frequency[mode])
-    for _ in range(_PASSES):
+    for _ in range(100):
         frequency[:, mode] = Omega
         flow = flow.with_frequency(frequency)
         now = flow.balance(a)
@@ -175,7 +174,7 @@ def backbone(
                 "kg^0.5 m"
             )
         change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
-        if change <= _CONVERGED:
+        if change <= 1e-13:  # rounding
             break
     zeta = off.imag / (2.0 * Omega**2)
     loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))

@@ -14,7 +14,6 @@ from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
 _DISTANCE = 1e-3  # of the start from the steady state, relative to the table's range
-_STRETCH, _MOST_STRETCHES = 400, 40  # steps, after which extremes are compared
 
 
 @frozen
@@ -41,7 +40,7 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     is_closed = np.zeros(len(starts), dtype=bool)
     before = np.full((2, len(starts), problem.model.modes), np.nan)
     extremes = before.copy()
-    for _ in range(_MOST_STRETCHES):
+    for _ in range(40):
         at = np.flatnonzero(~is_closed & np.isfinite(y).all(axis=1))
         if not at.size:
             break
@@ -58,11 +57,11 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
 
 
 def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tuple[Floats, Floats]:
-    """Return the end of a stretch, and the extremes of |a_j| in it (2, points, modes)."""
+    """Return the end of 400 steps, and the extremes of |a_j| in it (2, points, modes)."""
     step = h[:, np.newaxis]
     low, high = np.full((len(y), problem.model.modes), np.inf), np.zeros(problem.model.modes)
     rates = problem.held_at(part)
-    for _ in range(_STRETCH):
+    for _ in range(400):
         k1 = rates(y)
         k2 = rates(y + 0.5 * step * k1)
         k3 = rates(y + 0.5 * step * k2)

@@ -40,8 +40,6 @@ from slipmode.rom.validity import warn
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_PASSES, _CONVERGED = 100, 1e-12  # relative change of the frequencies of peaks
-
 
 @frozen
 class PerformanceCurve:
@@ -234,7 +232,7 @@ def _with_force_on_contacts(
     A, frequency = curve.motion.amplitude, curve.motion.frequency.copy()
     flow = ForcedFlow.of(model, frequency)
     takes_energy = friction_takes_energy(model, 0.0)
-    for _ in range(_PASSES):
+    for _ in range(100):
         now = flow.with_frequency(frequency).balance(A)
         friction, stiffness = now.friction[:, mode], now.stiffness[:, mode]
         if takes_energy:
@@ -245,7 +243,7 @@ def _with_force_on_contacts(
         after = np.sqrt(np.maximum(square, 0.25 * frequency[:, mode] ** 2))
         change = np.abs(after / frequency[:, mode] - 1.0).max()
         frequency[:, mode] = after
-        if change <= _CONVERGED:
+        if change <= 1e-12:  # rounding
             break
     amplitude = A.copy()
     amplitude[:, mode] = np.abs(a)

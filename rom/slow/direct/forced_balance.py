@@ -36,7 +36,6 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 )
 
 _FIRST_SHIFT = 0.1  # of the largest detuning of a mode by slip
-_STEPS = 60
 # Tolerance of the contact motion far from the steady state, and at it relative to the tolerance of
 # the amplitudes, by the number of modes. The phase lines of two modes drift against the grid,
 # which limits the periodicity. Contacts that creep, of one mode, change little in a period long
@@ -85,7 +84,7 @@ class ForcedBalance:
             if isinstance(start, Balanced) and same:
                 secants.take_on(start.changes)
         far, least, stalled = 1.0, np.inf, 0
-        for _ in range(_STEPS):
+        for _ in range(60):
             precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
             forces = self._contact_forces(receptance, shift, target, P)
             solved = self._march(orders, grid, forces, float(precision))

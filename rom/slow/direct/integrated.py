@@ -32,8 +32,6 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 # Windows to try: their length relative to the shortest, and their greatest number. Contacts cause
 # lines of high order near the carriers, which short windows do not distinguish from these.
 _WINDOWS = ((1.0, 30), (8.0, 12), (40.0, 8))
-_SHORTEST = 20.0  # of the shortest window, in periods of the slowest carrier
-_TURNS = 1.2  # by which two carriers drift apart in it
 # |n| + |m| of the harmonics, by modes, in the shortest window and in longer ones.
 _HIGHEST, _HIGHEST_LONG = {1: 31, 2: 9}, {1: 31, 2: 13}
 # Time steps per sample to try; of fourth order for rigid contacts, of second order for elastic.
@@ -43,16 +41,14 @@ _REFINED = {"rigid": (1, 2, 4, 8), "elastic": (2, 4, 8, 16)}
 _BY_STEPS = {"rigid": 0.5, "elastic": 1.0}
 _TRANSIENT = 0.2  # largest part of the tolerance for the rest of the transient
 _STEADY = 0.01  # change from window to window of a motion that counts as steady at last
-_IDLE, _LESS = 4, 0.5  # windows after which changes must have fallen to this part
-_SLOWEST = 0.95  # bound of the decay of a transient from window to window
-# Seven e-folds leave a thousandth of a transient.
-_E_FOLDS, _MOST_PERIODS = 7.0, 1000.0  # the latter of the slowest carrier
+_LESS = 0.5  # part to which changes must fall within the patience
 
 
 def ends_soon(reduced: Reduced) -> bool:
     """Return whether structural damping alone ends a transient in 1000 periods."""
     damping = float(reduced.modal_damping.min())
-    return bool(_E_FOLDS * reduced.carrier.min() <= np.pi * damping * _MOST_PERIODS)
+    # seven e-folds leave a thousandth of a transient
+    return bool(7.0 * reduced.carrier.min() <= np.pi * damping * 1000.0)
 
 
 class _Steady(NamedTuple):
@@ -87,8 +83,8 @@ class _Run:
     def until_steady(self, fit: HarmonicFit, refine: int, tolerance: float, most: int) -> _Steady:
         """Run windows until they repeat to a part of the tolerance, or come no closer to it."""
         decay = np.exp(-0.5 * max(float(self.reduced.modal_damping.min()), 0.0) * fit.length)
-        decay = min(float(decay), _SLOWEST)
-        patience = max(_IDLE, int(np.log(_LESS) / np.log(decay)))
+        decay = min(float(decay), 0.95)  # from window to window
+        patience = max(4, int(np.log(_LESS) / np.log(decay)))
         changes: list[float] = []
         begin = self.state.time
         motion, amplitude = self.window(fit, refine)
@@ -144,9 +140,11 @@ def integrated(
     SlipmodeError
         If the motion is not periodic in the phases of the carriers, or does not become steady.
     """
-    run, modes, shortest = _Run(reduced, law, force), len(reduced.modes), _SHORTEST
+    # the shortest window, in periods of the slowest carrier
+    run, modes, shortest = _Run(reduced, law, force), len(reduced.modes), 20.0
     if modes == 2:
-        shortest = max(shortest, float(_TURNS * reduced.carrier.min() / np.ptp(reduced.carrier)))
+        # two carriers drift apart by more than a period in it
+        shortest = max(shortest, float(1.2 * reduced.carrier.min() / np.ptp(reduced.carrier)))
     contacts = "rigid" if reduced.contacts is None else "elastic"
     refined = list(_REFINED[contacts])
     for times, most in _WINDOWS:

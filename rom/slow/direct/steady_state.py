@@ -35,7 +35,6 @@ _LEAST_STEPS = {1: 256, 2: 128}  # by modes: at least 8 in a period of the highe
 # Least relative error of two modes: a balance leaves out motion between the harmonics. By
 # test_the_branch_of_two_modes_is_followed_from_a_steady_state it changes amplitudes by 8e-4.
 _BETWEEN = 1e-3
-_SAFETY = 2.0  # of the error by harmonics and grid, which changes estimate but do not bound
 # Error due to the steps, relative to the change by twice as many. The rule is of second order for
 # rigid contacts. Elastic contacts that turn between two steps converge irregularly.
 _BY_STEPS = {"rigid": 1 / 3, "elastic": 1.0}
@@ -202,7 +201,8 @@ def _balanced(
     by_steps = _BY_STEPS["rigid" if reduced.contacts is None else "elastic"] * by_steps
     # Near resonance the first secants underestimate the distance from the steady state.
     by_iteration = found.off + CLOSEST * balance.tolerance * np.abs(found.amplitude)
-    error = _SAFETY * (by_harmonics + by_lines + by_steps) + by_iteration
+    # changes estimate the error by harmonics and grid, but do not bound it
+    error = 2.0 * (by_harmonics + by_lines + by_steps) + by_iteration
     if modes == 2:
         error = np.maximum(error, _BETWEEN * np.abs(found.amplitude))
     return error, found

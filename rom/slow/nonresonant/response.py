@@ -16,8 +16,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
-_BLOCK = 8192  # harmonics at a time, to limit the memory
-
 
 @frozen
 class ModalResponse:
@@ -60,7 +58,7 @@ def response_to(
     contact, reaction = P.copy(), np.zeros_like(P)
     modal = np.zeros((*P.shape[:2], reduced.all_shapes.shape[1]), dtype=complex)
     if reduced.formulation == "consistent":
-        block = max(1, _BLOCK // len(orders))
+        block = max(1, 8192 // len(orders))  # limits the memory
         for rows in (slice(k, k + block) for k in range(0, points, block)):
             found = _responses(model, trajectory, orders, nu, rows, P[rows])
             contact[rows], modal[rows], reaction[rows] = found

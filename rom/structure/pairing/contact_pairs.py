@@ -15,8 +15,6 @@ from slipmode.rom.structure.pairing.pairs import ContactPairs, local_frames
 from slipmode.rom.structure.pairing.projection import onto_facets, onto_nodes
 from slipmode.rom.structure.pairing.surfaces import Indices, Surface, as_surface
 
-_TOUCHING = 1e-6  # gap due to rounded coordinates, relative to the extent of the surfaces
-
 
 def contact_pairs(
     coordinates: ArrayLike,
@@ -112,11 +110,12 @@ def contact_pairs(
     own = one.position[point]
     gap = np.einsum("kx,kx->k", found.foot[moved] - own, normals)
     extent = np.ptp(np.concatenate((one.position, other.position)), axis=0).max()
+    # smaller gaps are due to rounded coordinates
     return ContactPairs(
         relative=relative[:, (3 * moved[:, np.newaxis] + np.arange(3)).ravel()],
         frames=local_frames(normals, None if tangent is None else _unit("tangent", tangent)),
         area=weight[point],
-        gap=np.where(gap > _TOUCHING * extent, gap, 0.0),
+        gap=np.where(gap > 1e-6 * extent, gap, 0.0),
         position=own,
         nodes=tuple(one.nodes[point, np.newaxis]),
         unpaired=np.delete(one.nodes, point),

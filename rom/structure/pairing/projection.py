@@ -12,8 +12,6 @@ from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, shape_functions
 
 _OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
-_FACING = -0.5  # largest cosine of the angle between normals that face each other: 60 degrees
-_STEP, _CONVERGED = 1e-14, 1e-10  # last and largest allowed Newton step, in local coordinates
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,8 @@ def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats 
     near = converged & (distance <= tolerance) & (beyond <= _OVERHANG)
     faced = near
     if outward is not None:
-        faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= _FACING)
+        # normals face each other within 60 degrees
+        faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= -0.5)
     if near.any() and not faced.any():
         raise SlipmodeError(
             "target: its facets do not face surface, where they are near they are turned away "
@@ -134,8 +133,8 @@ def _feet(points: Floats, corners: Floats, triangular: Flags) -> tuple[Floats, F
         change = np.einsum("kax,kx->ka", _gradients(slopes @ corners[moving]), offset)
         at[moving] = np.clip(at[moving] + change, -3.0, 3.0)
         step[moving] = np.abs(change).max(axis=1)
-        moving = moving[step[moving] > _STEP]
-    return at, step <= _CONVERGED
+        moving = moving[step[moving] > 1e-14]  # in local coordinates
+    return at, step <= 1e-10
 
 
 def _gradients(tangents: Floats) -> Floats:

@@ -26,7 +26,6 @@ _log = logging.getLogger(__name__)
 
 LARGE = 20_000  # DOFs from which a factorisation takes a second
 SMALL = 500  # DOFs up to which dense algorithms are faster
-_BYTES_LU = 45.0  # per entry of L: L and U with their indices, and a copy for the pivots by scipy
 _GIB = 2.0**30
 _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
@@ -132,7 +131,8 @@ class SuperLU:
         from scipy.sparse.linalg import splu  # takes a while to import
 
         self._order, fill = nested_dissection(matrix)
-        needed = _BYTES_LU * fill
+        # bytes per entry of L: L and U with their indices, and scipy's copy for the pivots
+        needed = 45.0 * fill
         _check_memory(needed, purpose, f"; {_FASTER}")
         large_phase(matrix.shape[0], f"{purpose} by SuperLU, about {needed / _GIB:.1f} GiB")
         if matrix.shape[0] >= LARGE:

@@ -9,8 +9,6 @@ import scipy.linalg
 
 from slipmode.rom.arrays import Floats
 
-_BLOCK = 8  # vectors in a block: so many equal frequencies are found for certain
-
 Operator = Callable[[Floats], Floats]
 
 
@@ -30,7 +28,8 @@ def lowest_modes(
     with eigenvalues below `highest` of all eigenvalues found.
     """
     most = size if at_most is None else max(at_most, at_least)
-    start = np.random.default_rng(0).standard_normal((size, min(_BLOCK, size)))
+    # a block of eight vectors finds eight equal frequencies for certain
+    start = np.random.default_rng(0).standard_normal((size, min(8, size)))
     latest, _ = _orthonormal(mass, solve(mass(start)))
     space = latest  # (size, k)
     projected = np.zeros((0, 0))  # V^T M A^-1 M V

@@ -19,9 +19,6 @@ from slipmode.rom.structure.matrices import Sparse
 _Graph: TypeAlias = "scipy.sparse.csr_array[np.float64]"
 _Nodes: TypeAlias = "NDArray[np.intp]"
 
-_LEAF = 100  # nodes of a part that is not cut further
-_FROM, _TO = 0.35, 0.65  # share of the nodes on one side of a cut
-
 
 def nested_dissection(matrix: Sparse) -> tuple[_Nodes, int]:
     """Return an order (n,) of the rows of a symmetric matrix, and about the fill.
@@ -65,7 +62,7 @@ def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
 def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
     """Return the nodes of a part to eliminate last, and the parts that this leaves."""
     nothing: list[_Nodes] = []
-    if nodes.size <= _LEAF:
+    if nodes.size <= 100:  # is not cut further
         return nodes, nothing
     part = graph[nodes][:, nodes]
     level = _levels(part, 0)
@@ -79,7 +76,7 @@ def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
     before = np.cumsum(count) - count
     inner = np.arange(1, count.size - 1)
     share = (before + 0.5 * count)[inner] / nodes.size
-    allowed = inner[(share >= _FROM) & (share <= _TO)]
+    allowed = inner[np.abs(share - 0.5) <= 0.15]  # parts of about equal size
     if allowed.size:
         middle = allowed[np.argmin(count[allowed])]
     else:

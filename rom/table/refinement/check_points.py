@@ -18,7 +18,6 @@ from slipmode.rom.table.refinement.grid import Blocks, Grid, in_cells
 from slipmode.rom.table.refinement.sampling import Sampling
 
 _MOST_INDICATED = 3  # blocks with the largest indicator, which are checked all over
-_NEARBY = 0.1  # of a block: distance of check points with about the same error
 
 
 class Checks:
@@ -186,7 +185,7 @@ def _new(places: Floats, width: Floats, checked: Floats, count: int) -> Floats:
 
     Places close to a `checked` point or to a place before are left out.
     """
-    reach = _NEARBY * width
+    reach = 0.1 * width  # check points so close have about the same error
     near = np.ones((len(places), len(checked)), dtype=bool)
     for place, point, within in zip(places.T, checked.T, reach.T, strict=True):
         near &= np.abs(place[:, np.newaxis] - point) <= within[:, np.newaxis]

@@ -21,11 +21,7 @@ from slipmode.rom.table.refinement.check_points import Checks, first_points, lar
 from slipmode.rom.table.refinement.grid import Grid
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 
-_MAX_ROUNDS = 40
 _MOST_SAMPLES = {1: 600, 2: 20_000}  # by modes
-# Distance of nodes over amplitude and tolerance: closer nodes differ by the error of samples.
-# Kinks and thresholds needed 1/2.
-_CLOSEST = 1 / 100
 # Successive rounds in which the error does not decrease to `_LESS` of the least: samples jump, or
 # are not as exact as they should be.
 _STAGNANT_ROUNDS, _LESS = 8, 0.8
@@ -66,7 +62,7 @@ def refine(
     grid, checks = _first_grid(sampling, tolerance)
     most, table = _MOST_SAMPLES[grid.modes], None
     least, stagnant, ended = np.inf, 0.0, False
-    for _ in range(_MAX_ROUNDS):
+    for _ in range(40):
         if grid.samples.sampled.sum() > most or time_budget.spent:
             break
         for mode in range(grid.modes):
@@ -120,7 +116,9 @@ def _check_end(grid: Grid, error: float, tolerance: float, time_budget: TimeBudg
 
 def _first_grid(sampling: Sampling, tolerance: float) -> tuple[Grid, Checks]:
     """Return the first grid with its samples, and check points, which are sampled at once."""
-    ends, closest = sampling.amplitude_range, _CLOSEST * tolerance
+    # Closer nodes, relative to their amplitude, differ by the error of samples. Kinks and
+    # thresholds needed half the tolerance.
+    ends, closest = sampling.amplitude_range, 0.01 * tolerance
     spread, columns = first_points(sampling.onset_lines, ends), len(sampling.orders)
     if ends.size == 2:
         node = [np.linspace(0.0, end, 5) for end in ends]
