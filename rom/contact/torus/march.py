@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
 
 _ELASTIC = 2  # sm_law
+_MOST_PERIODS = 400  # of a march
 
 
 @frozen
@@ -140,7 +141,7 @@ class TorusMarch:
             orders=self.orders.ctypes.data,
             tolerance=self.tolerance,
             smallest_scale=smallest_amplitude.ctypes.data,
-            max_periods=400,
+            max_periods=_MOST_PERIODS,
         )
         points = kernel.TorusPoints(
             count, amplitudes.ctypes.data, None if guess is None else guess.ctypes.data
