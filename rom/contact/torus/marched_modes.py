@@ -22,6 +22,8 @@ from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
+_DAMPING = 0.5  # zeta
+
 
 @frozen
 class MarchedModes:
@@ -58,7 +60,7 @@ class MarchedModes:
         drawn = np.vstack((-reduced.spring, omega[modes:, np.newaxis] ** 2 * inertia - spring))
         # Retained modes are marched too. At its own carrier a mode does not respond, its slow flow
         # does: what the march has of it there is taken back, and must not be a resonance.
-        zeta = np.repeat((1.0, 0.5), (modes, omega.size - modes))
+        zeta = np.repeat((1.0, _DAMPING), (modes, omega.size - modes))
         damping = 2.0 * zeta * np.maximum(omega, reduced.carrier[0])
         step = 2.0 * np.pi / reduced.carrier[0] / steps
         # displacement, velocity, force and its rate
