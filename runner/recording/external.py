@@ -6,11 +6,11 @@ import json
 import math
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from google.protobuf import descriptor_pool, message_factory
@@ -33,12 +33,12 @@ from slipmode.runner.recording.record import Header
 
 _LONGEST_LIST = 16  # of numbers that are shown as curves; longer lists are pictures and the like
 
-Numbers = dict[str, float]
-Decoder = Callable[[bytes], Numbers]
 
+class _Decoder(NamedTuple):
+    """The parser of a channel's messages, and what is said of those that it does not read."""
 
-class _UnreadableError(Exception):
-    """Why a message cannot be read."""
+    parse: Callable[[bytes], Any]
+    refusal: str
 
 
 def is_external(path: str | PathLike[str]) -> bool:
@@ -62,20 +62,20 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
     clocks are mixed, or it has no numbers.
     """
     inventory = Inventory()
-    decoders: dict[int, Decoder] = {}
+    decoders: dict[int, _Decoder] = {}
     times: dict[int, list[int]] = defaultdict(list)
-    rows: dict[int, list[Numbers]] = defaultdict(list)
-    refused: Counter[tuple[int, str]] = Counter()
+    rows: dict[int, list[dict[str, float]]] = defaultdict(list)
+    refused: Counter[int] = Counter()
 
     def take(number: int, messages: Messages) -> None:
         if number not in decoders:
             decoders[number] = _decoder(inventory, number)
         for time_ns, data in messages.each():
             try:
-                rows[number].append(decoders[number](data))
+                rows[number].append(dict(_numbers("", decoders[number].parse(data))))
                 times[number].append(time_ns)
-            except _UnreadableError as fault:
-                refused[number, str(fault)] += 1
+            except (DecodeError, ValueError, RecursionError):
+                refused[number] += 1
 
     with opened(path) as file:
         inventory.read(file, take)
@@ -85,10 +85,10 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
         origin = begin if begin >= WALL_CLOCK else 0
         channels = Channels()
         left_out = []
-        for number in decoders:
+        for number, decoder in decoders.items():
             record, kind = inventory.channels[number], kind_of(inventory, number)
-            faults = [(fault, count) for (k, fault), count in refused.items() if k == number]
-            left_out += [f"{count} of {kind}: {fault}" for fault, count in faults]
+            if refused[number]:
+                left_out.append(f"{refused[number]} of {kind}: {decoder.refusal}")
             names = list(dict.fromkeys(name for row in rows[number] for name in row))
             if names:
                 again = f" ({number})" if record.topic in channels else ""
@@ -124,57 +124,24 @@ def as_curves(channels: Mapping[str, Signals]) -> dict[str, Signals]:
     return curves
 
 
-def _decoder(inventory: Inventory, number: int) -> Decoder:
-    """Return what finds the numbers in a message of a channel, or raises _UnreadableError."""
+def _decoder(inventory: Inventory, number: int) -> _Decoder:
+    """Return the decoder of the messages of a channel."""
     channel = inventory.channels[number]
     match channel.message_encoding:
         case "json":
-            return _decode_json
+            return _Decoder(json.loads, "not JSON")
         case "protobuf":
-            return _protobuf_decoder(inventory.schemas.get(channel.schema_id))
-    return _refuse("neither JSON nor protobuf")
+            try:
+                message_class = _message_class(inventory.schemas.get(channel.schema_id))
+            except (DecodeError, KeyError, TypeError, ValueError):
+                return _Decoder(_refuse, "their schema cannot be read")
+            return _Decoder(message_class.FromString, "not of their schema")
+    return _Decoder(_refuse, "neither JSON nor protobuf")
 
 
-def _refuse(reason: str) -> Decoder:
-    def decode(data: bytes) -> Numbers:
-        raise _UnreadableError(reason)
-
-    return decode
-
-
-def _decode_json(data: bytes) -> Numbers:
-    try:
-        return dict(_numbers("", json.loads(data)))
-    except (ValueError, RecursionError) as error:
-        raise _UnreadableError("not JSON") from error
-
-
-def _numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
-    """Yield the numbers within a JSON value, with their names."""
-    if isinstance(value, int | float):
-        if abs(value) <= sys.float_info.max:
-            yield name or "value", float(value)
-    elif isinstance(value, dict):
-        for key, member in value.items():
-            yield from _numbers(f"{name}.{key}" if name else key, member)
-    elif isinstance(value, list) and len(value) <= _LONGEST_LIST:
-        for number, member in enumerate(value):
-            yield from _numbers(f"{name}[{number}]", member)
-
-
-def _protobuf_decoder(schema: records.Schema | None) -> Decoder:
-    try:
-        message_class = _message_class(schema)
-    except (DecodeError, KeyError, TypeError, ValueError):
-        return _refuse("their schema cannot be read")
-
-    def decode(data: bytes) -> Numbers:
-        try:
-            return dict(_members("", message_class.FromString(data), 8))
-        except DecodeError as error:
-            raise _UnreadableError("not of their schema") from error
-
-    return decode
+def _refuse(data: bytes) -> Any:
+    """Stand for the parser of messages that cannot be read."""
+    raise ValueError
 
 
 def _message_class(schema: records.Schema | None) -> type[Message]:
@@ -195,23 +162,23 @@ def _message_class(schema: records.Schema | None) -> type[Message]:
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name))
 
 
-def _members(name: str, message: Message, depth: int) -> Iterator[tuple[str, float]]:
-    """Yield the numbers within a protobuf message, and its messages up to a depth, by names."""
+def _numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
+    """Yield the numbers within a JSON value or a protobuf message, with their names."""
     clocks = ("google.protobuf.Timestamp", "google.protobuf.Duration")
-    if depth == 0 or message.DESCRIPTOR.full_name in clocks:
-        return
-    for member in message.DESCRIPTOR.fields:
-        if member.has_presence and not message.HasField(member.name):
-            continue
-        value = getattr(message, member.name)
-        items = [(f"{name}{member.name}", value)]
-        if isinstance(value, Mapping):
-            items = []
-        elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
-            listed = value if len(value) <= _LONGEST_LIST else []
-            items = [(f"{items[0][0]}[{number}]", item) for number, item in enumerate(listed)]
-        for label, item in items:
-            if isinstance(item, Message):
-                yield from _members(f"{label}.", item, depth - 1)
-            elif not isinstance(item, str | bytes) and abs(item) < math.inf:
-                yield label, float(item)
+    if isinstance(value, int | float):
+        if abs(value) <= sys.float_info.max:
+            yield name or "value", float(value)
+    elif isinstance(value, Message):
+        fields = value.DESCRIPTOR.fields if value.DESCRIPTOR.full_name not in clocks else ()
+        present = (f.name for f in fields if not f.has_presence or value.HasField(f.name))
+        yield from _members(name, ((each, getattr(value, each)) for each in present))
+    elif isinstance(value, dict):
+        yield from _members(name, value.items())
+    elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
+        for number, item in enumerate(value if len(value) <= _LONGEST_LIST else ()):
+            yield from _numbers(f"{name}[{number}]", item)
+
+
+def _members(name: str, items: Iterable[tuple[str, Any]]) -> Iterator[tuple[str, float]]:
+    for key, member in items:
+        yield from _numbers(f"{name}.{key}" if name else key, member)

@@ -66,11 +66,12 @@ def _joint_state(names: Sequence[str]) -> NDArray[np.void]:
     It is in CDR, little-endian: every item is aligned to its size.
     """
     count = struct.pack("<I", len(names))
-    body = bytes(8) + _string("")  # the stamp and an empty frame_id
-    body = _aligned(body, 4) + count
-    for name in names:
-        body = _aligned(body, 4) + _string(name)
-    body = _aligned(_aligned(body, 4) + count, 8)
+    texts = [f"{text}\0".encode() for text in ("", *names)]
+    frame_id, *strings = (struct.pack("<I", len(data)) + data for data in texts)
+    body = bytes(8)  # the stamp
+    for part in (frame_id, count, *strings, count):
+        body += bytes(-len(body) % 4) + part
+    body += bytes(-len(body) % 8)
     layout = np.dtype(
         [
             ("encoding", "V4"),
@@ -83,13 +84,3 @@ def _joint_state(names: Sequence[str]) -> NDArray[np.void]:
     )
     data = b"\0\1\0\0" + body + bytes(8 * len(names) + 8)
     return np.frombuffer(data, layout).reshape(())
-
-
-def _string(text: str) -> bytes:
-    data = text.encode() + b"\0"
-    return struct.pack("<I", len(data)) + data
-
-
-def _aligned(body: bytes, size: int) -> bytes:
-    """Return bytes with zeros appended up to a multiple of `size`."""
-    return body + bytes(-len(body) % size)
