@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
@@ -36,6 +37,15 @@ class UnsettledError(SlipmodeError):
     """A contact problem without a periodic motion that was found."""
 
 
+@contextmanager
+def naming(what: object) -> Iterator[None]:
+    """Let refusals within begin with the name of a file or a key."""
+    try:
+        yield
+    except SlipmodeError as error:
+        raise SlipmodeError(f"{what}: {error}") from error
+
+
 @dataclass(frozen=True)
 class Finding:
     """A modelling decision, or a violated assumption of the method, with its reason."""
@@ -45,10 +55,13 @@ class Finding:
     reason: str
     level: Level = "info"
 
+    def line(self) -> str:
+        """Return the finding as one line."""
+        return f"{self.subject} {self.choice}: {self.reason}"
+
 
 def warn(findings: Iterable[Finding], stacklevel: int = 3) -> None:
     """Issue findings above the level "info" as `ValidityWarning`."""
     for each in findings:
         if each.level != "info":
-            words = f"{each.subject} {each.choice}: {each.reason}"
-            warnings.warn(words, ValidityWarning, stacklevel=stacklevel)
+            warnings.warn(each.line(), ValidityWarning, stacklevel=stacklevel)

@@ -20,11 +20,7 @@ from slipmode.rom.slow.transient import TransientError
 
 def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding] = ()) -> bytes:
     """Return the page that a tool opens as documentation; it lists findings as warnings."""
-    warnings = [
-        f"<li>{escape(f'{each.subject} {each.choice}: {each.reason}')}</li>"
-        for each in findings
-        if each.level != "info"
-    ]
+    warnings = [f"<li>{escape(each.line())}</li>" for each in findings if each.level != "info"]
     sections = []
     for causality in ("independent", "parameter", "input", "output", "local"):
         rows = [_row(k, v) for k, v in enumerate(given.variables) if v.causality == causality]

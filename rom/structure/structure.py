@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.structure.damping import Rayleigh
@@ -195,7 +195,7 @@ def load_structure(
         matrices = read_external(file, None if mass is None else Path(mass))
     if damping is not None:
         matrices["damping"] = damping
-    try:
+    with naming(path):
         if contact is not None:
             matrices["contact"] = _labelled(contact, matrices.get("labels"))
         if "contact" not in matrices:
@@ -203,8 +203,6 @@ def load_structure(
                 'contact: is missing; give contact=, as DOF indices, W or [(node, "x"), ...]'
             )
         return Structure(**matrices)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{path}: {error}") from error
 
 
 def _labelled(contact: Any, labels: Labels | None) -> Any:

@@ -16,7 +16,7 @@ from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
@@ -150,13 +150,11 @@ class Model:
             )
         if digest(header, content) != expected:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")
-        try:
+        with naming(path):
             check_header(header)
             law = law_of(header.get("law"))
             check_arrays(header, content)
             elastic = check_contacts(law, content["stiffness"])
-        except SlipmodeError as error:
-            raise SlipmodeError(f"{path}: {error}") from None
         reduced = Reduced(
             formulation=header["formulation"],
             modes=tuple(header["modes"]),

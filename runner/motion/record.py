@@ -15,7 +15,6 @@ from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.scene import Window
 
 
 @frozen
@@ -36,7 +35,7 @@ def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
     """Record the warnings of a plan and a model as events at t = 0."""
     for each in found:
         if each.level != "info":
-            recorder.event(0.0, each.level, f"{each.subject} {each.choice}: {each.reason}")
+            recorder.event(0.0, each.level, each.line())
 
 
 def record_points(
@@ -54,31 +53,6 @@ def record_points(
     names = [f"{q}_{m}" for m in plan.excited.modes for q in ("force", "frequency", "phase")]
     recorder.write("/forcing", time, schedule.at_points(names, points))
     recorder.write("/energy", time, energy)
-
-
-def record_window(
-    plan: Plan,
-    recorder: Recorder,
-    window: Window,
-    batches: Iterable[tuple[FastMotion, Floats | float]],
-) -> None:
-    """Record the fast motion of a window, and the share that contacts spent in each state.
-
-    Each batch is a motion and the factor on limits and preloads.
-    """
-    shares, samples = [], 0
-    for motion, scale in batches:
-        samples += motion.time.size
-        if window in plan.scene.contact:
-            share = record_contacts(recorder, plan.excited.reduced, motion, scale)
-            shares += [] if share is None else [motion.time.size * share]
-        if plan.scene.output.elastic:
-            recorder.write("/elastic", motion.time, motion.elastic)
-    if shares:
-        start, end = window.start, window.end
-        mean = np.sum(shares, axis=0) / samples
-        recorder.write(channels.SHARE, np.array([end]), mean.reshape(1, -1))
-        recorder.event(end, "info", f"{start:g} to {end:g} s: {_in_words(mean)}")
 
 
 def contact_channels(reduced: Reduced, prefix: str = "") -> list[channels.Channel]:
@@ -125,7 +99,7 @@ def _tangents(element: np.void) -> int:
     return 0 if element["law"] == SLIDERS else int(element["tangents"])
 
 
-def _in_words(shares: Floats) -> str:
+def shares_in_words(shares: Floats) -> str:
     """Return in words the shares of time (elements, 3) that contacts spend in each state."""
     parts = []
     for name, part in zip(STATES, shares.T, strict=True):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipmode.rom import Model, SlipmodeError
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
@@ -153,42 +153,27 @@ def along_run(
 
     Effective amplitudes (points, modes) are divided by the scale of the limits, and so are the
     errors (points - 1, modes), estimated between the points.
+    At a jump of inputs the larger effective amplitude counts, and the smaller scale. A jump of
+    amplitudes is no error.
     """
-    relative, effective = _effective(excited, model, stretches, path.time, path.amplitude)
-    return effective, _transient_error(excited, stretches, path.time, relative, effective)
-
-
-def _effective(
-    excited: Excited, model: Model, stretches: Stretches, time: Floats, amplitude: Complexes
-) -> tuple[Complexes, Floats]:
-    """Return amplitudes (points, modes), and effective ones, divided by the scale of the limits.
-
-    At a jump of inputs the larger effective amplitude counts, and the smaller scale.
-    """
-    sides = stretches.around(time)
-    scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in sides))[:, np.newaxis]
+    time, (before, after) = path.time, stretches.around(path.time)
+    scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in (before, after)))
+    relative = path.amplitude / scale[:, np.newaxis]
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
-    effective = []
-    for number in sides:
+    sides = []
+    for number in (before, after):
         force, phase = (
             np.column_stack(
                 [stretches.values(f"{name}_{mode}", time, number) for mode in excited.modes]
             )
             for name in ("force", "phase")
         )
-        acting = amplitude + shift * phasor(excited.modal_force * force, phase)
-        effective.append(np.abs(acting) / scale)
-    return amplitude / scale, np.maximum(*effective)
-
-
-def _transient_error(
-    excited: Excited, stretches: Stretches, time: Floats, amplitude: Complexes, effective: Floats
-) -> Floats:
-    """Return transient errors (points - 1, modes) between points, without jumps of amplitudes."""
-    before, after = stretches.around(time)
+        acting = path.amplitude + shift * phasor(excited.modal_force * force, phase)
+        sides.append(np.abs(acting) / scale[:, np.newaxis])
+    effective = np.maximum(*sides)
     moving = (np.diff(time) > 0.0) & (after[:-1] == before[1:]) & (after == before)[:-1]
     error = np.zeros((time.size - 1, len(excited.modes)))
-    rate = np.diff(amplitude, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
+    rate = np.diff(relative, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
     estimate = TransientError.of(excited.reduced, excited.law)
     error[moving] = estimate.at(rate, excited.reduced.carrier, effective[:-1][moving])
-    return error
+    return effective, error

@@ -70,11 +70,7 @@ class Plan:
     @property
     def warnings(self) -> list[str]:
         """The decisions that are warnings, each as one line."""
-        return [
-            f"{each.subject} {each.choice}: {each.reason}"
-            for each in self.decisions
-            if each.level != "info"
-        ]
+        return [each.line() for each in self.decisions if each.level != "info"]
 
     @property
     def may_be_integrated(self) -> bool:

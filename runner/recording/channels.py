@@ -273,9 +273,4 @@ def _log_message() -> type[Any]:
 def _tag(number: int) -> bytes:
     """Return the protobuf tag of a double: one byte up to field 15, two up to field 2047."""
     key = number << 3 | 1  # the wire type of a double
-    tag = bytearray()
-    while key >= 0x80:
-        tag.append(key & 0x7F | 0x80)
-        key >>= 7
-    tag.append(key)
-    return bytes(tag)
+    return bytes([key] if key < 0x80 else [key & 0x7F | 0x80, key >> 7])

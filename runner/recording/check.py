@@ -98,14 +98,13 @@ def info(path: str | PathLike[str]) -> Info:
 
 def _describe(inventory: Inventory, number: int) -> ChannelInfo:
     record = inventory.channels[number]
-    schema = inventory.schemas.get(record.schema_id)
     units = {}
     with suppress(SlipmodeError):  # another program's channel has no fields of samples
         if channel := sample_channel(inventory, number):
             units = channel.units
     return ChannelInfo(
         topic=record.topic,
-        message_type="" if schema is None else schema.name,
+        message_type=inventory.schema_of(number).name,
         units=units,
         count=inventory.counts[number],
     )

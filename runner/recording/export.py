@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
 from slipmode.runner.recording.load import Signals, read
-from slipmode.runner.recording.mcap_reader import naming
 
 
 def export(

@@ -132,7 +132,7 @@ def _decoder(inventory: Inventory, number: int) -> _Decoder:
             return _Decoder(json.loads, "not JSON")
         case "protobuf":
             try:
-                message_class = _message_class(inventory.schemas.get(channel.schema_id))
+                message_class = _message_class(inventory.schema_of(number))
             except (DecodeError, KeyError, TypeError, ValueError):
                 return _Decoder(_refuse, "their schema cannot be read")
             return _Decoder(message_class.FromString, "not of their schema")
@@ -144,10 +144,8 @@ def _refuse(data: bytes) -> Any:
     raise ValueError
 
 
-def _message_class(schema: records.Schema | None) -> type[Message]:
+def _message_class(schema: records.Schema) -> type[Message]:
     """Return the Python class of the messages of a schema; its files may come in any order."""
-    if schema is None:
-        raise ValueError
     waiting = {file.name: file for file in FileDescriptorSet.FromString(schema.data).file}
     pool = descriptor_pool.DescriptorPool()
 

@@ -229,9 +229,8 @@ def sample_channel(inventory: Inventory, number: int) -> Channel | None:
     record = inventory.channels[number]
     if record.message_encoding != "protobuf" or record.topic == EVENTS:
         return None
-    schema = inventory.schemas.get(record.schema_id)
     try:
-        proto = FileDescriptorSet.FromString(b"" if schema is None else schema.data)
+        proto = FileDescriptorSet.FromString(inventory.schema_of(number).data)
         message = proto.file[-1].message_type[0]
         units = record.metadata
         fields = tuple(Field(member.name, units[member.name]) for member in message.field)
@@ -245,6 +244,5 @@ def sample_channel(inventory: Inventory, number: int) -> Channel | None:
 def kind_of(inventory: Inventory, number: int) -> str:
     """Return the topic of a channel, with its encoding and the name of its schema."""
     record = inventory.channels[number]
-    schema = inventory.schemas.get(record.schema_id)
-    schema_name = "" if schema is None else f" {schema.name}"
-    return f"{record.topic} ({record.message_encoding or 'no encoding'}{schema_name})"
+    words = [record.message_encoding or "no encoding", inventory.schema_of(number).name]
+    return f"{record.topic} ({' '.join(filter(None, words))})"

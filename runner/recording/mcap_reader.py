@@ -27,7 +27,7 @@ from mcap.writer import MCAP0_MAGIC
 from numpy.typing import NDArray
 from zstandard import ZstdError
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.runner.recording.mcap_writer import (
     HEADER_BYTES,
@@ -148,6 +148,11 @@ class Inventory:
                     self.add(each)
                 return self._count(messages)
         return {}
+
+    def schema_of(self, number: int) -> records.Schema:
+        """Return the schema of a channel; an empty one if the file has none."""
+        none = records.Schema(id=0, data=b"", encoding="", name="")
+        return self.schemas.get(self.channels[number].schema_id, none)
 
     def _count(self, found: dict[int, Messages]) -> dict[int, Messages]:
         for channel in found.keys() - self.channels.keys():
@@ -314,12 +319,3 @@ def opened(path: str | PathLike[str]) -> Iterator[BinaryIO]:
             if magic != MCAP0_MAGIC:
                 raise SlipmodeError("not an MCAP file" if magic else "an empty file")
             yield file
-
-
-@contextmanager
-def naming(path: str | PathLike[str]) -> Iterator[None]:
-    """Let refusals within name the file."""
-    try:
-        yield
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{path}: {error}") from error

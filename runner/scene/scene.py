@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
@@ -80,10 +80,8 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
             )
         path = shipped[str(scene)]
     text = read_text(path)
-    try:
+    with naming(path):
         parsed = parse_scene(text, path.parent)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{path}: {error}") from error
     return replace(parsed, path=path, name=path.stem)
 
 

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.reduced import force_vector
@@ -35,10 +35,8 @@ class NodeDof:
         """Return the number of the DOF in a structure; a refusal names the key."""
         if structure.labels is None:
             raise SlipmodeError(f"{key}: the matrices name no nodes; give DOFs")
-        try:
+        with naming(key):
             return structure.labels.dof(self.node, self.direction)
-        except SlipmodeError as error:
-            raise SlipmodeError(f"{key}: {error}") from None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import Any
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
@@ -152,10 +152,8 @@ def script(rule: Rule = FINITE) -> Kind:
         points = [pair.read(f"{name}[{i}]", point) for i, point in enumerate(value)]
         for i, (_, reached) in enumerate(points):
             one.read(f"{name}[{i}]", reached)
-        try:
+        with naming(name):
             return Script.through(points)
-        except SlipmodeError as error:
-            raise SlipmodeError(f"{name}: {error}") from error
 
     return Kind("number, or breakpoints [[t, value], ...]", rule.text, read)
 

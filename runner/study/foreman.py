@@ -122,7 +122,7 @@ class Foreman:
             self._shared[group] = [submit(SceneModel.of, self._samples, part)]
         futures = self._shared[group]
         while len(futures) < work.step + 2:
-            futures.append(submit(_model, futures[0], len(futures) - 1))
+            futures.append(submit(SceneModel.model, futures[0], len(futures) - 1))
         numbers = work.task.start + np.array(work.places)
         part = self._design.part(numbers)
         future = submit(_compute, futures[0], futures[work.step + 1], part, numbers)
@@ -156,10 +156,6 @@ class Foreman:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
             finished(work.task, work.batch)
-
-
-def _model(shared: SceneModel, step: int) -> Model:
-    return shared.model(step)
 
 
 def _compute(

@@ -16,7 +16,7 @@ import numpy as np
 
 from slipmode.rom import __version__
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
 from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene, read_text
@@ -201,10 +201,8 @@ def load_study(path: str | PathLike[str]) -> Study:
     if not path.exists():
         raise SlipmodeError(f"{path}: no such study file")
     text = read_text(path)
-    try:
+    with naming(path):
         return _study(text, path)
-    except SlipmodeError as error:
-        raise SlipmodeError(f"{path}: {error}") from error
 
 
 def _study(text: str, path: Path) -> Study:

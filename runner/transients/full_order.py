@@ -33,20 +33,13 @@ _MEMORY_PERIODS, _MEMORY_SAMPLES = 3.0, 128
 
 def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitation:
     """Return the forces of a scene, with a segment for each step of a schedule."""
-
-    def scripted(quantity: str) -> Floats:
-        return schedule.inputs([f"{quantity}_{mode}" for mode in plan.excited.modes])
-
-    return Excitation(
-        patterns=patterns,
-        start=schedule.time(slice(schedule.steps)),
-        amplitude=scripted("force"),
-        amplitude_rate=scripted("force_rate"),
-        frequency=scripted("frequency"),
-        frequency_rate=scripted("frequency_rate"),
-        phase=scripted("phase"),
-        phase_rate=scripted("phase_rate"),
-    )
+    quantities = {"amplitude": "force", "frequency": "frequency", "phase": "phase"}
+    scripted = {
+        f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in plan.excited.modes])
+        for name, quantity in quantities.items()
+        for rate in ("", "_rate")
+    }
+    return Excitation(patterns=patterns, start=schedule.time(slice(schedule.steps)), **scripted)
 
 
 def initial_state(plan: Plan, excitation: Excitation) -> State:

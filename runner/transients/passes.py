@@ -16,7 +16,13 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.motion.record import FastMotion, record_findings, record_points, record_window
+from slipmode.runner.motion.record import (
+    FastMotion,
+    record_contacts,
+    record_findings,
+    record_points,
+    shares_in_words,
+)
 from slipmode.runner.motion.trajectory import (
     OutputColumns,
     carrier_phases,
@@ -80,20 +86,29 @@ class Pass(ABC):
         window: Window,
         motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
     ) -> None:
-        """Record a window; `motion(times)` also returns the scale of limits, and phases."""
-        times = self._plan.schedule.sample_times(window)
+        """Record the fast motion of a window, and the share that contacts spent in each state.
 
-        def batches() -> Iterator[tuple[FastMotion, Floats | float]]:
-            for start in range(0, times.size, SAMPLES_PER_BATCH):
-                self._raise_if_interrupted()
-                batch = times[start : start + SAMPLES_PER_BATCH]
-                moved, scale, phases = motion(batch)
-                yield moved, scale
-                if self._is_on_torus(window):
-                    self._recorder.write(channels.PHASES, batch, phases)
-                self.samples += batch.size
-
-        record_window(self._plan, self._recorder, window, batches())
+        `motion(times)` also returns the factor on limits and preloads, and the phases.
+        """
+        plan, recorder, shares = self._plan, self._recorder, []
+        times = plan.schedule.sample_times(window)
+        for first in range(0, times.size, SAMPLES_PER_BATCH):
+            self._raise_if_interrupted()
+            batch = times[first : first + SAMPLES_PER_BATCH]
+            moved, scale, phases = motion(batch)
+            if window in plan.scene.contact:
+                share = record_contacts(recorder, plan.excited.reduced, moved, scale)
+                shares += [] if share is None else [batch.size * share]
+            if plan.scene.output.elastic:
+                recorder.write("/elastic", batch, moved.elastic)
+            if self._is_on_torus(window):
+                recorder.write(channels.PHASES, batch, phases)
+            self.samples += batch.size
+        if shares:
+            start, end = window.start, window.end
+            mean = np.sum(shares, axis=0) / times.size
+            recorder.write(channels.SHARE, np.array([end]), mean.reshape(1, -1))
+            recorder.event(end, "info", f"{start:g} to {end:g} s: {shares_in_words(mean)}")
 
     def _is_on_torus(self, window: Window) -> bool:
         return window in self._plan.scene.contact and len(self._plan.excited.modes) == 2

@@ -8,10 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.runner.recording.external import as_curves, is_external, read_external
 from slipmode.runner.recording.load import RecordingData, Selection, read
-from slipmode.runner.recording.mcap_reader import naming
 from slipmode.runner.view.viewer import Viewer, browser_viewer, find_viewer, write_picture
 
 if TYPE_CHECKING:
