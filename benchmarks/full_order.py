@@ -32,7 +32,7 @@ from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.passes import IntegratedPass
-from slipmode.runner.validation.reference import MOST_DOFS, on_all_modes
+from slipmode.runner.validation.reference import MOST_DOFS, full_motion
 from slipmode.runner.validation.validate import slow_motion, with_window
 
 _ERROR = 1e-3
@@ -161,7 +161,7 @@ def _slow_beside_full(name: str) -> None:
     if plan.structure.n_dofs > MOST_DOFS:
         converged = prepare(_EXACT_STEPS)()
     else:
-        converged = on_all_modes(plan, times, _EXACT_STEPS)
+        converged = full_motion(plan, times, _EXACT_STEPS)
     exact = converged.displacement[seen]
     ours = at_equal_error(_slow_runs(plan, model, exact), _SCENE_ERROR)
     runs = []

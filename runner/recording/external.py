@@ -31,8 +31,6 @@ from slipmode.runner.recording.mcap_reader import (
 )
 from slipmode.runner.recording.record import Header
 
-_LONGEST_LIST = 16  # of numbers that are shown as curves; longer lists are pictures and the like
-
 
 class _Decoder(NamedTuple):
     """The parser of a channel's messages, and what is said of those that it does not read."""
@@ -173,7 +171,7 @@ def _numbers(name: str, value: Any) -> Iterator[tuple[str, float]]:
     elif isinstance(value, dict):
         yield from _members(name, value.items())
     elif isinstance(value, Sequence) and not isinstance(value, str | bytes):
-        for number, item in enumerate(value if len(value) <= _LONGEST_LIST else ()):
+        for number, item in enumerate(value if len(value) <= 16 else ()):  # else a picture
             yield from _numbers(f"{name}[{number}]", item)
 
 

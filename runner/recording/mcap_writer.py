@@ -11,6 +11,8 @@ import zlib
 from collections import Counter
 from collections.abc import Mapping
 from functools import cache
+from itertools import groupby
+from operator import itemgetter
 from typing import IO
 
 import numpy as np
@@ -38,15 +40,6 @@ MESSAGE_PREFIX = np.dtype(
 )  # in front of each message
 HEADER_BYTES = 9  # of any record: opcode and length, which counts what follows
 INDEX_ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
-
-_SUMMARY_GROUPS = {
-    Opcode.SCHEMA: records.Schema,
-    Opcode.CHANNEL: records.Channel,
-    Opcode.STATISTICS: records.Statistics,
-    Opcode.CHUNK_INDEX: records.ChunkIndex,
-    Opcode.ATTACHMENT_INDEX: records.AttachmentIndex,
-    Opcode.METADATA_INDEX: records.MetadataIndex,
-}
 
 
 class McapWriter:
@@ -157,12 +150,11 @@ class McapWriter:
         self._put(record_bytes(records.DataEnd(self._crc)))
         self._summary.append(self._statistics())
         section = offsets = b""
-        for opcode, kind in _SUMMARY_GROUPS.items():
-            group = b"".join(record_bytes(r) for r in self._summary if isinstance(r, kind))
-            if group:
-                start = self._end + len(section)
-                offsets += record_bytes(records.SummaryOffset(opcode, start, len(group)))
-            section += group
+        summary = sorted(map(record_bytes, self._summary), key=itemgetter(0))
+        for opcode, group in groupby(summary, itemgetter(0)):
+            start, data = self._end + len(section), b"".join(group)
+            offsets += record_bytes(records.SummaryOffset(opcode, start, len(data)))
+            section += data
         footer = records.Footer(self._end, self._end + len(section), 0)
         checked = section + offsets + record_bytes(footer)[:-4]  # all but the check sum itself
         self._put(checked + zlib.crc32(checked).to_bytes(4, "little") + MCAP0_MAGIC)

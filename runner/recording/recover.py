@@ -80,31 +80,28 @@ def _salvage(file: BinaryIO, writer: McapWriter) -> Recovery:
     """Copy the whole records of a file, and count the others."""
     inventory, kept_bytes = Inventory(), 0
     lost: list[_Lost] = []
+    known: list[Record] = []  # schemas and channels that are written
     for record in _records(file, lost):
-        known = [*inventory.schemas.values(), *inventory.channels.values()]
+        if isinstance(record, records.Message):
+            raise SlipmodeError("messages outside chunks are not recovered here")
+        try:
+            messages = inventory.add(record)
+        except DamagedError:
+            assert isinstance(record, records.Chunk)  # others hold no messages
+            times = record.message_start_time, record.message_end_time
+            lost.append((*times, record.uncompressed_size))
+            continue
+        # also those within chunks, as readers look for them in the summary
+        for each in (*inventory.schemas.values(), *inventory.channels.values()):
+            if each not in known:
+                writer.add(each)
+                known.append(each)
         match record:
-            case records.Chunk() as chunk:
-                try:
-                    messages = inventory.add(chunk)
-                except DamagedError:
-                    times = chunk.message_start_time, chunk.message_end_time
-                    lost.append((*times, chunk.uncompressed_size))
-                    continue
-                for each in (*inventory.schemas.values(), *inventory.channels.values()):
-                    if each not in known:  # readers look for them in the summary
-                        writer.add(each)
-                writer.add_chunk(chunk, {number: m.entries for number, m in messages.items()})
-                kept_bytes += chunk.uncompressed_size
-                continue
-            case records.Message():
-                raise SlipmodeError("messages outside chunks are not recovered here")
+            case records.Chunk():
+                writer.add_chunk(record, {number: m.entries for number, m in messages.items()})
+                kept_bytes += record.uncompressed_size
             case records.Metadata() | records.Attachment():
                 writer.add(record)
-            case records.Schema() if record.id not in inventory.schemas:
-                writer.add(record)
-            case records.Channel() if record.id not in inventory.channels:
-                writer.add(record)
-        inventory.add(record)
     if not inventory.channels:
         raise SlipmodeError("cut before its first channel: nothing can be recovered")
     kept, lost_bytes = inventory.counts.total(), sum(size for *_, size in lost)

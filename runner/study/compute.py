@@ -162,11 +162,6 @@ def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     return Batch({"resonance": peak, "resonance_frequency": frequency}, reason, outside)
 
 
-# Parts of the table's range. Above the first no run starts. A run that stops above the second is
-# repeated on a larger table: close to the edge it may find no step that stays inside.
-_START, _STOP = 0.99, 0.9
-
-
 def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Batch:
     """Return the peak |a| of a run, its transient error, and |a| at some times.
 
@@ -188,9 +183,8 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
 
     if times and max(times) > scene.run.duration:
         return nothing(f"outputs.times: run.duration is {scene.run.duration:g}")
-    if np.any(
-        np.abs(excited.amplitude) > _START * limit_scale(0.0)[0] * model.table.amplitude_range
-    ):
+    largest = model.table.amplitude_range
+    if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale(0.0)[0] * largest):
         return nothing("initial: outside the friction table", outside=True)
     try:
         component = excited.component(model, scene.run.tolerance)
@@ -205,7 +199,8 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
         return nothing(str(refusal))
     size, stop = np.abs(path.amplitude), path.stop
     if stop is not None:
-        near = bool(np.any(size > _STOP * limit_scale(stop.time)[0] * model.table.amplitude_range))
+        # close to the edge of the table a run may find no step that stays inside
+        near = bool(np.any(size > 0.9 * limit_scale(stop.time)[0] * largest))
         return nothing(str(stop), outside=stop.left_table or near)
     stretches = Stretches(*steps, straight.durations(), names)
     _, error = along_run(excited, model, stretches, path)

@@ -26,10 +26,6 @@ from slipmode.runner.transients.demodulation import (
     window_length,
 )
 
-# The internal forces of elastic contacts come from their motion over some periods of the slowest
-# carrier, in samples per period of the fastest.
-_MEMORY_PERIODS, _MEMORY_SAMPLES = 3.0, 128
-
 
 def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitation:
     """Return the forces of a scene, with a segment for each step of a schedule."""
@@ -126,14 +122,15 @@ class FullOrder:
 
     def first(self) -> State:
         """Return the state at the start of the scene."""
-        return self._on_coordinates(initial_state(self._plan, self.excitation))
+        return self.projection.state(initial_state(self._plan, self.excitation))
 
     def state_on(self, model: Model, trajectory: SlowTrajectory) -> State:
         """Return the state of slow time at the end of a trajectory of at least one period."""
         end, frequency = float(trajectory.time[-1]), trajectory.point_frequency[-1]
         fastest, slowest = 2 * np.pi / frequency.max(), 2 * np.pi / frequency.min()
-        samples = int(np.ceil(_MEMORY_PERIODS * slowest * _MEMORY_SAMPLES / fastest))
-        spacing = fastest / _MEMORY_SAMPLES
+        # the internal forces of elastic contacts come from motion over three slow periods
+        spacing = fastest / 128
+        samples = int(np.ceil(3.0 * slowest / spacing))
         past = end - spacing * np.arange(samples)[::-1]
         motion = reconstruct(model, trajectory, past[past >= trajectory.time[0]])
         one_sided = np.array([3.0, -16.0, 36.0, -48.0, 25.0]) / 12.0  # derivative of fourth order
@@ -147,15 +144,11 @@ class FullOrder:
             velocity=one_sided @ x / (2 * spacing),
             contact_force=motion.force[-1],
         )
-        state = self._on_coordinates(state)
+        state = self.projection.state(state)
         if model.reduced.contacts is None:
             return state
         memory = _memory(model.reduced.contacts.kernel(), motion.displacement)
         return replace(state, contact_force=None, contact_memory=memory)
-
-    def _on_coordinates(self, state: State) -> State:
-        to = self.projection.to_coordinates
-        return replace(state, displacement=to @ state.displacement, velocity=to @ state.velocity)
 
 
 def _memory(elastic: kernel.Structure, x_c: Floats) -> Floats:

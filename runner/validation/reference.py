@@ -8,13 +8,12 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.full import (
-    ComponentModes,
-    Excitation,
     FullMotion,
     aeroelastic,
     component_modes,
     integrate,
 )
+from slipmode.rom.full.structures import Projection
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan
@@ -45,10 +44,8 @@ def reference(plan: Plan, times: Floats) -> Reference:
     excited = plan.excited
     times = np.union1d(times, [plan.scene.run.duration])
     if plan.structure.n_dofs <= MOST_DOFS:
-        started = time.perf_counter()
-        fine = on_all_modes(plan, times, _STEPS_PER_PERIOD)
-        seconds = time.perf_counter() - started
-        coarse = on_all_modes(plan, times, _STEPS_PER_PERIOD // 2)
+        fine, seconds = _timed(plan, times)
+        coarse = full_motion(plan, times, _STEPS_PER_PERIOD / 2)
         return Reference(fine, [(coarse, fine)], plan.structure.n_dofs, seconds)
     excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
     # component modes are accurate up to seven times the fastest forcing
@@ -59,41 +56,38 @@ def reference(plan: Plan, times: Floats) -> Reference:
     if small.frequency.size < 2 * least:
         small = component_modes(*arguments, modes=2 * least)
     fewer = component_modes(*arguments, modes=max(small.frequency.size // 2, least))
-    started = time.perf_counter()
-    fine = _on_component_modes(plan, small, excitation, times, 1)
-    seconds = time.perf_counter() - started
-    coarse = _on_component_modes(plan, small, excitation, times, 2)
-    halved = _on_component_modes(plan, fewer, excitation, times, 2)
+    fine, seconds = _timed(plan, times, small.projection)
+    coarse = full_motion(plan, times, _STEPS_PER_PERIOD / 2, small.projection)
+    halved = full_motion(plan, times, _STEPS_PER_PERIOD / 2, fewer.projection)
     return Reference(fine, [(coarse, fine), (halved, coarse)], small.structure.n_dofs, seconds)
 
 
-def on_all_modes(plan: Plan, times: Floats, steps_per_period: int) -> FullMotion:
-    """Return the motion of a scene on all modes of its structure; outputs: retained modes."""
-    excited = plan.excited
-    excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
-    structure = aeroelastic(plan.structure, excited.reduced)
+def _timed(plan: Plan, times: Floats, on: Projection | None = None) -> tuple[FullMotion, float]:
+    """Return the motion at full resolution, and the wall time that it takes [s]."""
+    started = time.perf_counter()
+    motion = full_motion(plan, times, _STEPS_PER_PERIOD, on)
+    return motion, time.perf_counter() - started
+
+
+def full_motion(
+    plan: Plan, times: Floats, steps_per_period: float, on: Projection | None = None
+) -> FullMotion:
+    """Return the motion of a scene, with the retained modes as outputs.
+
+    It is integrated on all modes of the structure, or on the coordinates of a projection.
+    """
+    reduced, structure = plan.excited.reduced, plan.structure
+    excitation = excitation_of(plan, np.array(plan.excited.force_patterns), plan.schedule)
+    start, shapes = initial_state(plan, excitation), reduced.mode_shapes
+    if on is not None:
+        structure, shapes = on.structure, on.to_coordinates @ shapes
+        excitation, start = on.excitation(excitation), on.state(start)
     return integrate(
-        structure,
-        excited.law,
+        aeroelastic(structure, reduced, shapes),
+        plan.excited.law,
         excitation,
         times,
         steps_per_period=steps_per_period,
-        outputs=as_dense(structure.mass @ excited.reduced.mode_shapes).T,
-        start=initial_state(plan, excitation),
-    )
-
-
-def _on_component_modes(
-    plan: Plan, small: ComponentModes, excitation: Excitation, times: Floats, part: int
-) -> FullMotion:
-    reduced, projection = plan.excited.reduced, small.projection
-    modes = projection.to_coordinates @ reduced.mode_shapes
-    return integrate(
-        aeroelastic(small.structure, reduced, modes),
-        plan.excited.law,
-        projection.excitation(excitation),
-        times,
-        steps_per_period=_STEPS_PER_PERIOD / part,
-        outputs=modes.T,
-        start=projection.state(initial_state(plan, excitation)),
+        outputs=as_dense(structure.mass @ shapes).T,
+        start=start,
     )

@@ -14,7 +14,7 @@ from slipmode.runner.view.labels import (
     LOOPS,
     MOTION_PLOTS,
     SLOW_PLOTS,
-    find_series,
+    find_plots,
     in_units,
     legend,
 )
@@ -55,16 +55,10 @@ def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
 def _plots(
     channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]], units: Units
 ) -> list[_Panel]:
-    found = []
-    for topic, quantity, title in wanted:
-        paths = [
-            _path(channel, column, units)
-            for channel, plot in find_series(channels, topic, quantity)
-            for column in plot.columns
-        ]
-        if paths:
-            found.append(_plot(title, paths))
-    return found
+    return [
+        _plot(title, [_path(channel, k, units) for channel, plot in found for k in plot.columns])
+        for title, found in find_plots(channels, wanted).items()
+    ]
 
 
 def _path(channel: Channel, column: int, units: Units) -> dict[str, str]:

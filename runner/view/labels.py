@@ -65,17 +65,25 @@ def series(channel: Channel) -> list[Series]:
     return [Series(quantity, tuple(members)) for quantity, members in columns.items()]
 
 
-def find_series(
-    channels: Sequence[Channel], topic: str, quantity: str
-) -> list[tuple[Channel, Series]]:
-    """Return the series of a quantity that channels of a topic have, full-order ones too."""
-    return [
-        (channel, plot)
-        for channel in channels
-        if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
-        for plot in series(channel)
-        if plot.quantity == quantity
-    ]
+def find_plots(
+    channels: Sequence[Channel], wanted: Iterable[tuple[str, str, str]]
+) -> dict[str, list[tuple[Channel, Series]]]:
+    """Return the series of wanted plots by title, full-order ones too; only plots that have any.
+
+    `wanted` has topics, quantities and titles, as `SLOW_PLOTS`.
+    """
+    found = {}
+    for topic, quantity, title in wanted:
+        own = [
+            (channel, plot)
+            for channel in channels
+            if (channel.topic.removeprefix(FULL) + "/").startswith(f"{topic}/")
+            for plot in series(channel)
+            if plot.quantity == quantity
+        ]
+        if own:
+            found[title] = own
+    return found
 
 
 def is_contact(channel: Channel) -> bool:

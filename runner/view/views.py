@@ -22,7 +22,7 @@ from slipmode.runner.view.labels import (
     MOTION_PLOTS,
     SLOW_PLOTS,
     Series,
-    find_series,
+    find_plots,
     is_contact,
     legend,
     reading,
@@ -100,8 +100,7 @@ def explain(
 ) -> None:
     """Write the explanations of the views of the channels; `final` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
-    for topic, quantity, title in (*SLOW_PLOTS, *MOTION_PLOTS):
-        titles += [title] if find_series(channels, topic, quantity) else []
+    titles += find_plots(channels, (*SLOW_PLOTS, *MOTION_PLOTS))
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
     stream.log("/reading", words, static=True)
@@ -230,6 +229,5 @@ def _plots(
             axis_x=rrb.TimeAxis(view_range=shown),
             plot_legend=rrb.Corner2D.LeftTop,
         )
-        for topic, quantity, title in wanted
-        if (found := find_series(channels, topic, quantity))
+        for title, found in find_plots(channels, wanted).items()
     ]

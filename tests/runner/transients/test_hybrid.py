@@ -13,7 +13,7 @@ from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.validation.reference import on_all_modes
+from slipmode.runner.validation.reference import full_motion
 from slipmode.runner.validation.validate import dissipated_energy
 
 STEPPED = """
@@ -65,7 +65,7 @@ def followed(scene):
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = plan.schedule.sample_times(scene.contact[0])
     motion = fast_motion(component, plan, model, trajectory, times)
-    reference = on_all_modes(plan, np.union1d(times, [plan.scene.run.duration]), 64)
+    reference = full_motion(plan, np.union1d(times, [plan.scene.run.duration]), 64)
     return component, outputs, motion, reference
 
 

@@ -10,7 +10,7 @@ from slipmode.runner.curves.scene_curves import scene_backbone
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.validation.reference import on_all_modes
+from slipmode.runner.validation.reference import full_motion
 
 SCENE = """
 title = "integrated"
@@ -74,7 +74,7 @@ def test_it_is_what_full_order_and_slow_time_have(contacts, second, tmp_path):
     recording = runner.run(scene(contacts, second), tmp_path / "whole")
     data, plan = recording.read(), recording.plan
     contact = data.channels["/contact/0"]
-    exact = on_all_modes(plan, np.union1d(contact.time, [400.0]), 128)
+    exact = full_motion(plan, np.union1d(contact.time, [400.0]), 128)
     (inside,) = np.nonzero(np.isin(exact.time, contact.time))
     for name, of_all in (("x", exact.contact_displacement), ("f", exact.contact_force)):
         ours, theirs = contact.column(name), of_all[inside, 0]
@@ -179,7 +179,7 @@ def test_contacts_that_lift_off_are_those_of_all_modes(tmp_path):
     text = shipped.text.replace("[model]", f"[model]\n{NONE}").replace("rerun = true", "")
     recording = runner.run(parse_scene(text, shipped.path.parent), tmp_path)
     contact = recording.read().channels["/contact/0"]
-    exact = on_all_modes(recording.plan, np.union1d(contact.time, [0.7]), 64)
+    exact = full_motion(recording.plan, np.union1d(contact.time, [0.7]), 64)
     theirs = exact.contact_displacement[np.isin(exact.time, contact.time), 0]
     ours = contact.column("x")
     assert np.linalg.norm(ours - theirs) < 1e-3 * np.linalg.norm(theirs)  # measured 6e-4
