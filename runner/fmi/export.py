@@ -20,7 +20,6 @@ from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.plan.settling import shortened
 from slipmode.runner.scene.scene import Scene, load_scene
-from slipmode.runner.scene.schedule import rate_of
 
 
 def export_fmu(
@@ -67,8 +66,9 @@ def export_fmu(
     elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic or contacts)
     model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)
-    names = list(plan.schedule.scripts)
-    (first,) = plan.schedule.inputs(names, slice(1)).tolist()
+    schedule, names = plan.schedule, plan.schedule.scripted
+    inputs = schedule.inputs(names)
+    start = {name: inputs[0, k].item() for k, name in enumerate(schedule.scripts)}
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",
@@ -78,22 +78,15 @@ def export_fmu(
         elastic=elastic,
         mode_names=plan.excited.modes,
         name=scene.title,
-        start=dict(zip(names, first, strict=True)) | plan.excited.start(),
+        start=start | plan.excited.start(),
         largest_force=largest_forces(plan, model),
         stop_time=scene.run.duration,
         step_size=_euler_step(plan, model),
         reference_step=scene.run.step,
-        stimuli=_stimuli(plan),
+        stimuli=Stimuli(names, schedule.durations(), inputs),
         tolerance=scene.run.tolerance,
         **options,
     )
-
-
-def _stimuli(plan: Plan) -> Stimuli:
-    """Return the inputs that the scripts of a scene set."""
-    scripts = tuple(plan.schedule.scripts)
-    names = (*scripts, *map(rate_of, scripts))
-    return Stimuli(names, plan.schedule.durations(), plan.schedule.inputs(names))
 
 
 def largest_forces(plan: Plan, model: Model) -> dict[str, float]:

@@ -11,7 +11,6 @@ from slipmode.fmu.imported import Archive, Imported
 from slipmode.rom import Model, SlipmodeError
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording.channels import energy
-from slipmode.runner.scene.schedule import rate_of
 
 
 def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
@@ -45,9 +44,7 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     schedule = plan.schedule
     if archive.identity != identity(model, plan.excited.force_patterns):
         raise _another_model(path)
-    scripts = schedule.scripts
-    scripted = (*scripts, *(rate_of(name) for name in scripts))
-    archive.require(scripted, archive.inputs, "inputs")
+    archive.require(schedule.scripted, archive.inputs, "inputs")
     amplitudes = plan.excited.start()
     angles = [f"theta_{mode}" for mode in plan.excited.modes]
     archive.require([*amplitudes, *angles, *energy().names], archive.outputs, "outputs")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, SubElement, register_namespace
+from xml.etree.ElementTree import Element, SubElement
 
 from slipmode.fmu.description.xml_files import literal, to_bytes
 from slipmode.fmu.variables.quantities import UNITS
@@ -21,10 +21,7 @@ from slipmode.runner.scene.scene import Scene
 
 fmpy = extra("fmpy", "fmu")
 
-_SPACES = {
-    prefix: f"http://ssp-standard.org/SSP1/SystemStructure{name}"
-    for prefix, name in {"ssd": "Description", "ssc": "Common", "ssv": "ParameterValues"}.items()
-}
+_SPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 _COMPONENT = "structure"
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
 
@@ -81,8 +78,6 @@ def write_ssp(
         From an output to an input, "structure.A_abs" to "controller.amplitude"; the FMU of the
         scene is called structure. Inputs of the system are not connected so.
     """
-    for prefix, space in _SPACES.items():
-        register_namespace(prefix, space)
     structure = Part(_COMPONENT, fmu)
     parts = (structure, *beside)
     pairs = [_ends(parts, *pair) for pair in connections]
@@ -125,65 +120,64 @@ def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
     return said
 
 
-def _tag(prefix: str, name: str) -> str:
-    return f"{{{_SPACES[prefix]}}}{name}"
+def _spaces(**spaces: str) -> dict[str, str]:
+    """Return the version and the name spaces of a document."""
+    named = {"ssc": "Common"} | spaces
+    declared = {f"xmlns:{prefix}": f"{_SPACE}{name}" for prefix, name in named.items()}
+    return declared | {"version": "1.0"}
 
 
 def _description(scene: Scene, parts: Sequence[Part], pairs: Sequence[Mapping[str, str]]) -> bytes:
-    root = Element(_tag("ssd", "SystemStructureDescription"), version="1.0", name=scene.title)
-    system = SubElement(root, _tag("ssd", "System"), name="system", description=scene.title)
+    root = Element("ssd:SystemStructureDescription", _spaces(ssd="Description"), name=scene.title)
+    system = SubElement(root, "ssd:System", name="system", description=scene.title)
     taken = {(pair["endElement"], pair["endConnector"]) for pair in pairs}
     shown = [v for v in parts[0].connected if (_COMPONENT, v.name) not in taken]
     _add_connectors(system, shown)
-    elements = SubElement(system, _tag("ssd", "Elements"))
+    elements = SubElement(system, "ssd:Elements")
     for part in parts:
         component = SubElement(
             elements,
-            _tag("ssd", "Component"),
+            "ssd:Component",
             name=part.name,
             type="application/x-fmu-sharedlibrary",
             source=f"resources/{_file_of(part, scene)}",
         )
         _add_connectors(component, part.connected)
-        bindings = SubElement(component, _tag("ssd", "ParameterBindings"))
-        SubElement(bindings, _tag("ssd", "ParameterBinding"), source=_parameter_file(part))
-    listed = SubElement(system, _tag("ssd", "Connections"))
+        bindings = SubElement(component, "ssd:ParameterBindings")
+        SubElement(bindings, "ssd:ParameterBinding", source=_parameter_file(part))
+    listed = SubElement(system, "ssd:Connections")
     for v in shown:
         said = {"startConnector": v.name, "endConnector": v.name}
         said["startElement" if v.causality == "output" else "endElement"] = _COMPONENT
-        SubElement(listed, _tag("ssd", "Connection"), said)
+        SubElement(listed, "ssd:Connection", said)
     for pair in pairs:
-        SubElement(listed, _tag("ssd", "Connection"), dict(pair))
-    _add_units(SubElement(root, _tag("ssd", "Units")), [v for p in parts for v in p.connected])
-    SubElement(
-        root,
-        _tag("ssd", "DefaultExperiment"),
-        startTime="0.0",
-        stopTime=literal(scene.run.duration),
-    )
+        SubElement(listed, "ssd:Connection", dict(pair))
+    _add_units(SubElement(root, "ssd:Units"), [v for p in parts for v in p.connected])
+    stop = literal(scene.run.duration)
+    SubElement(root, "ssd:DefaultExperiment", startTime="0.0", stopTime=stop)
     return to_bytes(root)
 
 
 def _add_connectors(element: Element, variables: Sequence[Any]) -> None:
-    connectors = SubElement(element, _tag("ssd", "Connectors"))
+    connectors = SubElement(element, "ssd:Connectors")
     for v in variables:
-        connector = SubElement(connectors, _tag("ssd", "Connector"), name=v.name, kind=v.causality)
+        connector = SubElement(connectors, "ssd:Connector", name=v.name, kind=v.causality)
         unit = _unit_of(v)
-        SubElement(connector, _tag("ssc", _TYPES[v.type]), {"unit": unit} if unit else {})
+        SubElement(connector, f"ssc:{_TYPES[v.type]}", {"unit": unit} if unit else {})
 
 
 def _parameters(part: Part) -> bytes:
     """Return start values of parameters, inputs and amplitudes."""
-    root = Element(_tag("ssv", "ParameterSet"), version="1.0", name="start values")
-    parameters = SubElement(root, _tag("ssv", "Parameters"))
+    root = Element("ssv:ParameterSet", _spaces(ssv="ParameterValues"), name="start values")
+    parameters = SubElement(root, "ssv:Parameters")
     given = [v for v in part.variables if v.start is not None and v.type in _TYPES]
     for v in given:
-        parameter = SubElement(parameters, _tag("ssv", "Parameter"), name=v.name)
+        parameter = SubElement(parameters, "ssv:Parameter", name=v.name)
         unit = _unit_of(v)
         value = literal(part.values[v.name]) if v.name in part.values else str(v.start)
         said = {"value": value} | ({"unit": unit} if unit else {})
-        SubElement(parameter, _tag("ssv", _TYPES[v.type]), said)
-    _add_units(SubElement(root, _tag("ssv", "Units")), given)
+        SubElement(parameter, f"ssv:{_TYPES[v.type]}", said)
+    _add_units(SubElement(root, "ssv:Units"), given)
     return to_bytes(root)
 
 
@@ -198,6 +192,6 @@ def _add_units(units: Element, variables: Sequence[Any]) -> None:
     used = {_unit_of(v) for v in variables}
     for unit in UNITS.values():
         if unit.name in used:
-            element = SubElement(units, _tag("ssc", "Unit"), name=unit.name)
+            element = SubElement(units, "ssc:Unit", name=unit.name)
             base = {name: str(exponent) for name, exponent in unit.base.items()}
-            SubElement(element, _tag("ssc", "BaseUnit"), base)
+            SubElement(element, "ssc:BaseUnit", base)

@@ -11,7 +11,7 @@ import numpy as np
 from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Friction, Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
@@ -49,8 +49,12 @@ class Excited:
         self, schedule: Schedule, steps: slice = slice(None)
     ) -> tuple[Complexes, Complexes]:
         """Return F_j exp(i phase_j) at the start and at the end of steps, (steps, modes)."""
-        start, end = schedule.forces(self.modes, steps)
-        return self.modal_force * start, self.modal_force * end
+        force, phase = ([f"{part}_{mode}" for mode in self.modes] for part in ("force", "phase"))
+        start, end = (
+            self.modal_force * phasor(values(force, steps), values(phase, steps))
+            for values in (schedule.inputs, schedule.at_ends)
+        )
+        return start, end
 
     def started(self, schedule: Schedule) -> Self:
         """Return the same with the `amplitude` that follows from `initial` and the forces."""

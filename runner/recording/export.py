@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -29,7 +28,7 @@ def export(
     OSError if a file cannot be written.
     """
     target = Path(output)
-    if target.suffix not in (".npz", *_TABLES):
+    if target.suffix not in (".npz", ".csv", ".parquet"):
         raise SlipmodeError(f"{target}: the name must end in .npz, .csv or .parquet")
     channels = read(path).channels
     with naming(path):
@@ -39,11 +38,12 @@ def export(
     if target.suffix == ".npz":
         _write_npz(target, wanted)
         return [target]
-    write = _TABLES[target.suffix]
-    written = {_table_path(target, topic, len(wanted)): s for topic, s in wanted.items()}
-    for file, signals in written.items():
-        write(signals, file)
-    return list(written)
+    files = []
+    for topic, signals in wanted.items():
+        one = f"{target.stem}{topic.replace('/', '.')}{target.suffix}"
+        files.append(target if len(wanted) == 1 else target.with_name(one))
+        _write_table(files[-1], signals)
+    return files
 
 
 def _write_npz(path: Path, channels: Mapping[str, Signals]) -> None:
@@ -55,36 +55,15 @@ def _write_npz(path: Path, channels: Mapping[str, Signals]) -> None:
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-def _table_path(path: Path, topic: str, count: int) -> Path:
-    if count == 1:
-        return path
-    return path.with_name(f"{path.stem}{topic.replace('/', '.')}{path.suffix}")
-
-
-def _write_csv(signals: Signals, path: Path) -> None:
-    names = [f"{name} [{unit}]" for name, unit in {"time": "s", **signals.units}.items()]
-    table, csv = extra("pyarrow", "export").table, extra("pyarrow.csv", "export")
-    with replacing(path) as file:
-        csv.write_csv(table(_columns(signals), names), file)
-
-
-def _write_parquet(signals: Signals, path: Path) -> None:
-    pa, parquet = extra("pyarrow", "export"), extra("pyarrow.parquet", "export")
-    units = {"time": "s", **signals.units}
-    fields = [pa.field(name, pa.float64(), metadata={"unit": units[name]}) for name in units]
+def _write_table(path: Path, signals: Signals) -> None:
+    """Write time and fields as .csv, with units in the header, or as .parquet, with metadata."""
+    pa, units = extra("pyarrow", "export"), {"time": "s", **signals.units}
+    fields = [pa.field(n, pa.float64(), metadata={"unit": unit}) for n, unit in units.items()]
     about = {"topic": signals.channel.topic, "description": signals.channel.description}
-    schema = pa.schema(fields, metadata=about)
+    table = pa.table([signals.time, *signals.values.T], schema=pa.schema(fields, metadata=about))
     with replacing(path) as file:
-        parquet.write_table(pa.table(_columns(signals), schema=schema), file)
-
-
-def _columns(signals: Signals) -> list[Any]:
-    """Return time and fields as Arrow arrays."""
-    pa = extra("pyarrow", "export")
-    return [pa.array(signals.time), *(pa.array(column) for column in signals.values.T)]
-
-
-_TABLES: Mapping[str, Callable[[Signals, Path], None]] = {
-    ".csv": _write_csv,
-    ".parquet": _write_parquet,
-}
+        if path.suffix == ".csv":
+            named = table.rename_columns([f"{name} [{unit}]" for name, unit in units.items()])
+            extra("pyarrow.csv", "export").write_csv(named, file)
+        else:
+            extra("pyarrow.parquet", "export").write_table(table, file)

@@ -33,7 +33,7 @@ from slipmode.runner.recording.record import Header
 
 
 class _Decoder(NamedTuple):
-    """The parser of a channel's messages, and what is said of those that it does not read."""
+    """The parser of a channel's messages, and the reason to leave out those that it refuses."""
 
     parse: Callable[[bytes], Any]
     refusal: str

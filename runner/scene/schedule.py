@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import phasor
+from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene, Window
@@ -44,6 +43,11 @@ class Schedule:
     duration: float
     step: float
     points: tuple[float, ...] = ()  # More communication points [s]
+
+    @property
+    def scripted(self) -> tuple[str, ...]:
+        """Names of the inputs that scripts set, and of their rates."""
+        return (*self.scripts, *map(rate_of, self.scripts))
 
     @property
     def steps(self) -> int:
@@ -81,16 +85,6 @@ class Schedule:
         """Return values at the end of steps, before jumps, (steps, names)."""
         rates = self.inputs([rate_of(name) for name in names], steps)
         return np.asarray(self.inputs(names, steps) + rates * self.durations(steps)[:, np.newaxis])
-
-    def forces(
-        self, modes: Sequence[str], steps: slice = slice(None)
-    ) -> tuple[Complexes, Complexes]:
-        """Return force exp(i phase) at the start and at the end of steps, (steps, modes)."""
-        force, phase = ([f"{part}_{mode}" for mode in modes] for part in ("force", "phase"))
-        return (
-            phasor(self.inputs(force, steps), self.inputs(phase, steps)),
-            phasor(self.at_ends(force, steps), self.at_ends(phase, steps)),
-        )
 
     def frequencies(self, modes: Sequence[str]) -> tuple[Floats, Floats]:
         """Return forcing frequencies [rad/s] at both ends of every stretch, (stretches, modes)."""

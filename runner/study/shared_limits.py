@@ -11,7 +11,7 @@ from math import isclose, isfinite
 from typing import Any
 
 from slipmode.runner.scene.keys import CONTACT_KEYS
-from slipmode.runner.study.scene_keys import Content
+from slipmode.runner.study.scene_keys import Content, get, with_value
 
 _DIGITS = 12  # in which ratios of limits have to agree: rounding changes the 16th
 
@@ -22,43 +22,37 @@ def on_shared_limits(content: Content, reference: Content) -> Content:
     If the ratios of its limits differ, it has limits of 12 digits with the same largest one. The
     scene is returned unchanged if its motion does not scale with limits, or a limit is no number.
     """
-    limits, norm = list(_limits(content)), _largest(reference)
-    largest = _largest(content)
+    limits, largest, norm = dict(_limits(content)), _largest(content), _largest(reference)
     if not (_scales(content) and largest > 0.0 and norm > 0.0):
         return content
-    factor = largest / norm
-    scale = _scaled(content.get("limits", {}).get("scale", 1.0), factor)
+    factor, script = largest / norm, get(content, "limits.scale")
+    scale = _scaled(1.0 if script is None else script, factor)
     if factor == 1.0 or scale is None:
         return content
-    of_reference = [value for *_, value in _limits(reference)]
-    values = [_divided(value, factor) for *_, value in limits]
+    of_reference = [value for _, value in _limits(reference)]
+    values = [_divided(value, factor) for value in limits.values()]
     if _equal(values, of_reference):
         values = of_reference
-    shared = content | {"limits": content.get("limits", {}) | {"scale": scale}}
-    if "contacts" in content:
-        shared["contacts"] = [dict(group) for group in content["contacts"]]
-    else:
-        shared["friction"] = dict(content["friction"])
-    for (place, key, _), value in zip(limits, values, strict=True):
-        table = shared["friction"] if place < 0 else shared["contacts"][place]
-        table[key] = value
+    shared = with_value(content, "limits.scale", scale)
+    for path, value in zip(limits, values, strict=True):
+        shared = with_value(shared, path, value)
     return shared
 
 
-def _limits(content: Content) -> Iterator[tuple[int, str, Any]]:
-    """Yield group (-1: [friction]), key and value of every limit and preload."""
+def _limits(content: Content) -> Iterator[tuple[str, Any]]:
+    """Yield key and value of every limit and preload."""
     groups = content.get("contacts", [])
     names = [key.name for key in CONTACT_KEYS if key.role == "limit"]
     if "friction" in content and "limit" in content["friction"]:
-        yield -1, "limit", content["friction"]["limit"]
-    for place, group in enumerate(groups if isinstance(groups, list) else []):
-        yield from ((place, key, group[key]) for key in names if key in group)
+        yield "friction.limit", content["friction"]["limit"]
+    for k, group in enumerate(groups if isinstance(groups, list) else []):
+        yield from ((f"contacts.{k}.{key}", group[key]) for key in names if key in group)
 
 
 def _largest(content: Content) -> float:
     """Return the largest limit; 0 if one of them is no number >= 0."""
     found = 0.0
-    for *_, value in _limits(content):
+    for _, value in _limits(content):
         for each in value if isinstance(value, list) else [value]:
             is_number = isinstance(each, int | float) and not isinstance(each, bool)
             if not (is_number and each >= 0.0 and isfinite(each)):

@@ -56,11 +56,8 @@ def find_viewer(url: str | None = None) -> Viewer:
     if not _answers(_URL):
         command = ["--port", str(urlsplit(_URL).port), "--expect-data-soon"]
         command += ["--memory-limit", _MEMORY]
-
-        def is_ready() -> bool:
-            return _answers(_URL) and _shows(_URL)
-
-        _start(command, is_ready, "the viewer does not start here")
+        failed = "the viewer does not start here"
+        _start(command, lambda: _answers(_URL) and _shows(_URL), failed)
     return Viewer(_URL)
 
 

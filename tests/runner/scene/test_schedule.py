@@ -52,7 +52,7 @@ def test_extremes_are_those_of_all_ends_of_steps(schedule):
     least, largest = schedule.extremes(NAMES)
     np.testing.assert_array_equal(least, reached.min(axis=0))
     np.testing.assert_array_equal(largest, reached.max(axis=0))
-    force = np.abs(schedule.forces(MODES)[0])
+    force = schedule.inputs([f"force_{mode}" for mode in MODES])
     np.testing.assert_allclose(largest[[0, 3]], force.max(axis=0), rtol=1e-15)
     assert np.all(force.max(axis=0) > 0.0)
 
