@@ -12,7 +12,6 @@ from typing import BinaryIO
 
 import numpy as np
 from mcap import records
-from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
@@ -130,15 +129,15 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
     chunks: list[int] = []  # their first bytes
     disordered: set[int] = set()  # channels whose times are known to run backwards
     # entries that the indexes of the last chunk must have, and entries that they have
-    expected: dict[int, NDArray[np.void]] | None = None
-    indexed: dict[int, NDArray[np.void]] = {}
+    expected: dict[int, bytes] | None = None
+    indexed: dict[int, bytes] = {}
     try:
         for start, _, record in scan(file):
             if isinstance(record, MessageIndex):
                 if record.entries.size:
-                    indexed[record.channel] = np.sort(record.entries)
+                    indexed[record.channel] = np.sort(record.entries).tobytes()
                 continue
-            if expected is not None and not _equal(expected, indexed):
+            if expected not in (None, indexed):
                 yield "the index of a chunk does not fit its messages"
             expected, indexed = None, {}
             match record:
@@ -147,7 +146,7 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
                     before = dict(inventory.last)
                     try:
                         messages = inventory.add(record)
-                        expected = {k: np.sort(each.entries) for k, each in messages.items()}
+                        expected = {k: np.sort(m.entries).tobytes() for k, m in messages.items()}
                         times = [each.prefix["log_time"] for each in messages.values()]
                         span = record.message_start_time, record.message_end_time
                         if times and span != (min(map(np.min, times)), max(map(np.max, times))):
@@ -171,10 +170,6 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
         yield from _summary_faults(file, chunks, inventory)
     except DamagedError as error:
         yield str(error)
-
-
-def _equal(a: dict[int, NDArray[np.void]], b: dict[int, NDArray[np.void]]) -> bool:
-    return a.keys() == b.keys() and all(np.array_equal(a[number], b[number]) for number in a)
 
 
 def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:

@@ -171,13 +171,8 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
     for result in results:
         words = {"units": result.unit, "long_name": result.meaning}
         add(result.name, sample | result.sizes, float, np.nan, **words)
-    add(
-        "status",
-        sample,
-        "int8",
-        0,
-        long_name="0: not computed yet, 1: computed, 2: failed, see reason",
-    )
+    numbers = "0: not computed yet, 1: computed, 2: failed, see reason"
+    add("status", sample, "int8", 0, long_name=numbers)
     add("reason", sample, str, None, long_name="why it failed")
     group.attrs["coordinates"] = " ".join(design.keys)
     with warnings.catch_warnings():

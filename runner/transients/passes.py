@@ -147,8 +147,14 @@ class SlowPass(Pass):
 
     def _advance(self) -> Iterator[int]:
         plan, schedule, recorder = self._plan, self._plan.schedule, self._recorder
-        recorder.event(0.0, "info", _summary(plan, self._model))
-        found = self._model.accuracy.findings()
+        reduced, accuracy = self._model.reduced, self._model.accuracy
+        summary = (
+            f"{plan.scene.title}: mode {' and '.join(plan.excited.modes)}, "
+            f"{reduced.n_contacts} contacts, {reduced.formulation} formulation, "
+            f"table tolerance {accuracy.tolerance:g}"
+        )
+        recorder.event(0.0, "info", summary)
+        found = accuracy.findings()
         reached = schedule.frequency_range(plan.excited.modes)
         found += self._model.detuning_findings(np.array(reached))
         record_findings(recorder, (*plan.decisions, *found))
@@ -233,14 +239,6 @@ class SlowPass(Pass):
         if self._is_on_torus(window):
             torus = torus_motion(model, trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
-
-
-def _summary(plan: Plan, model: Model) -> str:
-    modes = " and ".join(plan.excited.modes)
-    return (
-        f"{plan.scene.title}: mode {modes}, {model.reduced.n_contacts} contacts, "
-        f"{model.reduced.formulation} formulation, table tolerance {model.accuracy.tolerance:g}"
-    )
 
 
 class IntegratedPass(Pass):

@@ -46,7 +46,12 @@ def replay(
         Speed and repetition, also of the .rrd file when it is opened.
     """
     data = read_external(path) if is_external(path) else read(path)
-    notes = _not_shown(path, data)
+    notes = []
+    if data.damage:
+        rest = "slipmode recover may find more"
+        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
+    if data.left_out:
+        notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
     with naming(path):
         data = selection.of(data)
     if save is not None:
@@ -80,16 +85,6 @@ def in_browser(
         replay(path, save=rrd, selection=selection, playing=playing)
         with browser_viewer(rrd, port) as address:
             yield address
-
-
-def _not_shown(path: str | Path, data: RecordingData) -> list[str]:
-    notes = []
-    if data.damage:
-        rest = "slipmode recover may find more"
-        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
-    if data.left_out:
-        notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
-    return notes
 
 
 def _convert(data: RecordingData, target: Path | Viewer, playing: Playing | None) -> None:
