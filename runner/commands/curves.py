@@ -60,10 +60,9 @@ def add_curve_commands(add: AddCommand) -> None:
 
 def _curve(options: Namespace) -> int:
     scene = load_scene(options.scene)
-    units, span = scene.units, options.span
-    of_frequency = options.vary is None or options.vary.startswith("frequency")
-    if span is not None and of_frequency:
-        span = [end * units.per_frequency for end in span]
+    span = options.span
+    if span is not None and (options.vary or "frequency").startswith("frequency"):
+        span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     _write(options, "curve", curve, scene)
     shown = _shown(options, scene)
@@ -74,7 +73,7 @@ def _curve(options: Namespace) -> int:
         return ", ".join(f"{shown.named(f'|{mode}|')} = {size:.4g}" for mode, size in named)
 
     for point, size in zip(curve.special, sizes.special, strict=True):
-        at = float(units.of_frequency(point.parameter)) if of_frequency else point.parameter
+        at = curve.in_units(point.parameter, scene.units)
         print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
     print(f"largest: {listed(sizes.points.max(axis=0))}")
     return 0

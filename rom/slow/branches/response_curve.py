@@ -142,8 +142,14 @@ class ResponseCurve:
     def _is_frequency(self) -> bool:
         return self.vary.startswith("frequency_")
 
-    def _shown(self, parameter: ArrayLike, units: Units) -> Floats:
+    def in_units(self, parameter: ArrayLike, units: Units) -> Floats:
+        """Return values of the parameter as pictures and tables show them."""
         return units.of_frequency(parameter) if self._is_frequency else np.asarray(parameter)
+
+    def label(self, units: Units) -> str:
+        """Return the parameter in words, with its unit."""
+        unit = units.frequency if self._is_frequency else "-"
+        return f"{self.vary.replace('_', ' ')} [{unit}]"
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Draw |a_j|, or the amplitude of a DOF, against the parameter.
@@ -152,7 +158,7 @@ class ResponseCurve:
         Bands show the error. Bars show the range of amplitudes that oscillate in slow time.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        shown, parameter = Shown(dof, units), self._shown(self.parameter, units)
+        shown, parameter = Shown(dof, units), self.in_units(self.parameter, units)
         sizes = self.sizes(shown)
         error = self.error_of(sizes.points)
         for j in range(self.amplitude.shape[1]):
@@ -164,22 +170,21 @@ class ResponseCurve:
                 for which, style in ((self.stable, "-"), (~self.stable, "--")):
                     part = np.where(which, size, np.nan)[own]
                     ax.plot(parameter[own], part, style, color=color)
-            where = self._shown(self.cycles.parameter, units)
+            where = self.in_units(self.cycles.parameter, units)
             low, high = sizes.lowest[:, j], sizes.highest[:, j]
             ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
             ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
             for point, height in zip(self.special, sizes.special[:, j], strict=True):
                 marker = {"fold": "o", "Hopf": "s"}[point.kind]
-                ax.plot(self._shown(point.parameter, units), height, marker, color=color)
-        unit = f"[{units.frequency}]" if self._is_frequency else "[-]"
-        ax.set(xlabel=f"{self.vary.replace('_', ' ')} {unit}", ylabel=shown.named("amplitude"))
+                ax.plot(self.in_units(point.parameter, units), height, marker, color=color)
+        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"))
         ax.legend()
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
         """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
         name = units.named(self.vary) if self._is_frequency else self.vary
-        found: dict[str, Any] = {name: self._shown(self.parameter, units), "branch": self.branch}
+        found: dict[str, Any] = {name: self.in_units(self.parameter, units), "branch": self.branch}
         for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
             found |= {f"{mode}_re": self.amplitude[:, j].real}
             found |= {f"{mode}_im": self.amplitude[:, j].imag}
