@@ -62,16 +62,15 @@ def slow_trajectory(
     scale = schedule.inputs((LIMIT_SCALE, rate_of(LIMIT_SCALE)), steps)
     if first == 0:
         onset = np.vstack((np.zeros_like(start[:1]), onset))
-    varying = {}
+    inputs = vars(script)
     if np.any(scale != (1.0, 0.0)):  # limits and preloads
-        varying = {"scale": scale[:, 0], "scale_rate": scale[:, 1]}
+        inputs = inputs | {"scale": scale[:, 0], "scale_rate": scale[:, 1]}
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=columns.amplitudes(outputs),
         angle=angle,
-        **vars(script),
+        **inputs,
         force_response=force_response,
-        **varying,
         discontinuity=force_response.free_vibration(onset, script.frequency, angle[:-1]),
     )
 

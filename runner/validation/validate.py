@@ -95,14 +95,15 @@ def validate(
         slow_seconds=finished - tabulated,
         table_seconds=tabulated - started,
         full_seconds=full.seconds,
-        recordings=[],
+        recordings=[
+            Path(output) / f"{scene.name}.validation.{ending}" for ending in ("mcap", "rrd")
+        ],
         coordinates=full.coordinates,
         windows=plan.scene.contact,
         reduced="reduced coordinates" if model is None else "slow time",
     )
-    return replace(
-        found, recordings=_record(plan, model, motion, full.motion, found, Path(output))
-    )
+    _record(plan, model, motion, full.motion, found)
+    return found
 
 
 def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
@@ -207,13 +208,8 @@ def _worst(signal: Floats, reference: Floats) -> float:
 
 
 def _record(
-    plan: Plan,
-    model: Model | None,
-    motion: FastMotion,
-    fine: FullMotion,
-    found: Validation,
-    folder: Path,
-) -> list[Path]:
+    plan: Plan, model: Model | None, motion: FastMotion, fine: FullMotion, found: Validation
+) -> None:
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
@@ -221,9 +217,9 @@ def _record(
     listed = contact_channels(reduced) + contact_channels(reduced, channels.FULL)
     title, run = f"{scene.title}: reduced and full order", describe_run(scene.text, model)
     header = Header(title, scene.text, run, scene.name)
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"{scene.name}.validation.{ending}" for ending in ("mcap", "rrd")]
-    with open_recorder(header, listed, paths[0], paths[1]) as recorder:
+    mcap, rrd = found.recordings
+    mcap.parent.mkdir(parents=True, exist_ok=True)
+    with open_recorder(header, listed, mcap, rrd) as recorder:
         recorder.event(float(motion.time[0]), "info", found.compared())
         for line in found.comparisons:
             words = f"{line.subject}: {100 * line.error:.2g} % from full order"
@@ -236,4 +232,3 @@ def _record(
         )
         record_contacts(recorder, reduced, motion)
         record_contacts(recorder, reduced, exact, prefix=channels.FULL)
-    return paths
