@@ -59,17 +59,13 @@ def slow_trajectory(
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)
     onset = start[1:] - end[:-1]
-    scale = schedule.inputs((LIMIT_SCALE, rate_of(LIMIT_SCALE)), steps)
     if first == 0:
         onset = np.vstack((np.zeros_like(start[:1]), onset))
-    inputs = vars(script)
-    if np.any(scale != (1.0, 0.0)):  # limits and preloads
-        inputs = inputs | {"scale": scale[:, 0], "scale_rate": scale[:, 1]}
     return SlowTrajectory(
         time=schedule.time(slice(first, steps.stop + 1)),
         amplitude=columns.amplitudes(outputs),
         angle=angle,
-        **inputs,
+        **vars(script),
         force_response=force_response,
         discontinuity=force_response.free_vibration(onset, script.frequency, angle[:-1]),
     )
@@ -77,16 +73,20 @@ def slow_trajectory(
 
 @frozen
 class Script:
-    """Forcing at the start of each step, (steps, modes); see `SlowTrajectory`."""
+    """Forcing and limits at the start of each step; see `SlowTrajectory`."""
 
+    # force, force_rate, frequency, frequency_rate: (steps, modes)
     force: Complexes
     force_rate: Complexes
     frequency: Floats
     frequency_rate: Floats
+    # scale, scale_rate: (steps,): Limits and preloads relative to the model's
+    scale: Floats
+    scale_rate: Floats
 
 
 def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -> Script:
-    """Return the forcing of the modes by the script of the scene."""
+    """Return the forcing of the modes, and the limits, by the script of the scene."""
     quantities = ("force", "force_rate", "phase", "phase_rate", "frequency", "frequency_rate")
     names = [f"{quantity}_{mode}" for quantity in quantities for mode in excited.modes]
     found = np.split(schedule.inputs(names, steps), len(quantities), axis=1)
@@ -94,7 +94,8 @@ def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -
     per_unit = phasor(excited.modal_force, phase)
     force = size * per_unit
     force_rate = size_rate * per_unit + 1j * phase_rate * force
-    return Script(force, force_rate, frequency, frequency_rate)
+    scale, scale_rate = schedule.inputs((LIMIT_SCALE, rate_of(LIMIT_SCALE)), steps).T
+    return Script(force, force_rate, frequency, frequency_rate, scale, scale_rate)
 
 
 def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:

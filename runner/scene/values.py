@@ -127,14 +127,7 @@ def integers() -> Kind:
 def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:
     """Return the kind of a list of numbers: `length` of them, or at least one."""
     words = "list of numbers" if length is None else f"list of {length} numbers"
-    kind = _list_of(number(rule), words)
-
-    def read(name: str, value: Any) -> tuple[float, ...]:
-        if isinstance(value, list) and len(value) != (length or max(len(value), 1)):
-            raise SlipmodeError(f"{name}: must be a {words}, got {len(value)}")
-        return tuple(kind.read(name, value))
-
-    return Kind(words, rule.text, read)
+    return _list_of(number(rule), words, lambda n: n > 0 if length is None else n == length)
 
 
 def one_or_each(rule: Rule, of: str = "contact") -> Kind:
@@ -179,12 +172,14 @@ def either(single: Kind, several: Kind, words: str) -> Kind:
     return Kind(words, single.allowed, read)
 
 
-def _list_of(item: Kind, words: str) -> Kind:
-    """Return the kind of a list of items, read as a tuple."""
+def _list_of(item: Kind, words: str, fits: Callable[[int], bool] = lambda n: True) -> Kind:
+    """Return the kind of a list of items, read as a tuple, if their number fits."""
 
     def read(name: str, value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list):
             raise SlipmodeError(f"{name}: must be a {words}, got {shown(value)}")
+        if not fits(len(value)):
+            raise SlipmodeError(f"{name}: must be a {words}, got {len(value)}")
         return tuple(item.read(f"{name}[{i}]", each) for i, each in enumerate(value))
 
     return Kind(words, item.allowed, read)

@@ -15,7 +15,6 @@ from slipmode.rom.validity import Finding
 from slipmode.runner.motion.trajectory import scripted
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import slow_time_error
-from slipmode.runner.scene.schedule import LIMIT_SCALE, rate_of
 
 
 class RunError:
@@ -40,20 +39,19 @@ class RunError:
         `stride` is the difference of the numbers of the steps. `rate` is da/dt, by default from
         the slow flow. All of them are (steps, modes).
         """
-        schedule = self._plan.schedule
         steps = slice(first, first + stride * len(amplitude), stride)
-        script = scripted(self._plan.excited, schedule, steps)
-        scale, scale_rate = schedule.inputs([LIMIT_SCALE, rate_of(LIMIT_SCALE)], steps).T
+        script = scripted(self._plan.excited, self._plan.schedule, steps)
         if rate is None:
             inputs = inputs_of(
                 script.force, script.frequency, script.force_rate, script.frequency_rate, angle
             )
-            inputs["limit_scale"], inputs["limit_scale_rate"] = scale, scale_rate
+            inputs["limit_scale"] = script.scale
+            inputs["limit_scale_rate"] = script.scale_rate
             try:
                 rate = rates(self._flow, inputs, amplitude)
             except SlipmodeError:
                 return np.ones(amplitude.shape)
-        scale = scale[:, np.newaxis]
+        scale = script.scale[:, np.newaxis]
         acting = (amplitude + self._shift * script.force) / scale
         error = self._estimate.at(rate / scale, script.frequency, acting)
         return np.asarray(error / np.array(self._plan.amplitude))
