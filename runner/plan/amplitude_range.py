@@ -21,9 +21,6 @@ from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
 
 _MARGIN = 0.15  # of the final table's range over the largest amplitude of the dry run
 _FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
-# Of the range over the first guess. Under self-excitation contacts slip freely long before, and
-# the energy that they take does not grow any more.
-_LARGEST_GROWTH, _LARGEST_FLUTTER = 2.0**40, 2.0**8
 
 
 @frozen
@@ -60,7 +57,8 @@ def dry_run(
     tried = _first_guess(excited, schedule)
     smallest = np.maximum(0.5 * tried / _FIRST_GUESS, np.abs(excited.amplitude))
     self_excited = excited.reduced.modal_damping < 0.0
-    largest = np.where(self_excited, _LARGEST_FLUTTER, _LARGEST_GROWTH) * tried
+    # self-excited contacts slip freely at 2^8 times the first guess, and take no more energy
+    largest = np.where(self_excited, 2.0**8, 2.0**40) * tried
     unsettled: UnsettledError | None = None
     while True:
         try:

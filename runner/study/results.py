@@ -25,8 +25,6 @@ from slipmode.runner.study.study_file import Study
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
 _EVERY = 1.0  # [s] between writings: a machine that stops loses results of about a second
-# Samples and bytes of a chunk: a chunk that is not full is written anew each time.
-_CHUNK, _CHUNK_BYTES = 8 * AT_ONCE, 2**20
 
 
 class Results:
@@ -135,7 +133,8 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
     modes = tuple(study.scene.modes.numbers)
     results = study.outputs.results(modes)
     rows, largest = design.samples, max((8 * prod(r.shape) for r in results), default=8)
-    chunk = min(rows, _CHUNK, max(_CHUNK_BYTES // largest, 1))
+    # at most 1 MiB: a chunk that is not full is written anew each time
+    chunk = min(rows, 8 * AT_ONCE, max(2**20 // largest, 1))
 
     def add(name: str, sizes: Mapping[str, int], dtype: Any, fill: Any, **words: str) -> Any:
         array = group.create_array(
