@@ -295,11 +295,12 @@ class _Task:
             )
             made = refine(sampling, budget.interpolation, self.time_budget)
             tables.append(_Refined(torus, each, samples, *made))
-            # Where rigid contacts begin to slip, steps may be too long for the tolerance. Elastic
-            # contacts have larger errors only where their friction jumps. With two modes the
-            # second table would take minutes; the error is stated.
-            rigid_mode = reduced.contacts is None and modes == 1
-            if not rigid_mode or tables[0].error <= budget.interpolation:
+            # At the onset of slip steps may be too long, and of two motions that contacts may come
+            # to, other steps may find one. Errors up to twice the tolerance are stated instead, as
+            # a finer table takes four times as long; so are errors of two modes, where it would
+            # take minutes. Errors of more than four times the tolerance are jumps of friction.
+            share = tables[0].error / budget.interpolation
+            if modes == 2 or not 2.0 < share <= 4.0:
                 break
         return min(tables, key=lambda each: each.error)
 
