@@ -12,9 +12,14 @@ from slipmode import rom
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.slow.branches.performance import slip_onset
 
-# Seeds of the family in which friction acts and one-mode tables take at most 3 s.
-SEEDS = (4, 6, 12, 15, 17, 25, 26, 27, 28, 45, 46, 58)
-DESIGNS = (4, 7, 8, 12, 17, 23)  # Jenkins contacts, slip within the table of a design
+
+def seeds(*numbers, slow):
+    """Seeds of the family; the `slow` ones take 10 to 25 s."""
+    return [*numbers, *(pytest.param(number, marks=pytest.mark.slow) for number in slow)]
+
+
+SEEDS = seeds(4, 6, 12, 15, 17, 26, 27, 28, 46, 58, slow=(25, 45))  # in which friction acts
+DESIGNS = seeds(4, 7, 12, 17, 23, slow=(8,))  # Jenkins contacts, slip within the table of a design
 WORDS = re.compile(r"wrong by up to ([0-9.e+]+) %")
 
 pytestmark = pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
