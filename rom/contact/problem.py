@@ -170,7 +170,6 @@ class TorusProblem:
         terms, finer = self.solve(amplitudes, initial_guess), self
         if self.problem.reduced.contacts is not None or len(self.problem.reduced.modes) == 1:
             return terms
-        # up to eight times the lines of the grid
         while finer.grid.lines < 8 * self.grid.lines:
             (moving,) = np.nonzero(terms.residual > self.march.tolerance)
             if not moving.size:

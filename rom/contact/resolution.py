@@ -186,7 +186,7 @@ class _Trials:
             grids = [Discretisation(counts[0], lines) for lines in enough]
             if self.search.is_optional:
                 # On few lines, motion with higher-order harmonics may not repeat
-                # (test_of_elastic_contacts): those on which they were found decide.
+                # (test_of_elastic_contacts). The lines on which the harmonics were found stay.
                 grids = [grid for grid in grids if grid.lines >= LINES or self._repeats(grid)]
             found, by_lines = self._coarsest(grids, share)
             numbers = [grid.lines for grid in found]

@@ -118,6 +118,8 @@ def run_study(
 def _refuse_hopeless(samples: Samples, design: Design) -> None:
     """Refuse a study if its first, middle and last scene are all refused."""
     last = design.samples - 1
-    found = samples.scenes(design.part(np.array([0, last // 2, last])))
-    if all(isinstance(each, str) for each in found):
-        raise SlipmodeError(found[-1])
+    for place in (0, last // 2, last):
+        (found,) = samples.scenes(design.part(np.array([place])))
+        if not isinstance(found, str):
+            return
+    raise SlipmodeError(found)

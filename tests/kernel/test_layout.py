@@ -1,4 +1,4 @@
-"""The structures and functions that Python reads from slipmode.h are those of the compiler."""
+"""Python reads the same structures and functions from slipmode.h as the compiler."""
 
 import ctypes
 import shutil

@@ -62,7 +62,7 @@ def _compressed(matrix: Sparse) -> tuple[_Graph, _Nodes, _Nodes]:
 def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
     """Return the nodes of a part to eliminate last, and the parts that this leaves."""
     nothing: list[_Nodes] = []
-    if nodes.size <= 100:  # is not cut further
+    if nodes.size <= 100:  # too small to cut
         return nodes, nothing
     part = graph[nodes][:, nodes]
     level = _levels(part, 0)

@@ -116,8 +116,8 @@ def _check_end(grid: Grid, error: float, tolerance: float, time_budget: TimeBudg
 
 def _first_grid(sampling: Sampling, tolerance: float) -> tuple[Grid, Checks]:
     """Return the first grid with its samples, and check points, which are sampled at once."""
-    # Closer nodes, relative to their amplitude, differ by the error of samples. Kinks and
-    # thresholds needed half the tolerance.
+    # Nodes that are closer, relative to their amplitude, differ by the error of samples. Half the
+    # tolerance was close enough for kinks and thresholds.
     ends, closest = sampling.amplitude_range, 0.01 * tolerance
     spread, columns = first_points(sampling.onset_lines, ends), len(sampling.orders)
     if ends.size == 2:

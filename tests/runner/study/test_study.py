@@ -149,7 +149,7 @@ def test_runs_are_those_of_the_scene(study_file, tmp_path, scheduler):
         assert data["peak"].sel(mode="A")[k] == pytest.approx(size.max(), rel=2e-3)
         at = data["at"].sel(mode="A")[k].values
         assert at == pytest.approx(np.interp([0.0, 33.5, 200.0], time, size), rel=5e-3, abs=1e-9)
-    # 0.13 % of the peak: that of the recording is the same
+    # 0.13 % of the peak, as in the recording
     error = data["run_error"].sel(mode="A").values
     assert (error / data["peak"].sel(mode="A").values).min() > 1e-4
 
