@@ -24,7 +24,7 @@ from slipmode.rom.structure.solvers.factorisation import (
     factorise,
     large_phase,
 )
-from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, positive_largest
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, with_fixed_signs
 from slipmode.rom.structure.structure import Structure
 
 # A mode is rigid if its strain energy is rounding, relative to the energies of single entries.
@@ -235,7 +235,7 @@ class Held:
     def _dense(self, count: int) -> tuple[Floats, Floats]:
         K, M = as_dense(self._stiffness), self._inertia(np.eye(self.size))
         squares, shapes = scipy.linalg.eigh(K, 0.5 * (M + M.T), subset_by_index=(0, count - 1))
-        return squares, positive_largest(shapes)
+        return squares, with_fixed_signs(shapes)
 
     def _is_rigid(self, squares: Floats, shapes: Floats) -> Flags:
         """Return which modes (count,), ascending, store no energy beyond rounding."""

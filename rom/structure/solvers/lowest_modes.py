@@ -54,15 +54,20 @@ def lowest_modes(
             wanted = min(max(at_least, int(below)), most)
         whole = following.shape[1] == 0 or theta.size + following.shape[1] > size
         if whole or (wanted < theta.size and converged[: wanted + 1].all()):
-            return 1.0 / theta[:wanted], positive_largest(space @ ritz[:, :wanted])
+            return 1.0 / theta[:wanted], with_fixed_signs(space @ ritz[:, :wanted])
         space = np.hstack((space, following))
         latest = following
 
 
-def positive_largest(shapes: Floats) -> Floats:
-    """Return shapes (n, count) with signs that make the largest component of each positive."""
-    largest = np.argmax(np.abs(shapes), axis=0)
-    return np.asarray(shapes * np.sign(shapes[largest, np.arange(shapes.shape[1])]))
+def with_fixed_signs(shapes: Floats) -> Floats:
+    """Return shapes (n, count) whose first large component is positive.
+
+    Large is more than 0.7 of the largest: of symmetric structures two are equal except for
+    rounding, and rounding depends on the machine.
+    """
+    size = np.abs(shapes)
+    first = np.argmax(size > 0.7 * size.max(axis=0), axis=0)
+    return np.asarray(shapes * np.sign(shapes[first, np.arange(shapes.shape[1])]))
 
 
 def _orthonormal(mass: Operator, vectors: Floats) -> tuple[Floats, Floats]:

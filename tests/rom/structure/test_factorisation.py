@@ -13,7 +13,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure import held
 from slipmode.rom.structure.solvers import factorisation, mass
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
-from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, with_fixed_signs
 from slipmode.rom.structure.solvers.mass import is_positive_mass, mobility
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 
@@ -119,6 +119,15 @@ def test_lanczos_finds_equal_frequencies():
     squares, _ = lowest_modes(factorise(K).solve, lambda x: x, K.shape[0], 12)
     exact = np.repeat(1e-3 + 4.0 * np.sin(np.arange(2) * np.pi / 200) ** 2, 6)
     np.testing.assert_allclose(squares, exact, rtol=1e-11)
+
+
+def test_the_sign_of_an_antisymmetric_mode_does_not_depend_on_rounding():
+    shape = np.array([[0.1], [-0.8], [-1.0], [1.0], [0.8]])
+    for rounded in (shape, -shape):
+        for more in (2, 3):
+            each = rounded.copy()
+            each[more] *= 1.0 + 1e-15
+            np.testing.assert_allclose(with_fixed_signs(each), -shape, rtol=1e-14)
 
 
 @pytest.mark.parametrize("law", [None, rom.Jenkins(1.0, 1e7)], ids=["rigid", "elastic"])
