@@ -81,10 +81,13 @@ def trial_grid(problem: ContactProblem, tolerance: float) -> Discretisation:
 def _distinguishing_lines(problem: ContactProblem) -> list[int]:
     """Return numbers of phase lines that distinguish all harmonics to which modes respond.
 
-    Fewer would alias one harmonic m to another.
+    Fewer would alias one harmonic m to another. Each is twice the one before.
     """
     highest = max(abs(m) for _, m in problem.orders)
-    return [count for count in _LINES if count > 2 * highest]
+    if problem.reduced.contacts is None:
+        return [count for count in _LINES if count > 2 * highest]
+    fewest = 4 * (highest // 2 + 1)
+    return [fewest << k for k in range(((2 * _LINES[-1] - 1) // fewest).bit_length())]
 
 
 class _UnresolvedError(Exception):

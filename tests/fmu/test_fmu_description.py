@@ -224,7 +224,15 @@ def test_sources_need_the_headers_of_their_version_alone(unzipped, fmi, tmp_path
 
 
 @pytest.mark.parametrize(
-    "configuration", ["Debug", pytest.param("Release", marks=pytest.mark.slow)]
+    ("fmi", "configuration"),
+    [
+        (2, "Debug"),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in ((3, "Debug"), (2, "Release"), (3, "Release"))
+        ),
+    ],
+    indirect=["fmi"],
 )
 def test_sources_rebuild_the_library(unzipped, fmi, configuration, tmp_path, two_mode_model):
     folder = tmp_path / "rebuilt"

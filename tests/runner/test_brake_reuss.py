@@ -101,7 +101,7 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     np.testing.assert_allclose(damping[-2:], [0.0179, 0.0331], rtol=2e-2)
 
 
-@pytest.mark.parametrize("grid", [(32, 8), (64, 16)])
+@pytest.mark.parametrize("grid", [(32, 8), pytest.param((64, 16), marks=pytest.mark.slow)])
 def test_two_modes_slide_the_lap_in_both_directions(example, lap, grid):
     """Sliders that other phase lines brought on lay beyond their limit: steps had no solution."""
     rest = rom.preload(lap.structure, lap.law, lap.bolts, warned=False)
@@ -197,6 +197,7 @@ def two_mode_scene(folder, contacts, force, reach):
     return path
 
 
+@pytest.mark.slow
 def test_two_modes_of_a_deck_become_a_scene(example, tmp_path):
     """Forced across and along the lap, which does not slip: the answer of the stuck structure."""
     path = two_mode_scene(tmp_path, 2, 0.15, [1.2e-7, 6e-8])

@@ -56,6 +56,7 @@ def test_the_strongest_response_comes_first():
     assert min(found.values()) > 1e-3
 
 
+@pytest.mark.slow
 def test_the_first_look_finds_those_that_change_the_forces():
     """Without those of |m| > 7, which 16 lines would hide, S is 0.09 % off; with them 0.05 %."""
     case, tolerance = jenkins_blade(4), 1e-3

@@ -26,6 +26,7 @@ def of_shape(reduced, amplitude):
     return 2.0 * np.abs(reduced.mode_shapes * amplitude)
 
 
+@pytest.mark.slow
 def test_a_response_curve_moves_dofs_as_the_steady_state_does(chain):
     reduced = rom.reduce(chain, (0, 1), law=LAW, force_patterns=FORCES)
     model = rom.tabulate(reduced, LAW, (0.02, 0.008), 1e-3)

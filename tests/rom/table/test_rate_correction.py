@@ -78,7 +78,10 @@ def test_what_sticks_or_slips_all_the_time_has_none():
 @pytest.mark.parametrize(
     ("law", "bound"),
     # measured: 0.19, where single reversals fall between the steps; 0.061
-    [(Coulomb(LIMIT), 0.25), (Tanh(LIMIT, 0.02), 0.07)],
+    [
+        pytest.param(Coulomb(LIMIT), 0.25, marks=pytest.mark.slow),
+        (Tanh(LIMIT, 0.02), 0.07),
+    ],
     ids=["coulomb", "tanh"],
 )
 def test_the_table_has_that_of_the_points_between_its_nodes(law, bound):

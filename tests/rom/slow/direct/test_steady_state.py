@@ -81,9 +81,8 @@ def test_a_motion_that_is_not_periodic_in_the_forces_is_refused_as_such():
         solved(member(24))
 
 
-@pytest.mark.parametrize(
-    "law", [rom.Coulomb(2.0), pytest.param(rom.Tanh(2.0, 0.02), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 0.02)])
 def test_it_is_the_tables_where_there_is_one(law):
     frequency, force = (0.98, 1.65), ({0: 0.15}, {1: 0.25})
     reduced = rom.reduce(rom.two_mass(beta=0.01), carrier=frequency, force_patterns=force)
