@@ -20,7 +20,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 
 # An error is expected to fall less by halving than it did before, and to be at least this part:
-# a faster decay may have missed a kink.
+# a faster decay may come from a kink that no sample is close to.
 _CAUTION, _LEAST_LEFT = 2.0, 1 / 4
 
 
@@ -71,8 +71,8 @@ class Grid:
     nodes: tuple[Floats, Floats]  # (n_a,) and (n_b,), amplitudes [kg^1/2 m]
     marked: Flags  # (modes, cells_a, cells_b), cells to be halved along the axis of a mode
     # (modes, cells_a, cells_b), relative error in each cell before it was halved; inf: never
-    missed: Floats
-    left: Floats  # (modes, cells_a, cells_b), error that is expected now
+    error_before: Floats
+    expected_error: Floats  # (modes, cells_a, cells_b), of each cell now
     # (cells_a, cells_b): cells of one number form a rectangle without samples inside, whose grid
     # lines do not change the surface
     block: NDArray[np.int64]
@@ -146,14 +146,15 @@ class Grid:
         """Return the grid with new lines at the midpoints, where samples have these errors."""
         split, axis = self.marked[mode].any(axis=1 - mode), 1 + mode
         halved = (split, slice(None)) if mode == 0 else (slice(None), split)
-        marked, before = self.marked[mode][halved], self.missed[mode][halved]
+        marked, before = self.marked[mode][halved], self.error_before[mode][halved]
         worst = in_cells(error, 1 - mode)
         known = np.isfinite(before) & (before > 0.0)
         rate = np.divide(worst, before, out=np.ones_like(worst), where=known)
         expected = worst * np.minimum(_CAUTION * np.maximum(rate, _LEAST_LEFT), 1.0)
-        still, missed, left = self.marked.copy(), self.missed.copy(), self.left.copy()
+        still, errors = self.marked.copy(), self.error_before.copy()
+        left = self.expected_error.copy()
         still[mode][halved] = marked & (expected > tolerance)
-        missed[mode][halved] = np.where(marked, worst, before)
+        errors[mode][halved] = np.where(marked, worst, before)
         left[mode][halved] = np.where(marked, expected, left[mode][halved])
         node = np.append(self.nodes[mode], middles)
         order = np.argsort(node, kind="stable")
@@ -165,8 +166,8 @@ class Grid:
             self,
             nodes=self._with_nodes(mode, node),
             marked=still,
-            missed=np.repeat(missed, parts, axis),
-            left=np.repeat(left, parts, axis),
+            error_before=np.repeat(errors, parts, axis),
+            expected_error=np.repeat(left, parts, axis),
             block=apart(
                 *(np.repeat(each, parts, mode) for each in (self.block, self.marked[mode]))
             ),
