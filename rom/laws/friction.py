@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import checked, per_contact
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.representable import LARGEST, SMALLEST
 from slipmode.rom.short_repr import short_repr
 
@@ -65,7 +66,7 @@ class Coulomb:
 
 
 RigidFriction = Tanh | Coulomb
-Friction = Tanh | Coulomb | Elastic
+Friction = Tanh | Coulomb | Elastic | NoContacts
 
 
 def limits(law: Friction, contacts: int) -> Floats:

@@ -31,8 +31,8 @@ def reduce_bonded(
     n_elastic = structure.n_dofs - structure.n_contacts
     if n_elastic == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_dofs} DOFs are contacts, and rigid friction (Tanh, Coulomb) "
-            "leaves no mode; use an elastic law, reduce(..., law=law)"
+            f"contact: all {structure.n_dofs} DOFs are contacts, which leaves no mode with rigid "
+            "friction (Tanh, Coulomb); use an elastic law, reduce(..., law=law)"
         )
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")

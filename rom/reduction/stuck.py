@@ -23,8 +23,9 @@ from slipmode.rom.structure.held import stuck
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
-# Residual flexibility that is rounding, relative to the static flexibility it is a difference from.
-# It is symmetric positive semidefinite, so this neglects entries of at most 1e-6 of the static ones.
+# Residual flexibility that is rounding, relative to the static flexibility: it is a difference of
+# the latter. The matrix is positive semidefinite, so its other entries in that row are at most
+# 1e-6 of the static ones.
 _ROUNDING = 1e-12
 _USUAL = 1e-3  # smallest response for which modes up to STATIC_FROM are enough
 
