@@ -27,11 +27,11 @@ from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.branches.backbone import Backbone, backbone
 from slipmode.rom.slow.branches.performance import PerformanceCurve, performance_curve
 from slipmode.rom.slow.branches.response_curve import ResponseCurve, SpecialPoint, response_curve
-from slipmode.rom.slow.decay_rates import decay_rates
 from slipmode.rom.slow.direct.steady_state import SteadyState, steady_state
-from slipmode.rom.slow.identified import model_of_rates
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
+from slipmode.rom.slow.rates.decay_rates import decay_rates
+from slipmode.rom.slow.rates.model_of_rates import model_of_rates
 from slipmode.rom.slow.steady import (
     ResonanceCurve,
     ResonanceSurface,

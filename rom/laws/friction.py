@@ -12,7 +12,6 @@ from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.elements import checked, per_contact
-from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.representable import LARGEST, SMALLEST
 from slipmode.rom.short_repr import short_repr
 
@@ -66,7 +65,7 @@ class Coulomb:
 
 
 RigidFriction = Tanh | Coulomb
-Friction = Tanh | Coulomb | Elastic | NoContacts
+Friction = Tanh | Coulomb | Elastic
 
 
 def limits(law: Friction, contacts: int) -> Floats:
@@ -92,6 +91,10 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
         raise SlipmodeError(
             "law: must be a contact law (Tanh, Coulomb, Jenkins, Iwan, Sliders, FrictionalContact "
             f"or Contacts), got {in_one_line(law)}"
+        )
+    if contacts == 0:
+        raise SlipmodeError(
+            "law: there are no contacts; rom.model_of_rates has made the whole model"
         )
     if isinstance(law, Tanh | Coulomb):
         limits(law, contacts)

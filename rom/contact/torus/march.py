@@ -15,7 +15,8 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.torus.grid import Discretisation, closed_lines
 from slipmode.rom.contact.torus.marched_modes import MarchedModes
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.friction import Friction, RigidFriction, limits
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
@@ -214,7 +215,7 @@ def _contact(
     contact.owned = (coupling, stiffness, damping, mass, response)
     if reduced.formulation == "consistent":
         contact.response = ctypes.addressof(response)
-    if not isinstance(law, RigidFriction):
+    if isinstance(law, Elastic):
         elastic = law.elements(reduced.n_contacts).kernel()
         contact.law = _ELASTIC
         contact.elastic = ctypes.addressof(elastic)

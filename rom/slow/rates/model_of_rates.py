@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.contact.error_norm import ErrorNorm
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.errors import SlipmodeError, warn
+from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.frequencies import (
     HIGHEST_CARRIER,
     LOWEST_CARRIER,
@@ -32,10 +32,12 @@ from slipmode.rom.frequencies import (
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.representable import ALLOWED, fits
+from slipmode.rom.representable import ALLOWED, LARGEST, fits
+from slipmode.rom.slow.rates.decay_rates import decay_rates
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
 from slipmode.rom.table.model import Model
+from slipmode.rom.table.model_content import REDUCED_ARRAYS
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.tabulation import check_request
@@ -73,7 +75,7 @@ def model_of_rates(
         at which m is the modal mass. A sensor has the displacement amplitude
         2 |mode_shapes @ a|. Default: one DOF for each mode, with a modal mass of 1 kg.
     warned : bool
-        Warn of implausible frequencies, and of rates that jump.
+        Issue the warnings below.
 
     Raises
     ------
@@ -85,15 +87,19 @@ def model_of_rates(
     Warns
     -----
     ValidityWarning
-        If the table misses the tolerance, because the rates jump; if the frequency of a mode is
-        outside 1e-3 to 1e6 Hz.
+        If the model misses the tolerance: rates jump, or change too much for the slow flow. If
+        the frequency of a mode is outside 1e-3 to 1e6 Hz.
 
     Notes
     -----
-    Damping may be negative: then the mode is self-excited, see `rom.limit_cycles`. Modal damping
-    and natural frequency of the model are those at rest. The friction terms do not depend on the
-    forcing frequency. Rates at higher harmonics and internal resonances of the modes are not part
-    of the model. Steady vibration at an amplitude has the damping of free vibration there.
+    Modal damping and natural frequency of the model are those at rest. Damping may be negative:
+    the mode is self-excited then, see `rom.limit_cycles`. The friction terms do not depend on the
+    forcing frequency. Higher harmonics and internal resonances are not part of the model.
+
+    Steady vibration has the damping of free vibration at the same amplitude. With friction
+    contacts it has a smaller one, because friction lags in free vibration: steady states of two
+    masses, whose frequency falls by 1.8 %, differ by up to 1.7 %
+    (tests/rom/slow/test_identified.py).
     """
     ends = np.atleast_1d(as_floats("amplitude", amplitude))
     check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)
@@ -112,25 +118,48 @@ def model_of_rates(
         noise=0.0,
     )
     table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
-    accuracy = Accuracy(
-        tolerance=tolerance,
-        interpolation=error,
-        resolution=0.0,
-        periodicity=0.0,
-        neglected_response=0.0,
-        neglected_modes=0.0,
-        detuning=0.0,
-        steps=0,
-        lines=0,
-        solved=law.sampled,
-    )
-    if warned:
-        warn(mode_frequency_findings("AB", reduced.frequency))
-        warn(accuracy.findings())
+    table = law.corrected(table)
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
     carriers = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
-    return Model(reduced, NoContacts(), law.corrected(table), carriers, (), accuracy)
+    parts = ("resolution", "periodicity", "neglected_response", "neglected_modes", "detuning")
+    exact = dict.fromkeys(parts, 0.0)
+    accuracy = Accuracy(tolerance, error, **exact, steps=0, lines=0, solved=law.sampled)
+    model = Model(reduced, NoContacts(), table, carriers, (), accuracy)
+    model = replace(model, accuracy=replace(accuracy, resolution=_decay_error(model, law)))
+    if warned:
+        warn(mode_frequency_findings("AB", reduced.frequency))
+        warn(_findings(model.accuracy))
+    return model
+
+
+def _decay_error(model: Model, law: _RatesLaw) -> float:
+    """Return the largest error of free vibration at the nodes, as an error of S_j.
+
+    The slow flow is of first order in the rates: the error grows with the square of their change.
+    """
+    axes = np.meshgrid(*model.table.axes, indexing="ij")
+    points = np.stack(axes, axis=-1).reshape(-1, model.modes)
+    norm = ErrorNorm.of(model.reduced, model.table.amplitude_range)
+    points = points[norm.share(points) >= SMALLEST_SHARE]
+    damping, frequency = decay_rates(model, points)
+    off = np.abs(-damping + 1j * frequency - law.exponent(points))
+    of_friction = 2.0 * model.reduced.frequency * points * off
+    return float((of_friction / model.error_scale(points)).max())
+
+
+def _findings(accuracy: Accuracy) -> list[Finding]:
+    """Return a warning of rates that jump, or that change too much for the slow flow."""
+    tolerance, jump, change = accuracy.tolerance, accuracy.interpolation, accuracy.resolution
+    if max(jump, change) <= tolerance:
+        return []
+    what = (
+        "they jump at some amplitudes: the friction table has a relative error"
+        if jump > tolerance
+        else "they change much with the amplitude: free vibration has a relative error"
+    )
+    size = f"of up to {max(jump, change):.1g}, above the tolerance {tolerance:g}"
+    return [Finding("rates", "not followed", f"{what} {size}", "warning")]
 
 
 class _RatesLaw:
@@ -144,8 +173,8 @@ class _RatesLaw:
         natural = np.abs(self._at_rest)
         if modes == 2 and natural[0] == natural[1]:
             raise SlipmodeError(
-                f"rates: modes A and B must have different frequencies at rest, got {natural[0]:g} "
-                "rad/s for both"
+                "rates: modes A and B must have different frequencies at rest, both have "
+                f"{natural[0]:g} rad/s"
             )
 
     def exponent(self, amplitudes: Floats) -> Complexes:
@@ -164,7 +193,7 @@ class _RatesLaw:
                 )
         s = -damping + 1j * frequency
         at_rest = np.abs(self._at_rest) if self._at_rest.any() else frequency[0]
-        follows = np.isfinite(s) & (frequency > 0.0) & can_carry(at_rest, frequency)
+        follows = (np.abs(s) <= LARGEST) & (frequency > 0.0) & can_carry(at_rest, frequency)
         if not follows.all():
             point, j = np.argwhere(~follows)[0]
             where = ", ".join(f"{each:.4g}" for each in amplitudes[point])
@@ -202,29 +231,13 @@ class _RatesLaw:
                 f"mode_shapes: must be (n, {modes}) numbers, one row per DOF and one column per "
                 f"mode [kg^-1/2], {ALLOWED}, got shape {shapes.shape}"
             )
-        n, none = len(shapes), np.zeros((0, 0))
-        uncoupled, no_modes = np.zeros((modes, 0)), np.zeros(0)
-        return Reduced(
-            formulation="consistent",
-            modes=tuple(range(modes)),
-            frequency=np.abs(self._at_rest),
-            carrier=np.abs(self._at_rest),
-            modal_damping=-2.0 * self._at_rest.real,
-            mode_shapes=shapes.copy(),
-            contact_shapes=np.zeros((n, 0)),
-            mass=none,
-            damping=none,
-            stiffness=none,
-            spring=uncoupled,
-            damper=uncoupled,
-            contact_motion=uncoupled.astype(complex),
-            carried_mass=none,
-            nonresonant_frequency=no_modes,
-            nonresonant_damping=no_modes,
-            nonresonant_shapes=np.zeros((n, 0)),
-            nonresonant_spring=none,
-            nonresonant_inertia=none,
-            nonresonant_damper=none,
-            damping_coupling=np.zeros((modes, modes)),
-            contacts=NoContacts().elements(0),
-        )
+        sizes = {"m": modes, "q": modes, "n": len(shapes), "c": 0, "p": 0}
+        arrays: dict[str, Any] = {
+            name: np.zeros([sizes[axis] for axis in axes]) for name, axes in REDUCED_ARRAYS.items()
+        }
+        arrays["frequency"] = arrays["carrier"] = np.abs(self._at_rest)
+        arrays["modal_damping"] = -2.0 * self._at_rest.real
+        arrays["mode_shapes"] = shapes.copy()
+        arrays["contact_motion"] = arrays["contact_motion"].astype(complex)
+        contacts = NoContacts().elements(0)
+        return Reduced("consistent", tuple(range(modes)), contacts=contacts, **arrays)
