@@ -42,7 +42,8 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
 
     Notes
     -----
-    Combination resonances are left out: their mean over the phases of the modes is zero. Damping
+    The rates are those of the slow flow, Eqs. (18), (19), without forces, with da_j/dt = -delta_j
+    a_j in the frame of omega_j. Combination resonances are left out: their mean over the phases of the modes is zero. Damping
     includes the structural damping. `rom.model_of_rates` is the inverse of this function.
     """
     given = as_floats("amplitudes", amplitudes)

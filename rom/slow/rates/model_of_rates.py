@@ -92,6 +92,11 @@ def model_of_rates(
 
     Notes
     -----
+    The friction terms are those with which Eqs. (18), (19) have the solution a_j ~ exp(s_j t) at
+    constant amplitudes, s_j = -delta_j + i omega_j, and s_0j at rest:
+
+        S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|.
+
     Modal damping and natural frequency of the model are those at rest. Damping may be negative:
     the mode is self-excited then, see `rom.limit_cycles`. The friction terms do not depend on the
     forcing frequency. Higher harmonics and internal resonances are not part of the model.
@@ -99,7 +104,7 @@ def model_of_rates(
     Steady vibration has the damping of free vibration at the same amplitude. With friction
     contacts it has a smaller one, because friction lags in free vibration: steady states of two
     masses, whose frequency falls by 1.8 %, differ by up to 1.7 %
-    (tests/rom/slow/test_identified.py).
+    (tests/rom/slow/rates/test_model_of_rates.py).
     """
     ends = np.atleast_1d(as_floats("amplitude", amplitude))
     check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)

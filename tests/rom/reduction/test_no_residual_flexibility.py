@@ -77,3 +77,14 @@ def test_every_dof_may_be_a_contact():
     with pytest.raises(rom.SlipmodeError, match="contact: all 2 DOFs are contacts") as refusal:
         rom.reduce(structure, (0,))
     assert "\n" not in str(refusal.value)
+
+
+def test_modes_of_a_structure_whose_every_dof_is_a_contact():
+    structure = rom.Structure(np.eye(2), np.diag([SPRING, 3e4]), 1e-5, contact=(0, 1))
+    found = rom.modes(structure, LAW)
+    assert list(found.states) == ["free", "stuck"]
+    expected = np.sqrt([SPRING + STIFFNESS, 3e4 + STIFFNESS])
+    np.testing.assert_allclose(found.states["stuck"].frequency, expected)
+    assert "stuck Hz" in str(found)
+    with pytest.raises(rom.SlipmodeError, match="contact: all 2 DOFs are contacts"):
+        rom.modes(structure)
