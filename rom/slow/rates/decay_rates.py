@@ -43,8 +43,9 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     Notes
     -----
     The rates are those of the slow flow, Eqs. (18), (19), without forces, with da_j/dt = -delta_j
-    a_j in the frame of omega_j. Combination resonances are left out: their mean over the phases of the modes is zero. Damping
-    includes the structural damping. `rom.model_of_rates` is the inverse of this function.
+    a_j in the frame of omega_j. Combination resonances are left out: their mean over the phases of
+    the modes is zero. Damping includes the structural damping. `rom.model_of_rates` is the inverse
+    of this function.
     """
     given = as_floats("amplitudes", amplitudes)
     if given.ndim == 0 or given.shape[-1] != model.modes:

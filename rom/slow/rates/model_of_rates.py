@@ -72,8 +72,8 @@ def model_of_rates(
         the error that is reached.
     mode_shapes : (n, modes) array_like, optional
         Mass-normalised modes at the DOFs of sensors and forces [kg^-1/2]: 1 / sqrt(m) at the DOF
-        at which m is the modal mass. A sensor has the displacement amplitude
-        2 |mode_shapes @ a|. Default: one DOF for each mode, with a modal mass of 1 kg.
+        at which m is the modal mass. Mode j moves DOF i with the displacement amplitude
+        2 |mode_shapes[i, j]| |a_j| [m]. Default: one DOF for each mode, with a modal mass of 1 kg.
     warned : bool
         Issue the warnings below.
 
