@@ -66,6 +66,7 @@ class Inputs:
             self._column |= {name: place(name) for name in kernel.SCALE_FIELDS}
         self.names = tuple(self._column)
         self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
+        self._contacts = model.reduced.n_contacts
         self._omega = model.reduced.frequency
         natural = self._omega.tolist()
         self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
@@ -83,6 +84,8 @@ class Inputs:
             return self._column[name]
         if name not in kernel.SCALE_FIELDS:
             raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
+        if not self._contacts:
+            raise SlipmodeError(f"{name}: the model has no contacts whose limits could be scaled")
         raise SlipmodeError(
             f"{name}: the contact law has a {self._unscaled}, which does not scale with limits "
             "and preloads; tabulate a model with other ones"

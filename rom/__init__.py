@@ -20,6 +20,7 @@ from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.reduction.reduction import Reduced, reduce
@@ -29,6 +30,8 @@ from slipmode.rom.slow.branches.response_curve import ResponseCurve, SpecialPoin
 from slipmode.rom.slow.direct.steady_state import SteadyState, steady_state
 from slipmode.rom.slow.limit_cycle import LimitCycle, limit_cycles
 from slipmode.rom.slow.motion import Motion, reconstruct, sum_harmonics
+from slipmode.rom.slow.rates.decay_rates import decay_rates
+from slipmode.rom.slow.rates.model_of_rates import model_of_rates
 from slipmode.rom.slow.steady import (
     ResonanceCurve,
     ResonanceSurface,
@@ -65,6 +68,7 @@ __all__ = [
     "Model",
     "Motion",
     "MotionPatches",
+    "NoContacts",
     "PerformanceCurve",
     "Preload",
     "Rayleigh",
@@ -85,8 +89,10 @@ __all__ = [
     "backbone",
     "combination_resonances",
     "contact_pairs",
+    "decay_rates",
     "limit_cycles",
     "load_structure",
+    "model_of_rates",
     "modes",
     "motion_patches",
     "performance_curve",

@@ -126,15 +126,23 @@ def modes(
         raise SlipmodeError(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
         )
-    count = min(n, structure.n_dofs - structure.n_contacts)
+    elastic_dofs = structure.n_dofs - structure.n_contacts
+    if law is None and elastic_dofs == 0:
+        raise SlipmodeError(
+            f"contact: all {structure.n_dofs} DOFs are contacts, which leaves no mode with bonded "
+            "contacts; give an elastic law"
+        )
+    count = min(n, elastic_dofs or structure.n_dofs)
     with phases("modes", shown=progress):
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
-        fixed = _mode_set(structure, bonded(structure, may_float=True), count)
-        states = {"free": free, "bonded": fixed}
+        fixed = {}
+        if elastic_dofs > 0:
+            fixed["bonded"] = _mode_set(structure, bonded(structure, may_float=True), count)
+        states = {"free": free, **fixed}
         if law is not None:  # last, for `reduce` to find this factorisation
             reference = law.elements(structure.n_contacts).reference
             held = _mode_set(structure, stuck(structure, reference), count)
-            states = {"free": free, "stuck": held, "bonded": fixed}
+            states = {"free": free, "stuck": held, **fixed}
     name = "bonded" if law is None else "stuck"
     chosen = states[name]
     similarity = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))

@@ -74,7 +74,7 @@ def _facts(model: Model) -> list[tuple[str, ...]]:
         ("Formulation", reduced.formulation),
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
         ("Contacts", str(contact_count(model))),
-        ("Contact law", "; ".join(law_words(model.law, reduced.n_contacts))),
+        ("Contact law", "; ".join(law_words(model.law, reduced.n_contacts)) or "none"),
         ("Combination resonances", combinations),
         (
             "Friction table",

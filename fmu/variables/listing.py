@@ -185,7 +185,9 @@ def _motion(
     for letter, word, quantity in rows:
         said = f"{word.capitalize()} at every contact DOF, as contact_0_{letter}, ... have it"
         name, size = f"contact_{letter}", len(directions)
-        arrays.append(Variable(name, Kind.OUTPUT, slot, quantity, said, needs=needs, size=size))
+        if size > 0:
+            array = Variable(name, Kind.OUTPUT, slot, quantity, said, needs=needs, size=size)
+            arrays.append(array)
         for i, direction in enumerate(directions):
             said = _contact_words(word, direction, i)
             name = f"contact_{i}_{letter}"

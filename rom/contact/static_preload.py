@@ -16,6 +16,7 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts, Elastic, ElasticLaw
 from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
 from slipmode.rom.laws.frictional_contact import FrictionalContact
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.laws.states import OPEN, contact_states
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.representable import SMALLEST
@@ -217,7 +218,7 @@ def _loaded(law: Elastic, N: Floats, gap: Floats) -> Elastic:
             groups.append((_loaded_law(each, N[own], gap[own]), columns))
             first += count
         return Contacts(groups)
-    return _loaded_law(law, N, gap)
+    return law if isinstance(law, NoContacts) else _loaded_law(law, N, gap)
 
 
 def _loaded_law(law: ElasticLaw, N: Floats, gap: Floats) -> ElasticLaw:

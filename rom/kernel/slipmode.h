@@ -120,7 +120,7 @@ typedef struct {
  * force deficit y of their reference springs and K = -(flexibility of the structure). Then y takes
  * the place of the contact displacement. */
 typedef struct {
-    int32_t contacts;        /* N_c */
+    int32_t contacts;        /* N_c; 0 only in a component of an SM_ELASTIC model */
     int32_t modes;           /* 1 or 2 */
     int32_t law;             /* sm_law */
     double alpha;            /* regularisation velocity of the tanh law [m/s] */

@@ -4,6 +4,7 @@ friction.py            Tanh, Coulomb, and rules for all laws. Start here.
 joint_laws.py          Jenkins, Iwan, Sliders
 frictional_contact.py  varying normal loads, lift-off
 contacts.py            different laws at different contacts
+no_contacts.py         the law of models without contacts
 elements.py            elastic laws as the core reads them
 directions.py          contact DOFs in words, and a check of their directions
 law_record.py          laws as plain records, for files

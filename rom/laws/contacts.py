@@ -9,6 +9,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, joined
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.short_repr import short_repr
 
 ElasticLaw = Jenkins | Iwan | Sliders | FrictionalContact
@@ -53,4 +54,4 @@ class Contacts:
         return joined(parts, contacts)
 
 
-Elastic = ElasticLaw | Contacts
+Elastic = ElasticLaw | Contacts | NoContacts

@@ -12,6 +12,7 @@ from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.law_record import LAWS
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.structure.matrices import Matrix, as_dense
 
 _NAMES = ("tanh", "exact Coulomb", "Jenkins", "Iwan", "sliders in parallel", "frictional contact")
@@ -98,6 +99,8 @@ def law_words(law: Friction, contacts: int) -> list[str]:
 def _groups(law: Friction, contacts: int) -> list[tuple[Any, list[int]]]:
     if isinstance(law, Contacts):
         return [(each, list(columns)) for each, columns in law.groups]
+    if isinstance(law, NoContacts):
+        return []
     return [(law, list(range(contacts)))]
 
 

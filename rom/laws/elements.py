@@ -28,8 +28,11 @@ class Elements:
 
     @property
     def homogeneous(self) -> bool:
-        """Whether limits and preloads times s make S(|a|; s) = s S(|a| / s; 1)."""
-        return not self.element["gap"].any()
+        """Whether limits and preloads times s make S(|a|; s) = s S(|a| / s; 1).
+
+        Not without contacts, which have no limits.
+        """
+        return self.element.size > 0 and not self.element["gap"].any()
 
     @property
     def odd(self) -> bool:

@@ -92,6 +92,10 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
             "law: must be a contact law (Tanh, Coulomb, Jenkins, Iwan, Sliders, FrictionalContact "
             f"or Contacts), got {in_one_line(law)}"
         )
+    if contacts == 0:
+        raise SlipmodeError(
+            "law: there are no contacts; rom.model_of_rates has made the whole model"
+        )
     if isinstance(law, Tanh | Coulomb):
         limits(law, contacts)
         if reference is not None:

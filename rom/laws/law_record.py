@@ -11,6 +11,7 @@ from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
+from slipmode.rom.laws.no_contacts import NoContacts
 
 LAWS: dict[str, type[Any]] = {
     "tanh": Tanh,
@@ -20,6 +21,7 @@ LAWS: dict[str, type[Any]] = {
     "sliders": Sliders,
     "frictional": FrictionalContact,
 }
+_NO_CONTACTS = {"law": "none"}  # only of model files
 
 
 def record_of(law: Friction) -> dict[str, Any]:
@@ -29,6 +31,8 @@ def record_of(law: Friction) -> dict[str, Any]:
             "law": "groups",
             "groups": [[record_of(each), list(columns)] for each, columns in law.groups],
         }
+    if isinstance(law, NoContacts):
+        return dict(_NO_CONTACTS)
     name = next(name for name, kind in LAWS.items() if type(law) is kind)
     values = {field.name: getattr(law, field.name) for field in fields(law)}
     plain = {key: list(v) if isinstance(v, tuple) else v for key, v in values.items()}
@@ -37,6 +41,8 @@ def record_of(law: Friction) -> dict[str, Any]:
 
 def law_of(record: Any) -> Friction:
     """Return the law of a record; refuse one with missing, unknown or wrong parameters."""
+    if record == _NO_CONTACTS:
+        return NoContacts()
     if not (isinstance(record, Mapping) and record.get("law") == "groups"):
         single: Friction = _single_law(record)
         return single

@@ -29,6 +29,11 @@ def reduce_bonded(
 ) -> Reduced:
     """Return one or two modes with bonded contacts, and contacts with rigid friction."""
     n_elastic = structure.n_dofs - structure.n_contacts
+    if n_elastic == 0:
+        raise SlipmodeError(
+            f"contact: all {structure.n_dofs} DOFs are contacts, which leaves no mode with rigid "
+            "friction (Tanh, Coulomb); use an elastic law, reduce(..., law=law)"
+        )
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
     held = bonded(structure)

@@ -23,6 +23,10 @@ from slipmode.rom.structure.held import stuck
 from slipmode.rom.structure.matrices import as_dense, projection
 from slipmode.rom.structure.structure import Structure
 
+# Residual flexibility that is rounding, relative to the static flexibility: it is a difference of
+# the latter. The matrix is positive semidefinite, so its other entries in that row are at most
+# 1e-6 of the static ones.
+_ROUNDING = 1e-12
 _USUAL = 1e-3  # smallest response for which modes up to STATIC_FROM are enough
 
 
@@ -53,7 +57,10 @@ def reduce_stuck(
     contact_motion = as_dense(W.T @ shapes).T  # (k, N_c) per modal amplitude
     removed = (retained | below) & ~rigid
     X = held.solve(W)
+    static = np.diag(as_dense(W.T @ X))
     X -= (shapes[:, removed] / omega[removed] ** 2) @ contact_motion[removed]
+    # Contacts that the removed modes alone move have no residual flexibility.
+    X[:, np.diag(as_dense(W.T @ X)) <= _ROUNDING * static] = 0.0
     R = symmetric(as_dense(W.T @ X))
     found = StuckModes(structure, omega, shapes, modes)
     follows = found.responses(X, R + contacts.flexibility) <= smallest_response

@@ -11,6 +11,7 @@ direct/           steady states without a table
 trajectory.py     amplitudes of a run
 motion.py         contact and elastic motion of a run, Eqs. (12), (14)
 nonresonant/      response of the other modes
+rates/            damping and frequency of free vibration, and models made from them
 transient.py      estimate of the error in transients
 units.py          units of pictures and tables
 """

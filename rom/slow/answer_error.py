@@ -93,7 +93,7 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
     `apart` is the relative distance. NaN where the contact motion does not converge.
     """
     found = np.zeros(apart.shape, dtype=complex)
-    if model.reduced.formulation == "paper" or not found.size:
+    if model.reduced.formulation == "paper" or not found.size or not model.reduced.n_contacts:
         return found
     torus = model.contact_problem(smallest_scale(model.reduced, model.table.amplitude_range))
     at_carriers = Detuned.of(torus, np.zeros(model.modes))

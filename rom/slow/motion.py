@@ -115,10 +115,11 @@ def reconstruct(
     samples = kernel.ContactSamples(
         sample.size, *(array.ctypes.data for array in (sample, x, v, f))
     )
-    status = kernel.lib.sm_contact_motion(
-        problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
-    )
-    kernel.check(status, "contact motion")
+    if shape[1]:
+        status = kernel.lib.sm_contact_motion(
+            problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
+        )
+        kernel.check(status, "contact motion")
     scale = part.scale_at(sample)[:, np.newaxis]
     modal, load = _summed(model, part, response, [], segments, sample)
     return Motion(sample, scale * x, scale * v, scale * f, modal, load, _static(model, part))

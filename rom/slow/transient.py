@@ -49,7 +49,10 @@ class TransientError:
 
     @classmethod
     def of(cls, reduced: Reduced, law: Friction) -> Self:
-        """Build the estimate for a reduced model and its contact law."""
+        """Build the estimate for a reduced model and its contact law; 0 without contacts."""
+        if not reduced.n_contacts:
+            none = np.zeros((len(reduced.modes), 0))
+            return cls(none, none, none[0], none[0], none)
         # The mean force on a slipping contact is half the change of its force in one cycle, and
         # twice that on elastic contacts, which slip one way for several cycles under varying
         # normal loads. The estimate then exceeds the RMS error from rest

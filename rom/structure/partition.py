@@ -77,7 +77,7 @@ class Partition:
 def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
     """Return contact directions W (n, N_c) from DOF indices or from a matrix, checked.
 
-    1 <= N_c < n; indices are distinct, W is finite and of full column rank.
+    1 <= N_c <= n; indices are distinct, W is finite and of full column rank.
     """
     given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
     if given.ndim == 1:
@@ -88,9 +88,9 @@ def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
     rows, n_contacts = W.shape
     if rows != n_dofs:
         raise SlipmodeError(f"contact: W must have {n_dofs} rows, one per DOF, got {rows}")
-    if not 1 <= n_contacts < n_dofs:
+    if not 1 <= n_contacts <= n_dofs:
         raise SlipmodeError(
-            f"contact: must have at least 1 and fewer than {n_dofs} contacts, got {n_contacts}"
+            f"contact: must have 1 to {n_dofs} contacts, one per DOF at most, got {n_contacts}"
         )
     _pivot_dofs(W)
     return W

@@ -25,7 +25,8 @@ class Accuracy:
         the tolerance if that is more, for less is not looked for. Above the tolerance where
         friction jumps: contacts have two motions there, or none that repeats.
     resolution : float
-        Change on doubling steps and lines of the contact problem.
+        Change on doubling steps and lines of the contact problem. Of `rom.model_of_rates`: error
+        of free vibration, because the slow flow is of first order in its rates.
     periodicity : float
         Largest distance from a periodic contact motion.
     neglected_response : float
@@ -42,9 +43,10 @@ class Accuracy:
         proportion. 0 in the paper's formulation, which has no other frequencies. None where
         friction was not to follow them, and nothing was tried.
     steps, lines : int
-        Discretisation of the torus.
+        Discretisation of the torus; 0 without contacts.
     solved : int
-        Contact problems solved for the nodes and for measuring the interpolation.
+        Contact problems solved for the nodes and for measuring the interpolation; of
+        `rom.model_of_rates` the amplitudes sampled for both.
     """
 
     tolerance: float

@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh, limits
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import MOST
 from slipmode.rom.reduction.reduced import Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
@@ -131,6 +132,7 @@ def check_contacts(law: Friction, stiffness: Floats) -> Elements | None:
     else:
         share = -own * elements.reference  # of a contact's flexibility, but for rounding
         fits = bool(np.all(own <= 0.0) and np.all(share <= 1.0 + 1e-6))
+    fits = fits and (contacts > 0) == (not isinstance(law, NoContacts))
     if not fits:
         raise SlipmodeError("law: does not fit the stiffness of the contacts")
     return elements

@@ -112,15 +112,7 @@ def tabulate(
         is far from its mode.
     """
     amplitude_range = extended_range(amplitude, headroom)
-    if amplitude_range.shape != (len(reduced.modes),) or not np.all(
-        (amplitude_range >= SMALLEST_PRODUCT) & (amplitude_range <= LARGEST_PRODUCT)
-    ):
-        raise SlipmodeError(
-            f"amplitude: must be {len(reduced.modes)} finite numbers > 0, "
-            f"{SMALLEST_PRODUCT:g} to {LARGEST_PRODUCT:g}, got {amplitude}"
-        )
-    if not 1e-6 <= tolerance <= 0.1:
-        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
+    check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
     if budget is not None and not (np.isfinite(budget) and budget > 0.0):
         raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
     time_budget = TimeBudget(np.inf if budget is None else budget)
@@ -189,6 +181,21 @@ def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
     if not (np.isfinite(headroom) and headroom >= 1.0):
         raise SlipmodeError(f"headroom: must be a finite number >= 1, got {headroom:g}")
     return headroom * np.asarray(amplitude, dtype=float)
+
+
+def check_request(
+    amplitude_range: Floats, modes: int, tolerance: float, amplitude: Sequence[float]
+) -> None:
+    """Refuse a range (modes,) or a tolerance that no table has; `amplitude` is as it was given."""
+    if amplitude_range.shape != (modes,) or not np.all(
+        (amplitude_range >= SMALLEST_PRODUCT) & (amplitude_range <= LARGEST_PRODUCT)
+    ):
+        raise SlipmodeError(
+            f"amplitude: must be {modes} finite numbers > 0, "
+            f"{SMALLEST_PRODUCT:g} to {LARGEST_PRODUCT:g}, got {amplitude}"
+        )
+    if not 1e-6 <= tolerance <= 0.1:
+        raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
 
 
 class _Refined(NamedTuple):

@@ -110,6 +110,8 @@ def contact_findings(
     names: Sequence[str] = "AB",
 ) -> list[Finding]:
     """Report modes that contacts hardly affect, and contacts that the modes make soft."""
+    if not reduced.n_contacts:
+        return []
     if reduced.contacts is None:
         motion = np.linalg.solve(reduced.stiffness, reduced.spring.T)
     else:

@@ -67,7 +67,7 @@ CONTACT_KEYS = (
     _law("stiffness", one_or_each(POSITIVE), "N/m",
          "Stiffness while the contact sticks; of `sliders` a list, of `iwan` one number."),
     _law("force", number(POSITIVE), "N", "Force of macro-slip.", role="limit"),
-    _law("chi", number(), "-", "Exponent of the sliders' density, -1 < chi <= 0."),
+    _law("chi", number(), "-", "Exponent of the sliders' density, -1 < chi <= 1."),
     _law("beta", number(NON_NEGATIVE), "-",
          "Stiffness of the sliders that slip at macro-slip, relative to the others."),
     _law("sliders", integer(), "-", "Number of sliders, 2 to 1000."),

@@ -40,7 +40,8 @@ static sm_status check_response(const sm_contact *contact) {
                ? SM_OK : SM_NOT_FINITE;
 }
 
-/* The dual problem: K is less than nothing, and all that there is besides the coupling. */
+/* The dual problem: K is less than nothing, and all that there is besides the coupling. A model may
+ * have no contacts: its table was not made from any. */
 static sm_status check_elastic(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     if (!contact->stiffness || !contact->coupling || contact->mass) return SM_BAD_ARGUMENT;
@@ -50,13 +51,16 @@ static sm_status check_elastic(const sm_contact *contact) {
     for (size_t i = 0; i < n; i++)
         if (contact->stiffness[i * n + i] > 0.0) return SM_BAD_ARGUMENT;
     if (!symmetric(contact->stiffness, n)) return SM_BAD_ARGUMENT;
+    if (n == 0 && contact->elastic && contact->elastic->elements == 0)
+        return contact->elastic->sliders == 0 ? SM_OK : SM_BAD_ARGUMENT;
     const sm_status status = sm_elastic_check(contact->elastic, contact->contacts);
     return status == SM_OK && contact->response ? check_response(contact) : status;
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
-    if (!contact || contact->contacts < 1 || contact->contacts > MAX_CONTACTS)
+    if (!contact || contact->contacts < 0 || contact->contacts > MAX_CONTACTS)
         return SM_BAD_ARGUMENT;
+    if (contact->contacts == 0 && contact->law != SM_ELASTIC) return SM_BAD_ARGUMENT;
     if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
     if (contact->law == SM_ELASTIC) return check_elastic(contact);
     if (!contact->limit || !contact->stiffness || !contact->damping || !contact->coupling)

@@ -51,7 +51,7 @@ static sm_status check_rates(int modes, const double *rates) {
 
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid) {
     sm_status status = sm_contact_check(contact);
-    if (status == SM_OK && !grid) return SM_BAD_ARGUMENT;
+    if (status == SM_OK && (!grid || contact->contacts == 0)) return SM_BAD_ARGUMENT;
     if (status == SM_OK) status = check_grid(contact->law, grid);
     return status == SM_OK ? check_rates(contact->modes, grid->rates) : status;
 }

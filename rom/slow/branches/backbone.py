@@ -213,4 +213,5 @@ def friction_takes_energy(model: Model, other: float) -> bool:
     """
     reduced = model.reduced
     alone = other == 0.0 and not model.combinations
-    return reduced.contacts is not None and alone and not reduced.damping_coupling.any()
+    elastic = reduced.contacts is not None and reduced.n_contacts > 0
+    return elastic and alone and not reduced.damping_coupling.any()

@@ -5,6 +5,7 @@ import shutil
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 from elastic import cantilever as elastic_contacts
 from native import run
@@ -17,17 +18,24 @@ THREADS = Path(__file__).parent / "threads" / "threads.c"
 FEW, MANY = 400, 50_000  # sequences of about 25 calls
 
 
+def rates(amplitudes):
+    """Of two modes without contacts, about the frequencies of the two masses."""
+    return 0.01 + 0.01 * amplitudes, np.array([1.0, 1.7]) - 0.01 * amplitudes
+
+
 @pytest.fixture
 def driver(drivers):
     return drivers["fmu"]
 
 
-@pytest.fixture(scope="module", params=["contact motion", "friction limit", "elastic"])
+@pytest.fixture(scope="module", params=["contact motion", "friction limit", "elastic", "none"])
 def resources(request, tmp_path_factory):
     """Of an FMU with a coarse table, which is quicker to load."""
     folder = tmp_path_factory.mktemp("coarse ünïcode %20 ")
     if request.param == "elastic":
         model = elastic_contacts.model("mixed")
+    elif request.param == "none":
+        model = rom.model_of_rates(rates, (3.0, 3.0), 3e-2, mode_shapes=np.eye(4, 2))
     else:
         reduced, law = rom.reduce(rom.two_mass()), rom.Coulomb(2.0)
         model = rom.tabulate(reduced, law, amplitude=(3.0, 3.0), tolerance=3e-2, harmonics=5)

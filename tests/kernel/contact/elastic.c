@@ -373,9 +373,59 @@ static void check_component_of(int laws) {
     free(row);
 }
 
+/* A component of a model without contacts; what solves or marches contacts refuses it. */
+static void check_no_contacts(void) {
+    sm_element element = {.law = SM_SLIDERS, .sliders = 1};
+    double number = 1.0, mean_square, residual, modes_out[] = {1.0, 0.0}, forces_out[2] = {0.0};
+    sm_elastic none = {.element = &element, .slider = &number, .reference = &number};
+    sm_contact contact = {.modes = 1, .law = SM_ELASTIC, .stiffness = &number,
+                          .coupling = &number, .elastic = &none};
+    CHECK_STATUS(sm_contact_check(&contact), SM_OK);
+    CHECK_REFUSES(int32_t, contact.law, SM_TANH, sm_contact_check(&contact), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, none.elements, 1, sm_contact_check(&contact), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, none.sliders, 1, sm_contact_check(&contact), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(const sm_elastic *, contact.elastic, NULL, sm_contact_check(&contact),
+                  SM_BAD_ARGUMENT);
+
+    table t = new_table(1, 4, 1);
+    const sm_slow_flow flow = flow_over(&t);
+    const sm_motion motion = {.wanted = 1, .elastic = 1, .modes_out = modes_out,
+                              .forces_out = forces_out, .steps_per_period = 32,
+                              .memory_periods = 4.0};
+    sm_component *c;
+    CHECK_STATUS(sm_component_create(&flow, &contact, &motion, 1e-6, &c), SM_OK);
+    CHECK(sm_component_output_count(c) == SM_OUTPUTS_FIXED + 1);
+    const double start[] = {1.0, 0.5, 0.0, 0.0};
+    double row[SM_OUTPUTS_FIXED + 1];
+    double *state = new_doubles(sm_component_state_count(c));
+    CHECK_STATUS(sm_component_reset(c, 0.0, start), SM_OK);
+    CHECK_STATUS(sm_component_step(c, 2.3), SM_OK);
+    CHECK_STATUS(sm_component_outputs(c, row), SM_OK);
+    const double x = 2.0 * (row[1] * cos(row[5]) - row[2] * sin(row[5]));
+    CHECK(fabs(row[SM_OUTPUTS_FIXED] - x) <= 1e-12);
+    CHECK_STATUS(sm_component_get_state(c, state), SM_OK);
+    CHECK_STATUS(sm_component_set_state(c, state), SM_OK);
+    sm_component_free(c);
+    free_table(&t);
+    free(state);
+
+    const int32_t orders[] = {1, 0};
+    int32_t marched;
+    const sm_discretisation grid = {&number, 32, 1, 1, orders, 1e-3, &number, 10};
+    const sm_torus_points where = {1, &number, NULL};
+    const sm_torus_motion found = {row, &mean_square, &residual, &marched};
+    CHECK_STATUS(sm_torus_harmonics(&contact, &grid, &where, &found), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_torus_growing(&contact, &grid, 1, &number, &number, row), SM_BAD_ARGUMENT);
+    const sm_segment segment = {.duration = 1.0, .frequency = {1.0}};
+    const sm_contact_samples samples = {1, &mean_square, row, row, row};
+    mean_square = 0.5; /* the time */
+    CHECK_STATUS(sm_contact_motion(&contact, 1, &segment, NULL, 32, &samples), SM_BAD_ARGUMENT);
+}
+
 void check_elastic(void) {
     int tori = 0, motions = 0;
     check_refusals();
+    check_no_contacts();
     check_solver();
     check_that_what_sticks_needs_no_rate_correction();
     check_component_of(ONLY_SLIDERS);

@@ -208,7 +208,7 @@ REFUSED = [
     ({"contact": [-1]}, "contact: DOF -1 is out of range"),
     ({"contact": [1, 1]}, "contact: DOF indices must be distinct"),
     ({"contact": [1.0]}, "contact: DOF indices must be integers"),
-    ({"contact": range(6)}, "contact: must have at least 1 and fewer than 6 contacts, got 6"),
+    ({"contact": np.eye(6, 7)}, "contact: must have 1 to 6 contacts, one per DOF at most, got 7"),
     ({"contact": np.ones((5, 1))}, "contact: W must have 6 rows"),
     ({"contact": np.ones((6, 2))}, "contact: directions .* must be linearly independent"),
     ({"contact": np.eye(6)[:, :1] * 0}, "contact: every direction .* nonzero entry"),

@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 from elastic import cantilever as elastic_contacts
 
-from slipmode.rom import Coulomb, Model, SlipmodeError, Tanh, reduce, tabulate, two_mass
+from slipmode.rom import (
+    Coulomb,
+    Model,
+    SlipmodeError,
+    Tanh,
+    model_of_rates,
+    reduce,
+    tabulate,
+    two_mass,
+)
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.model import digest
@@ -291,10 +300,13 @@ def test_a_law_that_is_none_is_refused(saved, law, complaint):
             "force of iwan is no such parameter",
         ),
         (
-            {"law": "iwan", "force": 1.0, "stiffness": 2.0, "chi": 0.5, "beta": 0.0},
+            {"law": "iwan", "force": 1.0, "stiffness": 2.0, "chi": 1.5, "beta": 0.0},
             "chi: must be above -1",
         ),
         ({"law": "sliders", "limit": [1.0], "stiffness": [1.0, 2.0]}, "stiffness: must be 1"),
+        ({"law": "none"}, "NoContacts() is the law of rom.model_of_rates"),
+        ({"law": "none", "limit": 1.0}, "must be one of"),
+        ({"law": "groups", "groups": [[{"law": "none"}, [0, 1, 2, 3]]]}, "must be one of"),
         ({"law": "groups"}, "must have groups of contacts"),
         ({"law": "groups", "groups": [], "mu": 1.0}, "must have groups of contacts"),
         ({"law": "groups", "groups": []}, "must have at least one group"),
@@ -319,6 +331,14 @@ def test_a_rigid_law_of_elastic_contacts_is_refused(tmp_path):
     path = tmp_path / "elastic.rom"
     elastic_contacts.model("Jenkins", (0,)).save(path)
     with_law(path, {"law": "coulomb", "limit": 2.0})
+    assert "law: does not fit the stiffness of the contacts" in refusal_of(path)
+
+
+def test_a_contact_law_without_contacts_is_refused(tmp_path):
+    path = tmp_path / "rates.rom"
+    model_of_rates(lambda a: (1.0 + a, 700.0 - a), (1.0,)).save(path)
+    assert Model.load(path).reduced.n_contacts == 0
+    with_law(path, JENKINS)
     assert "law: does not fit the stiffness of the contacts" in refusal_of(path)
 
 

@@ -22,14 +22,22 @@ def iwan_energy(law, amplitude):
     return 4.0 * R * amplitude ** (law.chi + 3.0) * exponents, largest
 
 
-@pytest.mark.parametrize("chi", [-0.2, -0.5, -0.8])
-def test_sliders_of_an_iwan_joint_lose_the_energy_of_its_distribution(chi):
+@pytest.mark.parametrize(
+    ("chi", "error"), [(-0.2, 0.01), (-0.5, 0.01), (-0.8, 0.01), (0.6, 0.016), (1.0, 0.021)]
+)
+def test_sliders_of_an_iwan_joint_lose_the_energy_of_its_distribution(chi, error):
     law = rom.Iwan(force=2.0, stiffness=20.0, chi=chi, beta=0.3)
     limit, stiffness = law.distribution()
     _, largest = iwan_energy(law, 1.0)
     for x in np.geomspace(3e-3, 0.99, 400) * largest:
         lost = 4.0 * np.sum(limit * np.maximum(x - limit / stiffness, 0.0))
-        assert lost == pytest.approx(iwan_energy(law, x)[0], rel=0.01)
+        assert lost == pytest.approx(iwan_energy(law, x)[0], rel=error)
+
+
+@pytest.mark.parametrize("chi", [-1.0, 1.01, 1e9, float("nan")])
+def test_an_exponent_of_iwan_that_is_not_allowed_is_refused(chi):
+    with pytest.raises(rom.SlipmodeError, match="chi: must be above -1 and at most 1, got"):
+        rom.Iwan(force=2.0, stiffness=20.0, chi=chi, beta=0.3)
 
 
 @pytest.mark.parametrize("damping", [1e-3, 0.0])

@@ -13,6 +13,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                             const double *start_x, int32_t steps_per_period,
                             const sm_contact_samples *samples) {
     sm_status status = samples ? sm_contact_check(contact) : SM_BAD_ARGUMENT;
+    if (status == SM_OK && contact->contacts == 0) return SM_BAD_ARGUMENT;
     if (status == SM_OK) status = sm_segments_check(segments, segment, contact->modes);
     if (status == SM_OK) status = sm_times_check(samples->count, samples->times, segments, segment);
     if (status != SM_OK) return status;

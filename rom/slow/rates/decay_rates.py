@@ -1,0 +1,71 @@
+"""Damping and frequency of free vibration at any amplitudes, by the slow flow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Floats, as_floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
+from slipmode.rom.table.hermite import outside_table
+from slipmode.rom.table.model import Model
+
+# A mode at rest has the rates of this amplitude, relative to the range of the table: friction
+# terms are in proportion to the amplitude there.
+_AT_REST = 1e-9
+_MOST_PASSES, _CONVERGED = 50, 1e-13  # of the frequencies; the latter is rounding
+
+
+def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
+    """Return damping and frequency of free vibration at given amplitudes.
+
+    Parameters
+    ----------
+    model : Model
+    amplitudes : (..., modes) array_like
+        |a_j| >= 0 of all modes, which vibrate together [kg^1/2 m].
+
+    Returns
+    -------
+    damping : (..., modes) ndarray
+        delta_j = -d|a_j|/dt / |a_j| [1/s].
+    frequency : (..., modes) ndarray
+        omega_j [rad/s].
+
+    Raises
+    ------
+    SlipmodeError
+        If an amplitude is not finite, negative, or outside the friction table.
+
+    Notes
+    -----
+    The rates are those of the slow flow, Eqs. (18), (19), without forces, with da_j/dt = -delta_j
+    a_j in the frame of omega_j. Combination resonances are left out: their mean over the phases of
+    the modes is zero. Damping includes the structural damping. `rom.model_of_rates` is the inverse
+    of this function.
+    """
+    given = as_floats("amplitudes", amplitudes)
+    if given.ndim == 0 or given.shape[-1] != model.modes:
+        raise SlipmodeError(
+            f"amplitudes: must have a last axis of length {model.modes}, got shape {given.shape}"
+        )
+    if not np.all(np.isfinite(given) & (given >= 0.0)):
+        raise SlipmodeError("amplitudes: must be finite numbers >= 0 [kg^1/2 m]")
+    table = model.table
+    points = np.maximum(given, _AT_REST * table.amplitude_range).reshape(-1, model.modes)
+    if np.any(points > table.amplitude_range):
+        raise outside_table(points, table)
+    values = table.values.copy()
+    values[..., 2 * model.modes : 2 * (model.modes + len(model.combinations))] = 0.0
+    flow = shifted_flow(replace(model, table=replace(table, values=values)), 0.0)
+    a = points.astype(complex)
+    frequency = np.tile(model.reduced.frequency, (len(points), 1))
+    for _ in range(_MOST_PASSES):
+        growth = rates(flow, inputs_of(np.zeros_like(a), frequency), a) / a
+        frequency = frequency + growth.imag
+        if np.abs(growth.imag).max(initial=0.0) <= _CONVERGED * frequency.max(initial=1.0):
+            break
+    return -growth.real.reshape(given.shape), frequency.reshape(given.shape)

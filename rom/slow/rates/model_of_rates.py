@@ -1,0 +1,248 @@
+"""Models of damping and frequency that depend on the amplitudes, without contacts.
+
+In free vibration the amplitudes obey da_j/dt = (s_j(|a|) - i Omega_j) a_j, s_j = -delta_j +
+i omega_j. The amplitude equation, as rom/kernel/slow/first_order.c has it, has this solution with
+
+    S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|,    dS_j / d(d|a_k|/dt) = |a_j| ds_j / d|a_k|,
+
+gamma_j = 2 delta_0j and |s_0j| for damping and natural frequency of the mode; s_0j is s_j at rest.
+S_j is the friction term of steady motion, the other its rate correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
+from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.errors import Finding, SlipmodeError, warn
+from slipmode.rom.frequencies import (
+    HIGHEST_CARRIER,
+    LOWEST_CARRIER,
+    can_carry,
+    mode_frequency_findings,
+)
+from slipmode.rom.laws.no_contacts import NoContacts
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.representable import ALLOWED, LARGEST, fits
+from slipmode.rom.slow.rates.decay_rates import decay_rates
+from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
+from slipmode.rom.table.model import Model
+from slipmode.rom.table.model_content import REDUCED_ARRAYS
+from slipmode.rom.table.refinement.refine import refine
+from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
+from slipmode.rom.table.tabulation import check_request
+
+Rates = Callable[[Floats], tuple[ArrayLike, ArrayLike]]
+
+
+def model_of_rates(
+    rates: Rates,
+    amplitude: Sequence[float],
+    tolerance: float = 1e-3,
+    *,
+    mode_shapes: ArrayLike | None = None,
+    warned: bool = True,
+) -> Model:
+    """Return the model of one or two modes with given damping and frequency of free vibration.
+
+    The rates may come from measurements. The model has no contacts. Everything else works as with
+    a model of `rom.tabulate`, except what scales or varies friction limits.
+
+    Parameters
+    ----------
+    rates : callable
+        ``damping, frequency = rates(amplitudes)``: damping delta_j [1/s] and frequency omega_j
+        [rad/s] of free vibration, arrays (points, modes), at amplitudes |a_j| (points, modes)
+        [kg^1/2 m]. A function of the amplitudes alone, defined from 0 to `amplitude`. Then
+        q_j = 2 |a_j| cos(theta_j), d|a_j|/dt = -delta_j |a_j|, dtheta_j/dt = omega_j.
+    amplitude : sequence of one or two float
+        Largest amplitude |a_j| of each mode [kg^1/2 m].
+    tolerance : float
+        Relative error of the amplitude equation, as in `rom.tabulate`. `Model.accuracy` states
+        the error that is reached.
+    mode_shapes : (n, modes) array_like, optional
+        Mass-normalised modes at the DOFs of sensors and forces [kg^-1/2]: 1 / sqrt(m) at the DOF
+        at which m is the modal mass. Mode j moves DOF i with the displacement amplitude
+        2 |mode_shapes[i, j]| |a_j| [m]. Default: one DOF for each mode, with a modal mass of 1 kg.
+    warned : bool
+        Issue the warnings below.
+
+    Raises
+    ------
+    SlipmodeError
+        If rates are not finite, have another shape, or a frequency is outside 0.62 to 10 times
+        the frequency at rest; if the modes have the same frequency at rest; if the tolerance
+        cannot be reached.
+
+    Warns
+    -----
+    ValidityWarning
+        If the model misses the tolerance: rates jump, or change too much for the slow flow. If
+        the frequency of a mode is outside 1e-3 to 1e6 Hz.
+
+    Notes
+    -----
+    The friction terms are those with which Eqs. (18), (19) have the solution a_j ~ exp(s_j t) at
+    constant amplitudes, s_j = -delta_j + i omega_j, and s_0j at rest:
+
+        S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|.
+
+    Modal damping and natural frequency of the model are those at rest. Damping may be negative:
+    the mode is self-excited then, see `rom.limit_cycles`. The friction terms do not depend on the
+    forcing frequency. Higher harmonics and internal resonances are not part of the model.
+
+    Steady vibration has the damping of free vibration at the same amplitude. With friction
+    contacts it has a smaller one, because friction lags in free vibration: steady states of two
+    masses, whose frequency falls by 1.8 %, differ by up to 1.7 %
+    (tests/rom/slow/rates/test_model_of_rates.py).
+    """
+    ends = np.atleast_1d(as_floats("amplitude", amplitude))
+    check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)
+    law = _RatesLaw(rates, ends.size)
+    reduced = law.reduced(mode_shapes)
+    norm, modes = ErrorNorm.of(reduced, ends), ends.size
+    sampling = Sampling(
+        law.sample,
+        orders=(*CARRIERS[:modes], CARRIERS[0]),
+        drives=tuple(range(modes)),
+        norm=norm,
+        carrier=reduced.carrier,
+        loss=norm.loss,
+        amplitude_range=ends,
+        onset_lines=np.zeros((0, modes)),
+        noise=0.0,
+    )
+    table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
+    table = law.corrected(table)
+    nodes = tuple(axis.size for axis in table.axes)
+    nothing = np.zeros((*nodes, modes, 0))
+    carriers = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
+    parts = ("resolution", "periodicity", "neglected_response", "neglected_modes", "detuning")
+    exact = dict.fromkeys(parts, 0.0)
+    accuracy = Accuracy(tolerance, error, **exact, steps=0, lines=0, solved=law.sampled)
+    model = Model(reduced, NoContacts(), table, carriers, (), accuracy)
+    model = replace(model, accuracy=replace(accuracy, resolution=_decay_error(model, law)))
+    if warned:
+        warn(mode_frequency_findings("AB", reduced.frequency))
+        warn(_findings(model.accuracy))
+    return model
+
+
+def _decay_error(model: Model, law: _RatesLaw) -> float:
+    """Return the largest error of free vibration at the nodes, as an error of S_j.
+
+    The slow flow is of first order in the rates: the error grows with the square of their change.
+    """
+    axes = np.meshgrid(*model.table.axes, indexing="ij")
+    points = np.stack(axes, axis=-1).reshape(-1, model.modes)
+    norm = ErrorNorm.of(model.reduced, model.table.amplitude_range)
+    points = points[norm.share(points) >= SMALLEST_SHARE]
+    damping, frequency = decay_rates(model, points)
+    off = np.abs(-damping + 1j * frequency - law.exponent(points))
+    of_friction = 2.0 * model.reduced.frequency * points * off
+    return float((of_friction / model.error_scale(points)).max())
+
+
+def _findings(accuracy: Accuracy) -> list[Finding]:
+    """Return a warning of rates that jump, or that change too much for the slow flow."""
+    tolerance, jump, change = accuracy.tolerance, accuracy.interpolation, accuracy.resolution
+    if max(jump, change) <= tolerance:
+        return []
+    what = (
+        "they jump at some amplitudes: the friction table has a relative error"
+        if jump > tolerance
+        else "they change much with the amplitude: free vibration has a relative error"
+    )
+    size = f"of up to {max(jump, change):.1g}, above the tolerance {tolerance:g}"
+    return [Finding("rates", "not followed", f"{what} {size}", "warning")]
+
+
+class _RatesLaw:
+    """The friction terms of given rates."""
+
+    def __init__(self, rates: Rates, modes: int) -> None:
+        self._rates, self._modes = rates, modes
+        self.sampled = 0  # points
+        self._at_rest = np.zeros(modes, dtype=complex)
+        self._at_rest = self.exponent(np.zeros((1, modes)))[0]  # s_0j
+        natural = np.abs(self._at_rest)
+        if modes == 2 and natural[0] == natural[1]:
+            raise SlipmodeError(
+                "rates: modes A and B must have different frequencies at rest, both have "
+                f"{natural[0]:g} rad/s"
+            )
+
+    def exponent(self, amplitudes: Floats) -> Complexes:
+        """Return s_j = -delta_j + i omega_j (points, modes), checked, at (points, modes)."""
+        given: Any = self._rates(amplitudes.copy())
+        if not isinstance(given, tuple | list) or len(given) != 2:
+            raise SlipmodeError(
+                f"rates: must return damping [1/s] and frequency [rad/s], got {in_one_line(given)}"
+            )
+        damping, frequency = (as_floats("rates", each) for each in given)
+        for name, values in (("damping", damping), ("frequency", frequency)):
+            if values.shape != amplitudes.shape:
+                raise SlipmodeError(
+                    f"rates: {name} must have the shape of the amplitudes (points, modes), "
+                    f"{amplitudes.shape}, got {values.shape}"
+                )
+        s = -damping + 1j * frequency
+        at_rest = np.abs(self._at_rest) if self._at_rest.any() else frequency[0]
+        follows = (np.abs(s) <= LARGEST) & (frequency > 0.0) & can_carry(at_rest, frequency)
+        if not follows.all():
+            point, j = np.argwhere(~follows)[0]
+            where = ", ".join(f"{each:.4g}" for each in amplitudes[point])
+            raise SlipmodeError(
+                f"rates: damping must be finite and the frequency {LOWEST_CARRIER:g} to "
+                f"{HIGHEST_CARRIER:g} times the frequency at rest; mode {'AB'[j]} has "
+                f"{damping[point, j]:g} 1/s and {frequency[point, j]:g} rad/s at amplitudes "
+                f"{where} kg^1/2 m"
+            )
+        return np.asarray(s)
+
+    def sample(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        """Return S_j, and no power that is lost elsewhere, (points, modes + 1)."""
+        self.sampled += len(amplitudes)
+        s, rest = self.exponent(amplitudes), self._at_rest
+        S = (s - rest) * (s - rest.conj()) * amplitudes
+        return np.hstack((S, np.zeros((len(S), 1))))
+
+    def corrected(self, table: Table) -> Table:
+        """Return the table with the rate correction, which makes free vibration exact."""
+        modes, nodes = self._modes, (table.node_a, table.node_b)
+        points = amplitude_pairs(*nodes, modes)
+        s = self.exponent(points.reshape(-1, modes)).reshape(points.shape)
+        slopes = surface_slopes(*nodes, s, [(0, 0)] * modes)[..., :modes]  # by j and k
+        samples = (points[..., np.newaxis] * slopes).reshape(*points.shape[:2], modes**2)
+        odd = [(j != k, j != k) for j in range(modes) for k in range(modes)]
+        return replace(table, rate_correction=surface_values(*nodes, samples, odd))
+
+    def reduced(self, mode_shapes: ArrayLike | None) -> Reduced:
+        """Return the modes, which have no contacts."""
+        modes = self._modes
+        shapes = as_floats("mode_shapes", np.eye(modes) if mode_shapes is None else mode_shapes)
+        if shapes.ndim != 2 or shapes.shape[1] != modes or not len(shapes) or not fits(shapes):
+            raise SlipmodeError(
+                f"mode_shapes: must be (n, {modes}) numbers, one row per DOF and one column per "
+                f"mode [kg^-1/2], {ALLOWED}, got shape {shapes.shape}"
+            )
+        sizes = {"m": modes, "q": modes, "n": len(shapes), "c": 0, "p": 0}
+        arrays: dict[str, Any] = {
+            name: np.zeros([sizes[axis] for axis in axes]) for name, axes in REDUCED_ARRAYS.items()
+        }
+        arrays["frequency"] = arrays["carrier"] = np.abs(self._at_rest)
+        arrays["modal_damping"] = -2.0 * self._at_rest.real
+        arrays["mode_shapes"] = shapes.copy()
+        arrays["contact_motion"] = arrays["contact_motion"].astype(complex)
+        contacts = NoContacts().elements(0)
+        return Reduced("consistent", tuple(range(modes)), contacts=contacts, **arrays)

@@ -1,0 +1,364 @@
+"""Models of given damping and frequency, against the law itself: closed forms and scipy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from slipmode import fmu, rom
+
+RANGE = 2e-3
+REST, NATURAL = 1.5, 2.0 * np.pi * 120.0  # damping [1/s] and frequency [rad/s] at rest
+GROWTH, DROP = 2.0, 7.5  # change of either at the end of the range
+SHAPE = 1.2
+
+
+def power_law(exponent):
+    def rates(amplitudes):
+        share = (amplitudes / RANGE) ** exponent
+        return REST + GROWTH * share, NATURAL - DROP * share
+
+    return rates
+
+
+def two_modes(amplitudes):
+    """Rates of two modes that see each other, in proportion to the measured ones of a beam."""
+    a, b = np.asarray(amplitudes).T
+    s_A, s_B = np.sqrt(a**2 + 0.2 * b**2) / RANGE, np.sqrt(b**2 + 0.8 * a**2) / RANGE
+    damping = np.stack((1.5 + 2.0 * s_A**1.1, 2.2 + 3.0 * s_B), axis=-1)
+    frequency = np.stack((122.0 - 1.0 * s_A**1.1, 243.0 - 1.4 * s_B), axis=-1)
+    return damping, 2.0 * np.pi * frequency
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def law(request):
+    return request.param, rom.model_of_rates(
+        power_law(request.param), (RANGE,), mode_shapes=[[SHAPE], [0.5]]
+    )
+
+
+@pytest.fixture(scope="module")
+def pair():
+    shapes = [[1.2, 0.7], [0.4, -1.1], [0.9, 0.2]]
+    return rom.model_of_rates(two_modes, (RANGE, RANGE), mode_shapes=shapes)
+
+
+def ring_down(model, start, carriers, times):
+    """Complex amplitudes of the component at times, in the frame of the carriers."""
+    component = fmu.Component(model)
+    component.reset(0.0, start)
+    inputs = np.zeros((times.size - 1, len(component.input_names)))
+    for name, carrier in zip("AB", carriers, strict=False):
+        inputs[:, component.input_names.index(f"frequency_{name}")] = carrier
+    outputs = component.run(np.diff(times), inputs)[:, 1 : 1 + 2 * len(carriers)]
+    return np.ascontiguousarray(outputs).view(complex)
+
+
+# One mode
+
+
+@pytest.mark.quick
+def test_backbone_and_rates_are_the_law(law):
+    exponent, model = law
+    amplitude = np.geomspace(1e-3, 0.998, 300) * RANGE
+    damping, frequency = power_law(exponent)(amplitude)
+    curve = rom.backbone(model, amplitude=amplitude)
+    # S_j of the norm: 2 omega |a| times the change of the rates and the damping
+    stated = model.accuracy.total * (np.hypot(damping, frequency - NATURAL) + REST)
+    found = rom.decay_rates(model, amplitude[:, np.newaxis])
+    assert np.all(np.abs(found[0][:, 0] - damping) <= stated)
+    assert np.all(np.abs(found[1][:, 0] - frequency) <= stated)
+    steady = np.sqrt(frequency**2 - damping**2 + 2.0 * REST * damping)  # no decay
+    assert np.all(np.abs(curve.frequency - steady) <= stated)
+    assert np.all(np.abs(curve.decay - damping) <= stated)
+    np.testing.assert_allclose(curve.damping, damping / frequency, rtol=1e-3)
+    # measured 6.0e-5 and 3.5e-7
+    np.testing.assert_allclose(found[0][:, 0], damping, rtol=1e-4)
+    np.testing.assert_allclose(found[1][:, 0], frequency, rtol=1e-6)
+
+
+@pytest.mark.quick
+def test_free_vibration_has_its_closed_form(law):
+    """r' = -d r - g r^(p + 1), phase' = w - h r^p in the frame of the carrier."""
+    p, model = law
+    times, start = np.linspace(0.0, 2.0, 401), 0.95 * RANGE
+    g, t = GROWTH / RANGE**p, times[1:]
+    a = ring_down(model, [start], [0.995 * NATURAL], times)[:, 0]
+    decay = np.exp(-p * REST * t)
+    modulus = start * (decay / (1.0 + g / REST * start**p * (1.0 - decay))) ** (1.0 / p)
+    integral = np.log1p(g / REST * start**p * (1.0 - decay)) / (p * g)  # of r^p
+    phase = 0.005 * NATURAL * t - DROP / RANGE**p * integral
+    turned = np.unwrap(np.angle(a * np.exp(-1j * phase)))
+    np.testing.assert_allclose(np.abs(a), modulus, rtol=5e-5)  # measured 1.9e-5
+    assert np.abs(turned).max() <= 2e-4  # [rad], measured 6.0e-5
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("force", [0.9, 8.0])
+def test_steady_states_and_curves_have_their_closed_form(law, force):
+    """|(w_0^2 - Omega^2 + i gamma Omega) - Q| r = F / 2, Q = (s + d_0)^2 + w_d^2, written out."""
+    exponent, model = law
+    Omega = np.linspace(0.985, 1.005, 41) * NATURAL
+    modal = SHAPE * force
+
+    def deficit(r, Omega):
+        share = (r / RANGE) ** exponent
+        s = -(REST + GROWTH * share) + 1j * (NATURAL - DROP * share)
+        Q = (s + REST) ** 2 + NATURAL**2
+        D = REST**2 + NATURAL**2 - Omega**2 + 2j * REST * Omega
+        return r * abs(D - Q) - 0.5 * modal
+
+    amplitude = rom.steady(model, Omega[:, np.newaxis], [{0: force}])
+    exact = [brentq(deficit, 1e-12, RANGE, args=(each,)) for each in Omega]
+    np.testing.assert_allclose(np.abs(amplitude[:, 0]), exact, rtol=1e-6)  # measured 8.8e-8
+    ends = (0.985 * NATURAL,), (1.005 * NATURAL,)
+    curve = rom.response_curve(model, [NATURAL], [{0: force}], "frequency", ends)
+    at = 0.985 * NATURAL + curve.parameter * 0.02 * NATURAL
+    off = [
+        abs(r - brentq(deficit, 1e-12, RANGE, args=(each,)))
+        for r, each in zip(np.abs(curve.amplitude[:, 0]), at, strict=True)
+    ]
+    assert np.all(off <= curve.error[:, 0] + 1e-9 * RANGE)
+
+
+def test_without_change_of_the_rates_it_is_the_linear_oscillator():
+    def rates(amplitudes):
+        return np.full_like(amplitudes, REST), np.full_like(amplitudes, NATURAL)
+
+    model = rom.model_of_rates(rates, (RANGE,), mode_shapes=[[SHAPE]])
+    Omega = np.linspace(0.7, 1.4, 29) * NATURAL
+    found = rom.steady(model, Omega[:, np.newaxis], [{0: 0.5}])[:, 0]
+    square = REST**2 + NATURAL**2
+    receptance = 1.0 / (square - Omega**2 + 2j * REST * Omega)
+    np.testing.assert_allclose(found, 0.5 * SHAPE * 0.5 * receptance, rtol=1e-9)
+
+
+def test_damping_that_rises_from_below_zero_ends_in_its_limit_cycle():
+    def rates(amplitudes):
+        return -1.0 + 2.0 * amplitudes / RANGE, NATURAL - DROP * amplitudes / RANGE
+
+    model = rom.model_of_rates(rates, (RANGE,))
+    (cycle,) = rom.limit_cycles(model)
+    assert abs(cycle.amplitude[0]) == pytest.approx(0.5 * RANGE, rel=1e-3)
+    assert cycle.frequency[0] == pytest.approx(NATURAL - 0.5 * DROP, rel=1e-5)
+
+
+# Two modes
+
+
+@pytest.mark.quick
+def test_two_modes_decay_together_as_the_law_says(pair):
+    carriers = 2.0 * np.pi * np.array([121.0, 242.0])
+    start, times = np.array([0.7, 0.9 * np.exp(1j)]) * RANGE, np.linspace(0.0, 1.5, 151)
+
+    def growth(_, y):
+        a = y.view(complex)
+        damping, frequency = two_modes(np.abs(a))
+        return ((-damping + 1j * (frequency - carriers)) * a).view(float)
+
+    solved = solve_ivp(
+        growth, (0.0, 1.5), start.view(float), t_eval=times[1:], rtol=1e-10, atol=1e-14
+    )
+    exact = np.ascontiguousarray(solved.y.T).view(complex)
+    a = ring_down(pair, start, carriers, times)
+    np.testing.assert_allclose(np.abs(a), np.abs(exact), rtol=5e-5)  # measured 1.2e-5
+    assert np.abs(np.angle(a / exact)).max() <= 2e-4  # [rad], measured 3.3e-5
+
+
+@pytest.mark.quick
+def test_rates_of_two_modes_are_the_law_within_the_stated_error(pair):
+    points = np.random.default_rng(5).uniform(0.0, 0.998, (2000, 2)) * RANGE
+    exact = two_modes(points)
+    s = -exact[0] + 1j * exact[1]
+    damping, frequency = rom.decay_rates(pair, points.reshape(40, 50, 2))
+    assert damping.shape == frequency.shape == (40, 50, 2)
+    off = np.abs(-damping + 1j * frequency - s.reshape(40, 50, 2))
+    error = 2.0 * pair.reduced.frequency * points.reshape(40, 50, 2) * off
+    assert np.all(error <= pair.friction_error(points.reshape(40, 50, 2)))
+    np.testing.assert_allclose(damping.reshape(-1, 2), exact[0], rtol=1e-3)  # measured 3.5e-4
+
+
+def test_fast_motion_is_the_sum_of_the_modes(pair):
+    carriers = np.array([[2.0 * np.pi * 121.0, 2.0 * np.pi * 242.0]])
+    times = np.linspace(0.0, 0.05, 11)
+    a = ring_down(pair, np.array([0.5, 0.4]) * RANGE, carriers[0], times)
+    amplitude = np.vstack((np.array([[0.5, 0.4]]) * RANGE, a))
+    steps, nothing = times.size - 1, np.zeros((times.size - 1, 2))
+    angle = times[:, np.newaxis] * carriers
+    trajectory = rom.SlowTrajectory(
+        times, amplitude, angle, np.tile(carriers, (steps, 1)), nothing, nothing + 0j, nothing + 0j
+    )
+    motion = rom.reconstruct(pair, trajectory, times)
+    q = 2.0 * (amplitude * np.exp(1j * angle)).real
+    expected = q @ pair.reduced.mode_shapes.T
+    np.testing.assert_allclose(motion.elastic(pair, [0, 1, 2]), expected, atol=1e-9 * RANGE)
+    summed = rom.sum_harmonics(pair, trajectory, times)
+    np.testing.assert_allclose(summed.elastic(pair, [0, 1, 2]), expected, atol=1e-9 * RANGE)
+
+
+# Any model
+
+
+@pytest.mark.parametrize("friction", [rom.Coulomb(2.0), rom.Tanh(2.0, 0.02)])
+def test_the_rates_of_a_model_with_contacts_make_the_same_model(friction):
+    """Free vibration alike; steady states differ by what friction lags in free vibration."""
+    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
+    contacts = rom.tabulate(reduced, friction, (4.0,), 1e-3)
+    curve = rom.backbone(contacts, amplitude=np.linspace(0.2, 3.9, 50))
+    damping, frequency = rom.decay_rates(contacts, curve.amplitude[:, np.newaxis])
+    np.testing.assert_allclose(damping[:, 0], curve.decay, rtol=1e-4)
+    np.testing.assert_allclose(frequency[:, 0], curve.frequency, rtol=2e-4)  # no decay there
+    twin = rom.model_of_rates(
+        lambda a: rom.decay_rates(contacts, a),
+        (3.9,),
+        mode_shapes=reduced.mode_shapes,
+        warned=False,
+    )
+    again = rom.decay_rates(twin, curve.amplitude[:, np.newaxis])
+    np.testing.assert_allclose(again[0], damping, rtol=5e-3)  # measured 1.3e-4
+    np.testing.assert_allclose(again[1], frequency, rtol=1e-4)
+    force, Omega = [{0: 0.15}], np.linspace(0.95, 1.03, 17)[:, np.newaxis]
+    one, other = (np.abs(rom.steady(model, Omega, force)) for model in (contacts, twin))
+    assert np.abs(other / one - 1.0).max() <= 0.02  # measured 0.0165, 0.0172
+
+
+@pytest.mark.parametrize("formulation", ["consistent", "paper"])
+def test_rates_of_modes_at_rest_are_those_of_the_stuck_structure(formulation):
+    reduced = rom.reduce(rom.two_mass(beta=0.01), formulation=formulation)
+    model = rom.tabulate(reduced, rom.Coulomb(2.0), (3.0, 3.0), 1e-2)
+    damping, frequency = rom.decay_rates(model, [0.0, 0.0])
+    assert rom.decay_rates(model, np.zeros((0, 2)))[0].shape == (0, 2)
+    np.testing.assert_allclose(damping, 0.5 * reduced.modal_damping, rtol=1e-3)
+    np.testing.assert_allclose(frequency, reduced.frequency, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("amplitudes", "message"),
+    [
+        ([[1.0, 2.0]], "amplitudes: must have a last axis of length 1, got shape (1, 2)"),
+        (1e-3, "amplitudes: must have a last axis of length 1, got shape ()"),
+        ([[-1e-3]], "amplitudes: must be finite numbers >= 0"),
+        ([[np.nan]], "amplitudes: must be finite numbers >= 0"),
+        ([[3e-3]], "amplitude: mode A reaches 0.003 kg^1/2 m at the contacts, outside"),
+    ],
+)
+def test_amplitudes_without_rates_are_refused(law, amplitudes, message):
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        rom.decay_rates(law[1], amplitudes)
+    assert str(refusal.value).startswith(message)
+    assert "\n" not in str(refusal.value)
+
+
+# Files and refusals
+
+
+def test_a_saved_model_is_the_same(pair, tmp_path):
+    pair.save(tmp_path / "pair.rom")
+    loaded = rom.Model.load(tmp_path / "pair.rom")
+    assert loaded.hash == pair.hash
+    assert loaded.law == rom.NoContacts()
+    points = np.random.default_rng(1).uniform(0.0, RANGE, (100, 2))
+    for one, other in zip(
+        rom.decay_rates(loaded, points), rom.decay_rates(pair, points), strict=True
+    ):
+        np.testing.assert_array_equal(one, other)
+    forces = ({0: 1.0}, {1: 1.0})
+    Omega = 2.0 * np.pi * np.array([122.0, 243.0])
+    np.testing.assert_array_equal(
+        rom.steady(loaded, Omega, forces), rom.steady(pair, Omega, forces)
+    )
+
+
+def refused(rates, amplitude=(RANGE,), **options):
+    with pytest.raises(rom.SlipmodeError) as refusal:
+        rom.model_of_rates(rates, amplitude, **options)
+    assert "\n" not in str(refusal.value)
+    return str(refusal.value)
+
+
+def given(damping, frequency):
+    return lambda a: (damping(a), frequency(a))
+
+
+def constant(value):
+    return lambda a: np.full_like(a, value)
+
+
+WRONG_RATES = [
+    (
+        given(constant(np.nan), constant(700.0)),
+        "mode A has nan 1/s and 700 rad/s at amplitudes 0 ",
+    ),
+    (given(constant(1.0), constant(0.0)), "mode A has 1 1/s and 0 rad/s"),
+    (given(constant(1.0), constant(1e60)), "mode A has 1 1/s and 1e+60 rad/s"),
+    (given(constant(1.0), constant(-700.0)), "0.62 to 10 times the frequency at rest"),
+    (given(constant(1.0), lambda a: 700.0 - 4e5 * a), "mode A has 1 1/s and "),
+    (given(lambda a: 1.0 / (a - RANGE), constant(700.0)), "damping must be finite"),
+    (given(lambda a: np.ones(len(a)), constant(700.0)), "damping must have the shape of the"),
+    (given(constant(1.0), lambda a: 700.0), "frequency must have the shape of the"),
+    (lambda a: a, "must return damping [1/s] and frequency [rad/s], got"),
+    (given(lambda a: 1j * a, constant(700.0)), "must be real numbers, got"),
+]
+
+
+@pytest.mark.parametrize(("rates", "message"), WRONG_RATES)
+@pytest.mark.filterwarnings("ignore:divide by zero")
+def test_wrong_rates_are_refused_in_one_line(rates, message):
+    said = refused(rates)
+    assert said.startswith("rates: ")
+    assert message in said
+
+
+def test_wrong_arguments_are_refused_in_one_line():
+    rates = power_law(1)
+    for amplitude in ((), (0.0,), (-1.0,), (np.inf,), (1.0, 1.0, 1.0), "x"):
+        assert refused(rates, amplitude).startswith("amplitude: must be")
+    assert refused(rates, tolerance=0.0).startswith("tolerance: must be 1e-6 to 0.1")
+    for shapes in ([1.0], [[1.0, 2.0]], np.zeros((0, 1)), [[np.nan]]):
+        assert refused(rates, mode_shapes=shapes).startswith("mode_shapes: must be (n, 1)")
+    same = refused(lambda a: (1.0 + a, 700.0 + 0.0 * a), (RANGE, RANGE))
+    assert same.startswith("rates: modes A and B must have different frequencies at rest")
+
+
+def test_what_scales_friction_limits_is_refused(law):
+    _, model = law
+    with pytest.raises(rom.SlipmodeError, match="limit_scale: the model has no contacts"):
+        fmu.Component(model).set_inputs(limit_scale=2.0)
+    with pytest.raises(rom.SlipmodeError, match="law: "):
+        rom.performance_curve(model, 0, {0: 1.0})
+    with pytest.raises(rom.SlipmodeError, match="vary: "):
+        rom.response_curve(model, [NATURAL], [{0: 1.0}], "limit", (0.5, 2.0))
+    reduced = rom.reduce(rom.two_mass())
+    for solve in (
+        lambda: rom.tabulate(model.reduced, model.law, (1.0,)),
+        lambda: rom.steady_state(model.reduced, model.law, [NATURAL], [{0: 1.0}]),
+        lambda: rom.tabulate(reduced, rom.NoContacts(), (1.0, 1.0)),
+        lambda: rom.reduce(rom.two_mass(), law=rom.NoContacts()),
+    ):
+        with pytest.raises(rom.SlipmodeError, match="law: "):
+            solve()
+
+
+def test_rates_that_jump_are_stated():
+    with pytest.warns(rom.ValidityWarning, match="rates not followed: they jump at some"):
+        model = rom.model_of_rates(
+            lambda a: (1.0 + (a > 1e-3), NATURAL + 0.0 * a), (RANGE,), tolerance=1e-2
+        )
+    assert model.accuracy.interpolation > 0.1
+
+
+def test_a_large_change_of_the_frequency_is_stated():
+    """The slow flow is of first order: the error falls with the square of the change."""
+
+    def rates(change):
+        return lambda a: (REST + 0.0 * a, NATURAL * (1.0 - change * a / RANGE))
+
+    errors = []
+    for change in (0.02, 0.04):
+        model = rom.model_of_rates(rates(change), (RANGE,), 1e-6, warned=False)
+        points = np.linspace(0.1, 0.99, 50)[:, np.newaxis] * RANGE
+        damping, _ = rom.decay_rates(model, points)
+        errors.append(np.abs(damping - REST).max() / REST)
+    assert errors[1] / errors[0] == pytest.approx(4.0, rel=0.1)
+    with pytest.warns(rom.ValidityWarning, match="rates not followed: they change much"):
+        rom.model_of_rates(rates(0.04), (RANGE,), 1e-6)
