@@ -180,22 +180,23 @@ class _SteadyFlow(ForcedFlow):
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
         free = self._excited & (self.force[0] == 0.0)
-        outside = np.zeros((1, self.model.modes), dtype=complex)
+        at_edge = False  # whether the last stage inside the table was close to its edge
 
         def rate(_: float, z: Floats) -> Floats:
-            # NaN where a trial stage leaves the table: a shorter step follows.
+            nonlocal at_edge
+            # NaN where a trial stage leaves the table: a shorter step follows. At the edge steps
+            # would become so short that they change no amplitude.
             if np.isnan(z).any():
                 return z
             amplitude = z.view(complex)[np.newaxis]
-            now: Floats = ForcedFlow.balance(self, amplitude).rate[0].view(float)
-            if np.isnan(now).any():
-                outside[:] = amplitude
+            flow = self.balance(amplitude) if at_edge else ForcedFlow.balance(self, amplitude)
+            now: Floats = flow.rate[0].view(float)
+            if not np.isnan(now).any():
+                at_edge = bool((np.abs(self.effective(amplitude)) > self._range).any())
             return now
 
         for _ in range(20):
             path = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12)
-            if not path.success:
-                self.balance(outside)  # refuses a path that leaves the table
             y = path.y[:, -1]
             point = self.newton(y.view(complex)[np.newaxis])
             if self.is_steady(point)[0]:

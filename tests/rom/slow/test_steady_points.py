@@ -51,3 +51,17 @@ def test_the_highest_peak_of_a_force_is_that_of_its_resonance_curve(one_mode_mod
         assert frequency[k] == pytest.approx(axis[curve.argmax(), 0], abs=5e-4)
     (beyond,), _ = resonance_peaks(one_mode_model, 0, np.array([5.0 * abs(own)]))
     assert np.isnan(beyond)
+
+
+def test_paths_end_at_the_edge_of_the_table():
+    """One of these had steps so short that they changed no amplitude, and did not end."""
+    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
+    model = rom.tabulate(reduced, rom.Tanh(2.0, 0.02), (3.3,), detuning=True)
+    draw = np.random.default_rng(3).uniform
+    frequency, force = draw(0.975, 0.99, (300, 1)), draw(0.1, 0.2, (300, 1))
+    own = reduced.modal_force(0, PATTERNS[0])
+    found = steady_points(model, frequency, PATTERNS[:1], force.astype(complex) * own)
+    assert found.outside.sum() == 105
+    reached = np.abs(found.amplitude[~found.outside])
+    assert np.all(reached <= 3.3)
+    assert set(np.array(found.reason)[~found.outside]) == {""}
