@@ -215,7 +215,7 @@ class _SteadyFlow(ForcedFlow):
         """Return amplitudes scaled back where the effective ones would leave the table."""
         shifted = self.shift * self.force
         modulus = np.abs(amplitude + shifted)
-        over = modulus > self._range
+        over = modulus > self.model.table.amplitude_range
         factor = np.divide(self._range, modulus, out=np.ones(modulus.shape), where=over)
         return np.where(over, factor * (amplitude + shifted) - shifted, amplitude)
 

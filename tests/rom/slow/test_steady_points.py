@@ -65,3 +65,12 @@ def test_paths_end_at_the_edge_of_the_table():
     reached = np.abs(found.amplitude[~found.outside])
     assert np.all(reached <= 3.3)
     assert set(np.array(found.reason)[~found.outside]) == {""}
+
+
+def test_a_state_close_to_the_edge_of_the_table_is_found():
+    """Newton's method stayed 0.2 % away from the edge, and found none there."""
+    reduced, law = rom.reduce(rom.two_mass(beta=0.01), (0,)), rom.Tanh(2.0, 0.02)
+    load = np.array([[0.98]]), PATTERNS[:1], np.array([[0.15 * reduced.modal_force(0, {0: 1.0})]])
+    (wide,) = np.abs(steady_points(rom.tabulate(reduced, law, (6.0,)), *load).amplitude)
+    found = steady_points(rom.tabulate(reduced, law, wide / 0.999), *load)
+    np.testing.assert_allclose(np.abs(found.amplitude[0]), wide, rtol=2e-3)
