@@ -16,6 +16,9 @@ from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.identification.identification import Identification, identify
+from slipmode.rom.identification.measurement import Measurement, Record
+from slipmode.rom.identification.reading import read_measurement
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -57,10 +60,12 @@ __all__ = [
     "Coulomb",
     "Friction",
     "FrictionalContact",
+    "Identification",
     "Iwan",
     "Jenkins",
     "Labels",
     "LimitCycle",
+    "Measurement",
     "ModeTable",
     "Model",
     "Motion",
@@ -68,6 +73,7 @@ __all__ = [
     "PerformanceCurve",
     "Preload",
     "Rayleigh",
+    "Record",
     "Reduced",
     "ResonanceCurve",
     "ResonanceSurface",
@@ -85,12 +91,14 @@ __all__ = [
     "backbone",
     "combination_resonances",
     "contact_pairs",
+    "identify",
     "limit_cycles",
     "load_structure",
     "modes",
     "motion_patches",
     "performance_curve",
     "preload",
+    "read_measurement",
     "reconstruct",
     "reduce",
     "resonance",

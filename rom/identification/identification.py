@@ -1,0 +1,526 @@
+"""Identification of a law of the slow flow from measured decays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import scipy.special
+
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.identification.first_look import FirstLook, LocalRates
+from slipmode.rom.identification.fit import Fit
+from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
+from slipmode.rom.identification.prediction import (
+    LEAST_RECORDS,
+    Prediction,
+    jackknife_variance,
+    predict,
+)
+from slipmode.rom.identification.preparation import mode_frequencies, prepare, sound
+from slipmode.rom.identification.selection import fit_in_turn, select
+from slipmode.rom.identification.slow_laws import LAWS, LawForm, LawName, SlowLaw
+from slipmode.rom.short_repr import frozen, short_list
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
+CONFIDENCE = 0.95  # of intervals
+BAND = 0.2  # opacity of bands in pictures
+POOR = 4.0  # error of the fit of a record relative to the median of all that is mentioned
+
+
+@frozen
+class RecordReport:
+    """What an identification made of a record.
+
+    Attributes
+    ----------
+    name : str
+    use : {"fitted", "held out", "excluded"}
+    start, end : float
+        Usable part [s]; 0 if the record is excluded.
+    amplitude : (modes,) ndarray
+        Initial amplitudes in the reference channel [sensor unit]; NaN if excluded.
+    error : float
+        Normalised error of the prediction from the first window [-], see `Prediction`.
+    notes : tuple of str
+        What was found, a line each.
+    """
+
+    name: str
+    use: Literal["fitted", "held out", "excluded"]
+    start: float
+    end: float
+    amplitude: Floats
+    error: float
+    notes: tuple[str, ...]
+
+
+@frozen
+class DecayBackbone:
+    """Frequency and damping of a mode against its amplitude, by an identified law.
+
+    Attributes
+    ----------
+    mode : int
+    amplitude : (n,) ndarray
+        [sensor unit]
+    frequency : (n,) ndarray
+        [rad/s]
+    damping : (n,) ndarray
+        Damping ratio delta / omega [-].
+    frequency_deviation, damping_deviation : (n,) ndarray
+        Standard deviations by the scatter between records. Infinite for fewer than three.
+    points : dict
+        By name of the record, the `LocalRates` of the first look.
+    unit : str
+        Of the amplitudes.
+    """
+
+    mode: int
+    amplitude: Floats
+    frequency: Floats
+    damping: Floats
+    frequency_deviation: Floats
+    damping_deviation: Floats
+    points: Mapping[str, LocalRates]
+    unit: str
+
+    def plot(self, axes: tuple[Axes, Axes] | None = None) -> Any:
+        """Draw frequency [Hz] and damping ratio with bands of two standard deviations."""
+        if axes is None:
+            axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
+        hertz = 1.0 / (2.0 * np.pi)
+        for name, look in self.points.items():
+            style = {"ls": "", "marker": ".", "label": name}
+            axes[0].plot(look.amplitude, look.omega * hertz, **style)
+            axes[1].plot(look.amplitude, look.delta / look.omega, **style)
+        shown = (
+            ("frequency [Hz]", self.frequency * hertz, self.frequency_deviation * hertz),
+            ("damping [-]", self.damping, self.damping_deviation),
+        )
+        for ax, (name, values, deviation) in zip(axes, shown, strict=True):
+            ax.semilogx(self.amplitude, values, color="k")
+            if np.isfinite(deviation).all():
+                low, high = values - 2.0 * deviation, values + 2.0 * deviation
+                ax.fill_between(self.amplitude, low, high, alpha=BAND, lw=0, color="k")
+            ax.set_ylabel(name)
+        axes[1].set_xlabel(f"amplitude of mode {'AB'[self.mode]} [{self.unit}]")
+        return axes
+
+
+@frozen
+class Identification:
+    """A law of the slow flow identified from decays.
+
+    Attributes
+    ----------
+    law : SlowLaw
+    parameters : dict
+        Value of each fitted parameter; units in `rom.identification.slow_laws`.
+    deviation : dict
+        Standard deviation of each, by the jackknife over the records. Infinite for fewer than
+        three records.
+    interval : dict
+        95 % interval of each, (low, high).
+    unidentified : tuple of str
+        Parameters that the data do not determine: their interval is wider than their size.
+    records : tuple of RecordReport
+    range : (modes, 2) ndarray
+        Smallest and largest amplitude of the fitted records in the reference channel [sensor
+        unit].
+    channel : str
+        Reference channel.
+    shapes : (channels, modes) ndarray
+        Complex amplitude of each channel relative to the reference channel.
+    errors : dict
+        Mean normalised error of each law in the prediction of loud records that it was not
+        fitted to; empty if only one law was allowed.
+    """
+
+    law: SlowLaw
+    parameters: dict[str, float]
+    deviation: dict[str, float]
+    interval: dict[str, tuple[float, float]]
+    unidentified: tuple[str, ...]
+    records: tuple[RecordReport, ...]
+    range: Floats
+    channel: str
+    shapes: Any
+    errors: dict[LawForm, float]
+    _measurement: Measurement
+    _bands: Bands
+    _look: FirstLook
+    _decays: Decays
+    _left_out: Sequence[SlowLaw]
+
+    def backbone(
+        self, mode: int = 0, amplitude: Any = None, other: float = 0.0, extrapolate: bool = False
+    ) -> DecayBackbone:
+        """Return frequency and damping of a mode against its amplitude.
+
+        Parameters
+        ----------
+        mode : int
+            0 for A, 1 for B.
+        amplitude : (n,) array_like, optional
+            [sensor unit]. Default: 200 values over the measured range.
+        other : float
+            Amplitude of the other mode [sensor unit].
+        extrapolate : bool
+            Whether amplitudes above the measured range are allowed.
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such mode, or an amplitude is not positive or beyond the range.
+        """
+        modes = self.law.form.modes
+        if mode not in range(modes):
+            raise SlipmodeError(f"mode = {in_one_line(mode)}: must be 0 to {modes - 1}")
+        if amplitude is None:
+            r = np.geomspace(*self.range[mode], 200)
+        else:
+            r = np.atleast_1d(as_floats("amplitude", amplitude))
+            if r.ndim > 1 or not r.size or not np.all(np.isfinite(r) & (r > 0.0)):
+                raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
+            self._check_range(mode, float(r.max()), extrapolate)
+        if modes == 1 and other != 0.0:
+            raise SlipmodeError(f"other = {other}: must be 0, there is one mode")
+        sizes: list[Any] = [r] if modes == 1 else [r, np.full(r.size, other)]
+        if mode == 1:
+            sizes.reverse()
+        laws = (self.law, *self._left_out)
+        omega = np.array([law.frequencies(*sizes)[mode] for law in laws])
+        zeta = np.array([law.damping_rates(*sizes)[mode] for law in laws]) / omega
+        points = {name: look[mode] for name, look in self._look.rates.items()}
+        return DecayBackbone(
+            mode,
+            r,
+            omega[0],
+            zeta[0],
+            *(self._deviations(each[1:]) for each in (omega, zeta)),
+            points,
+            self._measurement.unit,
+        )
+
+    def predict(self, record: str | int | Record, extrapolate: bool = False) -> Prediction:
+        """Return the prediction of a decay from its first window alone.
+
+        Parameters
+        ----------
+        record : str, int or Record
+            A name or number in the measurement, fitted or not, or a record of the same channels.
+        extrapolate : bool
+            Whether it may start beyond the measured amplitudes.
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such record, it has other channels, it cannot be used, or it starts
+            beyond the measured amplitudes.
+        """
+        given = record if isinstance(record, Record) else self._measurement[record]
+        if len(given.signal) != len(self.shapes):
+            raise SlipmodeError(
+                f"record: has {len(given.signal)} channels, the measurement {len(self.shapes)}"
+            )
+        prepared = _prepared(given, self._measurement, self._bands, self._look)
+        if prepared.part is None:
+            raise SlipmodeError(f"record: {prepared.name} cannot be used: {prepared.notes[-1]}")
+        found = self._predicted([prepared.part])[0]
+        if found.beyond and not extrapolate:
+            raise SlipmodeError(
+                f"record: {prepared.name}: {found.beyond} that was fitted; extrapolate=True "
+                "predicts it nevertheless"
+            )
+        return found
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the backbone of each mode with the points of the records, (2, modes) axes."""
+        modes = self.law.form.modes
+        if axes is None:
+            pyplot = extra("matplotlib.pyplot", "pictures")
+            axes = pyplot.subplots(2, modes, sharex="col", squeeze=False)[1]
+        for mode in range(modes):
+            self.backbone(mode).plot(tuple(axes[:, mode]))
+        axes[0, 0].legend(fontsize="small")
+        return axes
+
+    def _check_range(self, mode: int, largest: float, extrapolate: bool) -> None:
+        if largest > self.range[mode, 1] * (1.0 + 1e-12) and not extrapolate:
+            raise SlipmodeError(
+                f"amplitude: {largest:.4g} is beyond the largest measured amplitude of mode "
+                f"{'AB'[mode]}, {self.range[mode, 1]:.4g} {self._measurement.unit}; "
+                "extrapolate=True allows it"
+            )
+
+    def _deviations(self, of_left_out: Floats) -> Floats:
+        if len(of_left_out) < LEAST_RECORDS:
+            return np.full(of_left_out.shape[1:], np.inf)
+        return np.sqrt(jackknife_variance(of_left_out))
+
+    def _predicted(self, records: Sequence[Record]) -> list[Prediction]:
+        d = self._decays
+        fastest = 0.1 / d.step
+        decays = Decays.of(records, d.carrier, d.shapes, d.reference, fastest)
+        return predict(decays, self.law, self._left_out, self.range[:, 1])
+
+
+def identify(
+    data: Measurement,
+    *,
+    bands: Sequence[tuple[float, float]],
+    law: LawName | Literal["auto"] = "auto",
+    cross: bool | Literal["auto"] = "auto",
+    hold_out: Sequence[str | int] = (),
+) -> Identification:
+    """Identify frequency and damping of one or two modes against their amplitudes from decays.
+
+    The slow flow of the modes is fitted to the raw signals of all records: one law, and initial
+    amplitudes for each record. See `rom.identification.slow_laws` for the laws.
+
+    Parameters
+    ----------
+    data : Measurement
+        Free decays, see `read_measurement`. The start and the usable part of each record are
+        found; records with defects are excluded and named in `Identification.records`.
+    bands : sequence of (float, float)
+        Lower and upper end of a band around each of one or two modes [Hz], in which it is the
+        only mode.
+    law : {"auto", "linear", "power", "quadratic"}
+        "auto" chooses the law that predicts the loudest records best from a fit to the others.
+        "quadratic" is the power law with the quadratic coupling of two modes near 1:2.
+    cross : {"auto", True, False}
+        Whether the rates of a mode depend on the amplitude of the other mode.
+    hold_out : sequence of str or int
+        Names or numbers of records that are predicted, not fitted.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    SlipmodeError
+        If no record can be used, a band has no or two modes, bands overlap, the sampling rate is
+        too low, or there are fewer data than parameters.
+
+    References
+    ----------
+    M. Cenedese, J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
+    of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
+    norm.
+    """
+    checked = _checked_bands(bands, data)
+    forms = _forms(law, cross, checked)
+    held = {data[key].name for key in hold_out}
+    good, reports = sound(data, checked)
+    prepared: dict[str, Prepared] = dict(reports)
+    modes = _modes(good, checked, prepared)
+    for record in good:
+        prepared[record.name] = prepare(record, checked, modes)
+    used = [
+        prepared[r.name] for r in data if prepared[r.name].part is not None and r.name not in held
+    ]
+    if not used:
+        raise _nothing(prepared)
+    look = FirstLook.of(used, checked, modes)
+    forms = _determined(forms, look, law)
+    decays = _decays(used, look, forms)
+    guess = look.guess()
+    form, errors = select(decays, forms, guess)
+    below = [each for each in forms if _is_part(each, form)]
+    found = fit_in_turn(decays, below, guess)[-1]
+    return _identification(data, checked, prepared, held, look, decays, found, errors)
+
+
+def _checked_bands(bands: Any, data: Measurement) -> Bands:
+    given = as_floats("bands", bands)
+    if given.ndim != 2 or given.shape[1] != 2 or not 1 <= len(given) <= 2:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must be one or two pairs of frequencies [Hz], such as "
+            "[(100, 140), (225, 260)]"
+        )
+    if not (
+        np.isfinite(given).all() and (given[:, 0] > 0).all() and (given[:, 1] > given[:, 0]).all()
+    ):
+        raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
+    if len(given) == 2 and given[0, 1] > given[1, 0]:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
+        )
+    slowest = min(data, key=lambda record: record.sample_rate)
+    if slowest.sample_rate < SAMPLES * given.max():
+        raise SlipmodeError(
+            f"bands: {given.max():g} Hz needs a sampling rate of at least "
+            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
+        )
+    return tuple((float(low), float(high)) for low, high in given)
+
+
+def _forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
+    """Return the laws that are allowed, each with the terms of those before it or more."""
+    if law not in ("auto", *LAWS):
+        raise SlipmodeError(f"law = {in_one_line(law)}: must be auto, {', '.join(LAWS)}")
+    if cross not in ("auto", True, False):
+        raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
+    modes = len(bands)
+    if modes == 1 and (cross is True or law == "quadratic"):
+        raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
+    if law == "linear" and cross is True:
+        raise SlipmodeError("cross = True: a linear law has no cross effects")
+    laws = list(LAWS) if law == "auto" else [law]
+    # The coupling acts on B at twice the frequency of A: it is visible in the band of B.
+    if law == "auto" and not (
+        modes == 2 and 2 * bands[0][0] < bands[1][1] and bands[1][0] < 2 * bands[0][1]
+    ):
+        laws.remove("quadratic")
+    found = []
+    for name in laws:
+        for crossed in (False, True):
+            allowed = cross == "auto" or cross is crossed or name == "linear"
+            if allowed and not (crossed and (name == "linear" or modes == 1)):
+                found.append(LawForm(modes, name, crossed))  # type: ignore[arg-type]
+    return found
+
+
+def _is_part(form: LawForm, whole: LawForm) -> bool:
+    """Return whether a nonlinear law is part of another, or is it."""
+    return form == whole or bool(form.law != "linear" and not np.any(form.free & ~whole.free))
+
+
+def _modes(good: Sequence[Record], bands: Bands, prepared: dict[str, Prepared]) -> Floats:
+    if not good:
+        raise _nothing(prepared)
+    return mode_frequencies(good, bands)
+
+
+def _nothing(prepared: Mapping[str, Prepared]) -> SlipmodeError:
+    why = short_list(f"{p.name}: {p.notes[-1]}" for p in prepared.values() if p.part is None)
+    return SlipmodeError(f"data: no record can be fitted ({why or 'all are held out'})")
+
+
+def _prepared(record: Record, data: Measurement, bands: Bands, look: FirstLook) -> Prepared:
+    one = replace(data, records=[record])
+    good, bad = sound(one, bands)
+    return prepare(good[0], bands, look.carrier / (2.0 * np.pi)) if good else bad[record.name]
+
+
+def _determined(forms: list[LawForm], look: FirstLook, law: str) -> list[LawForm]:
+    """Return the laws with no more parameters than the first look has values of the modes."""
+    windows = [len(look.pooled(j).times) for j in range(len(look.carrier))]
+    for j, count in enumerate(windows):
+        if count < 2:
+            raise SlipmodeError(f"bands: mode {'AB'[j]} rises from the noise in no record")
+    kept = [form for form in forms if form.free.sum() <= 2 * sum(windows)]
+    if not kept:
+        raise SlipmodeError(
+            f"law = {law}: has {forms[0].free.sum()} parameters, the records have "
+            f"{2 * sum(windows)} values; give more or longer records"
+        )
+    return kept
+
+
+def _decays(used: Sequence[Prepared], look: FirstLook, forms: Sequence[LawForm]) -> Decays:
+    rate = look.fastest
+    if any(form.law == "quadratic" for form in forms):
+        rate = max(rate, abs(look.carrier[1] - 2.0 * look.carrier[0]))
+    parts = [each.part for each in used if each.part is not None]
+    return Decays.of(parts, look.carrier, look.shapes, look.reference, rate)
+
+
+def _identification(
+    data: Measurement,
+    bands: Bands,
+    prepared: Mapping[str, Prepared],
+    held: set[str],
+    look: FirstLook,
+    decays: Decays,
+    found: Fit,
+    errors: dict[LawForm, float],
+) -> Identification:
+    form = found.law.form
+    left_out = found.left_out() if len(decays.records) > 1 else []
+    free = np.flatnonzero(form.free)
+    values = found.law.values[free]
+    n = len(left_out)
+    deviation = np.full(len(free), np.inf)
+    half = deviation
+    if n >= LEAST_RECORDS:
+        deviation = np.sqrt(jackknife_variance(np.array([law.values[free] for law in left_out])))
+        deviation[found.singular()] = np.inf
+        half = deviation * scipy.special.stdtrit(n - 1, 0.5 * (1.0 + CONFIDENCE))
+    names = [form.names[k] for k in free]
+    floor = [look.pooled(j).amplitude.min() for j in range(form.modes)]
+    span = np.stack([floor, np.abs(found.start).max(axis=1)], axis=1)
+    made = Identification(
+        law=found.law,
+        parameters=dict(zip(names, values.tolist(), strict=True)),
+        deviation=dict(zip(names, deviation.tolist(), strict=True)),
+        interval={
+            name: (float(v - h), float(v + h))
+            for name, v, h in zip(names, values, half, strict=True)
+        },
+        unidentified=_unidentified(form, found.law.values, dict(zip(free, half, strict=True))),
+        records=(),
+        range=span,
+        channel=data.channels[look.channel],
+        shapes=look.shapes,
+        errors=errors,
+        _measurement=data,
+        _bands=bands,
+        _look=look,
+        _decays=decays,
+        _left_out=left_out,
+    )
+    usable = [p for p in (prepared[r.name] for r in data) if p.part is not None]
+    predicted = made._predicted([p.part for p in usable if p.part is not None])
+    predictions = {p.name: each for p, each in zip(usable, predicted, strict=True)}
+    typical = np.median([predictions[r.name].error for r in decays.records])
+    reports = []
+    for record in data:
+        p = prepared[record.name]
+        each = predictions.get(record.name)
+        if each is None:
+            nothing = np.full(form.modes, np.nan)
+            reports.append(RecordReport(p.name, "excluded", 0.0, 0.0, nothing, np.nan, p.notes))
+            continue
+        notes = list(p.notes)
+        if each.error > POOR * typical:
+            notes.append(
+                f"its prediction error is {each.error / typical:.2g} times the median of the "
+                "records: look at it for disturbances"
+            )
+        if each.beyond and record.name in held:
+            notes.append(f"{each.beyond} that was fitted")
+        use: Literal["fitted", "held out"] = "held out" if record.name in held else "fitted"
+        first = each.amplitude[0]
+        reports.append(RecordReport(p.name, use, p.start, p.end, first, each.error, tuple(notes)))
+    return replace(made, records=tuple(reports))
+
+
+def _unidentified(form: LawForm, values: Floats, half: Mapping[int, float]) -> tuple[str, ...]:
+    """Return free parameters whose interval is wider than their size.
+
+    A kappa or h may well be zero. The size of kappa is 1, at which the other mode counts as much
+    as the mode itself; the size of h is at least that of g.
+    """
+    found = []
+    for k, width in half.items():
+        name = form.names[k]
+        size = abs(values[k])
+        if name.startswith("kappa"):
+            size = max(size, 1.0)
+        elif name.startswith("h"):
+            size = max(size, abs(values[k - 1]))
+        if width > size:
+            found.append(name)
+    return tuple(found)

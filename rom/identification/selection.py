@@ -1,0 +1,95 @@
+"""Choice of a law: it has to predict the loudest records from a fit to the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.identification.fit import Fit, fit
+from slipmode.rom.identification.prediction import (
+    first_window,
+    initial_amplitudes,
+    normalised_error,
+)
+from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+
+SHARE = 3  # one record of so many is left out
+# A law with more terms is taken if it predicts better by this share of the error.
+BETTER = 0.02
+
+
+def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:
+    """Return the fits of laws, each from the fit of the law before it."""
+    window = first_window(decays.carrier)
+    start = np.array(
+        [initial_amplitudes(r, guess, decays.shapes, window)[0] for r in decays.records]
+    ).T
+    made: list[Fit] = []
+    values = guess.values
+    for form in forms:
+        first = values.copy()
+        if form.law == "linear":
+            first[2 : 6 * form.modes : 6] = first[3 : 6 * form.modes : 6] = 0.0
+        found = fit(decays, form, first, start)
+        made.append(found)
+        if form.law != "linear":
+            values, start = found.law.values, found.start
+    return made
+
+
+def prediction_error(decays: Decays, law: SlowLaw) -> float:
+    """Return the mean normalised error of predictions of records."""
+    window = first_window(decays.carrier)
+    known = [initial_amplitudes(r, law, decays.shapes, window)[0] for r in decays.records]
+    signals = decays.signals(law, np.array(known).T)
+    return float(
+        np.mean(
+            [
+                normalised_error(r.signal, signal, round(window * r.sample_rate))
+                for r, signal in zip(decays.records, signals, strict=True)
+            ]
+        )
+    )
+
+
+def select(
+    decays: Decays, forms: Sequence[LawForm], guess: SlowLaw
+) -> tuple[LawForm, dict[LawForm, float]]:
+    """Return the law that predicts the loudest third of the records, and the errors of all laws.
+
+    Of fewer than three records, the loud first part of each is left out.
+    """
+    if len(forms) == 1:
+        return forms[0], {}
+    loudness = [float(np.abs(record.signal).max()) for record in decays.records]
+    order = np.argsort(loudness)
+    kept = len(order) - -(-len(order) // SHARE)
+    if len(order) >= SHARE:
+        quiet, loud = decays.only(order[:kept]), decays.only(order[kept:])
+    else:
+        quiet, loud = quiet_parts(decays), decays
+    errors = {
+        found.law.form: prediction_error(loud, found.law)
+        for found in fit_in_turn(quiet, forms, guess)
+    }
+    chosen = forms[0]
+    for form in forms[1:]:
+        if errors[form] < (1.0 - BETTER) * errors[chosen]:
+            chosen = form
+    return chosen, errors
+
+
+def quiet_parts(decays: Decays) -> Decays:
+    """Return records from the time on at which their envelope has fallen to a half."""
+    window = first_window(decays.carrier)
+    parts = []
+    for record in decays.records:
+        samples = max(round(window * record.sample_rate), 1)
+        energy = (record.signal**2).sum(axis=0)
+        envelope = np.convolve(energy, np.ones(samples), mode="valid")
+        first = int(np.argmax(envelope < 0.25 * envelope[0])) / record.sample_rate
+        parts.append(record.part(first, record.duration))
+    rate = 0.1 / decays.step
+    return Decays.of(parts, decays.carrier, decays.shapes, decays.reference, rate)
