@@ -1,40 +1,52 @@
-"""Defects of raw records: each function returns what is wrong in one line, or None."""
+"""Defects of the samples of a record: those that exclude it, and those that are removed."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import scipy.optimize
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.identification.first_look import noise_density, spectrum
-from slipmode.rom.identification.measurement import Record
+from slipmode.rom.identification.measurement import Bands, Record
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped
-# samples of a sinusoid pile up at its peaks too, on the coarsest converter 2.4 times as many on
-# the highest level as on the next: 1 / (sqrt 2 - 1).
+# samples of a sinusoid pile up at its peaks too: on the highest level of a converter there are
+# at most 2.4 = 1 / (sqrt 2 - 1) times as many as on the next.
 CLIPPED_SAMPLES, CLIPPED_RATIO = 4, 4.0
-# A sinusoid repeats a value at its peak for a small part of a period; a sensor without contact
-# for longer.
+# A sinusoid keeps a value only next to its peak, a sensor without contact for longer.
 DROPOUT_PERIODS = 0.25
-HUM_SHARE = (
-    2e-3  # amplitude of a steady tone relative to the record's peak from which it is removed
-)
-HUM_NOISE = 10.0  # and relative to the amplitude of the noise in a bin
-STEADY = 0.2  # largest change of its amplitude between the halves of a record
+LEAST = 0.01  # offset or drift relative to the peak that is removed
+TONE = 2e-3  # amplitude of a steady tone relative to the peak from which it is removed
+TONE_NOISE = 10.0  # and relative to the noise in its bin
+STEADY = 0.2  # largest relative change of its amplitude between the halves of a record
+MOST_TONES = 4
 
 
-def defect(record: Record, bands: tuple[tuple[float, float], ...]) -> str | None:
-    """Return why a record cannot be used, if that shows in its samples."""
+def without_padding(record: Record) -> tuple[Record, tuple[str, ...]]:
+    """Return a record without NaN after its end, by which arrays of several records are filled."""
+    known = np.flatnonzero(np.isfinite(record.signal).any(axis=0))
+    samples = int(known[-1]) + 1 if known.size else 0
+    if samples in (0, record.samples):
+        return record, ()
+    end = samples / record.sample_rate
+    note = f"its last {record.samples - samples} samples, from {end:.4g} s on, are NaN"
+    return replace(record, signal=record.signal[:, :samples]), (note,)
+
+
+def defect(record: Record, bands: Bands) -> str | None:
+    """Return in one line why a record cannot be used, if that shows in its samples."""
     for signal in record.signal:
-        if not np.isfinite(signal).all():
-            wrong = np.flatnonzero(~np.isfinite(signal))
+        wrong = np.flatnonzero(~np.isfinite(signal))
+        if wrong.size:
             first = wrong[0] / record.sample_rate
             return f"{wrong.size} samples are no finite numbers, the first at {first:.4g} s"
         if np.ptp(signal) == 0.0:
             return "the signal is constant"
-        for found in (_clipping(signal), _dropout(signal, record.sample_rate, bands)):
-            if found is not None:
-                return found
+        found = _clipping(signal) or _dropout(signal, record.sample_rate, bands)
+        if found:
+            return found
     return None
 
 
@@ -42,72 +54,82 @@ def _clipping(signal: Floats) -> str | None:
     for side in (signal, -signal):
         largest = side.max()
         count = int((side == largest).sum())
-        below = side[side < largest].max()
-        if count >= CLIPPED_SAMPLES and count >= CLIPPED_RATIO * (side == below).sum():
+        next_level = side[side < largest].max()
+        if count >= CLIPPED_SAMPLES and count >= CLIPPED_RATIO * (side == next_level).sum():
             level = largest if side is signal else -largest
             return f"it is clipped: {count} samples are exactly {level:.4g}"
     return None
 
 
-def _dropout(
-    signal: Floats, sample_rate: float, bands: tuple[tuple[float, float], ...]
-) -> str | None:
-    """Return the first run of equal samples amid vibration."""
-    highest, lowest = max(band[1] for band in bands), min(band[0] for band in bands)
-    least = max(4, int(np.ceil(DROPOUT_PERIODS * sample_rate / highest)) + 1)
-    edges = np.flatnonzero(np.diff(signal) != 0.0) + 1
-    bounds = np.concatenate([[0], edges, [signal.size]])
-    period = int(sample_rate / lowest) + 1
-    step = np.abs(np.diff(signal))
-    resolution = step[step > 0.0].min()
+def _dropout(signal: Floats, sample_rate: float, bands: Bands) -> str | None:
+    """Return the first run of equal samples amid vibration, in one line."""
+    least = max(4, int(np.ceil(DROPOUT_PERIODS * sample_rate / bands[-1][1])) + 1)
+    period = int(sample_rate / bands[0][0]) + 1
+    steps = np.abs(np.diff(signal))
+    resolution = steps[steps > 0.0].min()
+    bounds = np.concatenate([[0], np.flatnonzero(steps) + 1, [signal.size]])
     for k in np.flatnonzero(np.diff(bounds) >= least):
         first, last = bounds[k], bounds[k + 1]
-        before = signal[max(first - period, 0) : first]
-        around = max(np.ptp(part) for part in (before, signal[last : last + period]) if part.size)
-        if around > max(10.0 * resolution, 1e-2 * np.ptp(signal)) and before.size:
+        sides = [signal[max(first - period, 0) : first], signal[last : last + period]]
+        if not sides[0].size:  # before the blow
+            continue
+        around = max(np.ptp(side) for side in sides if side.size)
+        if around > max(10.0 * resolution, 1e-2 * np.ptp(signal)):
             return (
-                f"the signal drops out at {first / sample_rate:.4g} s: "
-                f"{last - first} equal samples amid vibration"
+                f"the signal drops out at {first / sample_rate:.4g} s: {last - first} equal "
+                "samples amid vibration"
             )
     return None
 
 
-def remove_hum(record: Record, modes: Floats) -> tuple[Record, list[str]]:
-    """Return a record without steady tones, and a line for each tone.
+def remove_line(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]:
+    """Return a record without offset and drift, if these are visible; `modes` (modes,) [Hz]."""
+    x = np.linspace(-1.0, 1.0, record.samples)
+    signal, notes = record.signal.copy(), ()
+    for channel in signal:
+        line = np.polynomial.Polynomial.fit(x, channel, 1)(x)
+        share = np.abs(line).max() / np.abs(channel - line).max()
+        # A decay itself leaves up to 4 / (omega T) of its peak in a line.
+        if share > max(LEAST, 10.0 / (2.0 * np.pi * modes.min() * record.duration)):
+            channel -= line
+            notes = (f"an offset or drift of {100 * share:.2g} % of the peak was removed",)
+    return replace(record, signal=signal), notes
 
-    `modes` (modes,) are the frequencies [Hz] of the modes, next to which tones are not searched.
+
+def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]:
+    """Return a record without hum and other steady tones; `modes` (modes,) [Hz].
+
+    Tones next to a mode cannot be distinguished from it and stay.
     """
-    notes = []
     signal = record.signal.copy()
+    notes: list[str] = []
     half = record.samples // 2
-    t = record.times
+    window = np.hanning(record.samples - half)
     for channel in signal:
         peak = np.abs(channel).max()
-        for _ in range(4):
-            late, early = channel[half:], channel[:half]
+        for _ in range(MOST_TONES):
+            early, late = channel[:half], channel[half:]
             f, size = spectrum(late, record.sample_rate)
             away = np.abs(f[:, np.newaxis] - modes).min(axis=1) > 4.0 * f[1]
-            away &= f > 4.0 * f[1]
-            noise = np.sqrt(
-                np.pi * 1.5 * noise_density(late, record.sample_rate, f[1], f[-1]) / half
-            )
-            k = int(np.argmax(size * away))
-            if size[k] < max(HUM_SHARE * peak, HUM_NOISE * noise):
+            k = int(np.argmax(size * (away & (f > 4.0 * f[1]) & (f < f[-1]))))
+            noise = np.sqrt(6.0 / late.size * noise_density(late, record.sample_rate, f[1], f[-1]))
+            if size[k] < max(TONE * peak, TONE_NOISE * noise):
                 break
             frequency = _frequency(late, record.sample_rate, f[k - 1], f[k + 1])
             a, b = (abs(_tone(part, frequency / record.sample_rate)) for part in (early, late))
             if abs(a / b - 1.0) > STEADY:
                 break
-            wave = np.exp(2j * np.pi * frequency * t)
+            wave = np.exp(2j * np.pi * frequency * record.times)
             basis = np.stack([wave.real, wave.imag], axis=1)
-            window = np.hanning(late.size)[:, np.newaxis]
-            fitted = np.linalg.lstsq(window * basis[half:], window[:, 0] * late, rcond=None)[0]
+            fitted = np.linalg.lstsq(
+                window[:, np.newaxis] * basis[half:], window * late, rcond=None
+            )[0]
             channel -= basis @ fitted
             notes.append(
-                f"a steady tone at {frequency:.4g} Hz, {100 * b / peak:.2g} % of the peak, "
-                "was removed"
+                f"a steady tone at {frequency:.4g} Hz, {100 * b / peak:.2g} % of the peak, was "
+                "removed"
             )
-    return Record(record.name, signal, record.sample_rate), notes
+    return replace(record, signal=signal), tuple(notes)
 
 
 def _frequency(signal: Floats, sample_rate: float, low: float, high: float) -> float:
@@ -122,7 +144,7 @@ def _frequency(signal: Floats, sample_rate: float, low: float, high: float) -> f
 
 
 def _tone(signal: Floats, cycles: float) -> complex:
-    """Return the amplitude of a sinusoid of some cycles per sample, by a Hann window."""
+    """Return the amplitude of a tone of some cycles per sample, under a Hann window."""
     window = np.hanning(signal.size)
     wave = np.exp(-2j * np.pi * cycles * np.arange(signal.size))
     return complex(2.0 * (window * signal) @ wave / window.sum())

@@ -189,15 +189,6 @@ class FirstLook:
         names = ("times", "amplitude", "delta", "omega")
         return LocalRates(*(np.concatenate([getattr(x, name) for x in looks]) for name in names))
 
-    @property
-    def fastest(self) -> float:
-        """Largest rate of slow time [1/s]."""
-        looks = [self.pooled(j) for j in range(len(self.carrier))]
-        return max(
-            float(np.hypot(look.delta, look.omega - c).max())
-            for look, c in zip(looks, self.carrier, strict=True)
-        )
-
     def guess(self) -> SlowLaw:
         """Return a power law with p = 1 by regression, in which loud windows count more."""
         values: list[float] = []

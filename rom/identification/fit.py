@@ -17,7 +17,7 @@ from slipmode.rom.short_repr import frozen
 # Step of forward differences in the scale of each parameter. Derivatives have errors of about
 # the same size, which change the path to the optimum but not the optimum itself.
 DIFFERENCE = 1e-5
-CONVERGED = 1e-6  # relative decrease of the sum of squares at which a fit ends
+CONVERGED = 1e-5  # relative decrease of the sum of squares at which a fit ends
 MOST_ITERATIONS = 40
 EXPONENTS = (0.1, 6.0)  # range of p
 QUIETEST = 1e-3  # scale of an initial amplitude, relative to the reference, at least
@@ -176,12 +176,13 @@ def _normal(
     right, cost = np.empty((records, unknowns)), np.full(records, np.inf)
     if not np.isfinite(nodes).all():
         return Normal(matrix, right, cost)
-    for i, (record, sampled) in enumerate(zip(decays.records, decays.matrices, strict=True)):
+    for i, of_record in enumerate(decays.squares):
         node = as_columns(nodes, i)
-        node[:, 1:] = (node[:, 1:] - node[:, :1]) / DIFFERENCE
-        found = sampled @ node
-        signal = record.signal.reshape(-1)
-        weight = 1.0 / np.linalg.norm(signal)  # quiet records count as much as loud ones
-        error, slope = weight * (signal - found[:, 0]), weight * found[:, 1:]
-        matrix[i], right[i], cost[i] = slope.T @ slope, slope.T @ error, error @ error
+        signal, slope = node[:, 0], (node[:, 1:] - node[:, :1]) / DIFFERENCE
+        measured = of_record.projected
+        error = measured - of_record.gram @ signal  # S^T (y - S x)
+        squares = of_record.total - signal @ (measured + error)
+        weight = 1.0 / of_record.total  # quiet records count as much as loud ones
+        matrix[i] = weight * slope.T @ (of_record.gram @ slope)
+        right[i], cost[i] = weight * slope.T @ error, weight * squares
     return Normal(matrix, right, cost)

@@ -12,7 +12,7 @@ import scipy.special
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook, LocalRates
 from slipmode.rom.identification.fit import Fit
 from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
@@ -22,10 +22,10 @@ from slipmode.rom.identification.prediction import (
     jackknife_variance,
     predict,
 )
-from slipmode.rom.identification.preparation import mode_frequencies, prepare, sound
-from slipmode.rom.identification.selection import fit_in_turn, select
+from slipmode.rom.identification.preparation import Plan, nothing_usable, prepare, prepare_all
+from slipmode.rom.identification.selection import first_guess, fit_in_turn, outliers, select
 from slipmode.rom.identification.slow_laws import LAWS, LawForm, LawName, SlowLaw
-from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 CONFIDENCE = 0.95  # of intervals
 BAND = 0.2  # opacity of bands in pictures
-POOR = 4.0  # error of the fit of a record relative to the median of all that is mentioned
 
 
 @frozen
@@ -156,7 +155,7 @@ class Identification:
     shapes: Any
     errors: dict[LawForm, float]
     _measurement: Measurement
-    _bands: Bands
+    _plan: Plan
     _look: FirstLook
     _decays: Decays
     _left_out: Sequence[SlowLaw]
@@ -232,7 +231,7 @@ class Identification:
             raise SlipmodeError(
                 f"record: has {len(given.signal)} channels, the measurement {len(self.shapes)}"
             )
-        prepared = _prepared(given, self._measurement, self._bands, self._look)
+        prepared = prepare(given, self._plan)
         if prepared.part is None:
             raise SlipmodeError(f"record: {prepared.name} cannot be used: {prepared.notes[-1]}")
         found = self._predicted([prepared.part])[0]
@@ -269,8 +268,7 @@ class Identification:
 
     def _predicted(self, records: Sequence[Record]) -> list[Prediction]:
         d = self._decays
-        fastest = 0.1 / d.step
-        decays = Decays.of(records, d.carrier, d.shapes, d.reference, fastest)
+        decays = Decays.of(records, d.carrier, d.shapes, d.reference, STEP / d.step)
         return predict(decays, self.law, self._left_out, self.range[:, 1])
 
 
@@ -322,24 +320,21 @@ def identify(
     checked = _checked_bands(bands, data)
     forms = _forms(law, cross, checked)
     held = {data[key].name for key in hold_out}
-    good, reports = sound(data, checked)
-    prepared: dict[str, Prepared] = dict(reports)
-    modes = _modes(good, checked, prepared)
-    for record in good:
-        prepared[record.name] = prepare(record, checked, modes)
-    used = [
-        prepared[r.name] for r in data if prepared[r.name].part is not None and r.name not in held
-    ]
+    prepared, plan = prepare_all(data, checked)
+    used = [p for p in prepared.values() if p.part is not None and p.name not in held]
+    for name, reason in outliers(used, plan).items():
+        prepared[name] = prepared[name].excluded(reason)
+    used = [p for p in used if prepared[p.name].part is not None]
     if not used:
-        raise _nothing(prepared)
-    look = FirstLook.of(used, checked, modes)
+        raise nothing_usable(prepared)
+    look, guess, decays = first_guess(
+        used, plan, quadratic=any(f.law == "quadratic" for f in forms)
+    )
     forms = _determined(forms, look, law)
-    decays = _decays(used, look, forms)
-    guess = look.guess()
     form, errors = select(decays, forms, guess)
     below = [each for each in forms if _is_part(each, form)]
     found = fit_in_turn(decays, below, guess)[-1]
-    return _identification(data, checked, prepared, held, look, decays, found, errors)
+    return _identification(data, plan, prepared, held, look, decays, found, errors)
 
 
 def _checked_bands(bands: Any, data: Measurement) -> Bands:
@@ -397,23 +392,6 @@ def _is_part(form: LawForm, whole: LawForm) -> bool:
     return form == whole or bool(form.law != "linear" and not np.any(form.free & ~whole.free))
 
 
-def _modes(good: Sequence[Record], bands: Bands, prepared: dict[str, Prepared]) -> Floats:
-    if not good:
-        raise _nothing(prepared)
-    return mode_frequencies(good, bands)
-
-
-def _nothing(prepared: Mapping[str, Prepared]) -> SlipmodeError:
-    why = short_list(f"{p.name}: {p.notes[-1]}" for p in prepared.values() if p.part is None)
-    return SlipmodeError(f"data: no record can be fitted ({why or 'all are held out'})")
-
-
-def _prepared(record: Record, data: Measurement, bands: Bands, look: FirstLook) -> Prepared:
-    one = replace(data, records=[record])
-    good, bad = sound(one, bands)
-    return prepare(good[0], bands, look.carrier / (2.0 * np.pi)) if good else bad[record.name]
-
-
 def _determined(forms: list[LawForm], look: FirstLook, law: str) -> list[LawForm]:
     """Return the laws with no more parameters than the first look has values of the modes."""
     windows = [len(look.pooled(j).times) for j in range(len(look.carrier))]
@@ -429,17 +407,9 @@ def _determined(forms: list[LawForm], look: FirstLook, law: str) -> list[LawForm
     return kept
 
 
-def _decays(used: Sequence[Prepared], look: FirstLook, forms: Sequence[LawForm]) -> Decays:
-    rate = look.fastest
-    if any(form.law == "quadratic" for form in forms):
-        rate = max(rate, abs(look.carrier[1] - 2.0 * look.carrier[0]))
-    parts = [each.part for each in used if each.part is not None]
-    return Decays.of(parts, look.carrier, look.shapes, look.reference, rate)
-
-
 def _identification(
     data: Measurement,
-    bands: Bands,
+    plan: Plan,
     prepared: Mapping[str, Prepared],
     held: set[str],
     look: FirstLook,
@@ -476,7 +446,7 @@ def _identification(
         shapes=look.shapes,
         errors=errors,
         _measurement=data,
-        _bands=bands,
+        _plan=plan,
         _look=look,
         _decays=decays,
         _left_out=left_out,
@@ -484,7 +454,6 @@ def _identification(
     usable = [p for p in (prepared[r.name] for r in data) if p.part is not None]
     predicted = made._predicted([p.part for p in usable if p.part is not None])
     predictions = {p.name: each for p, each in zip(usable, predicted, strict=True)}
-    typical = np.median([predictions[r.name].error for r in decays.records])
     reports = []
     for record in data:
         p = prepared[record.name]
@@ -494,11 +463,6 @@ def _identification(
             reports.append(RecordReport(p.name, "excluded", 0.0, 0.0, nothing, np.nan, p.notes))
             continue
         notes = list(p.notes)
-        if each.error > POOR * typical:
-            notes.append(
-                f"its prediction error is {each.error / typical:.2g} times the median of the "
-                "records: look at it for disturbances"
-            )
         if each.beyond and record.name in held:
             notes.append(f"{each.beyond} that was fitted")
         use: Literal["fitted", "held out"] = "held out" if record.name in held else "fitted"

@@ -78,6 +78,11 @@ class Prepared:
     noise: Floats
     notes: tuple[str, ...]
 
+    def excluded(self, reason: str) -> Prepared:
+        """Return the record as excluded, for a reason in one line."""
+        notes = (*self.notes, reason)
+        return replace(self, part=None, start=0.0, end=0.0, notes=notes)
+
 
 @frozen
 class Measurement:

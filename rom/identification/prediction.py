@@ -62,7 +62,7 @@ class Prediction:
 
 def first_window(omega: Floats) -> float:
     """Return the length of the first window [s] for modes of angular frequencies [rad/s]."""
-    return float(PERIODS * 2.0 * np.pi / min(omega.min(), *np.abs(np.diff(omega))))
+    return float(PERIODS * 2.0 * np.pi / min([omega[0], *np.abs(np.diff(omega))]))
 
 
 def initial_amplitudes(

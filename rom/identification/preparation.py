@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.defects import defect, remove_hum
+from slipmode.rom.identification.defects import defect, remove_line, remove_tones, without_padding
 from slipmode.rom.identification.first_look import (
     EDGE,
     SEEN,
@@ -18,38 +19,48 @@ from slipmode.rom.identification.first_look import (
     spectrum,
 )
 from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins
-RISE = 1.3  # factor of the energy of all modes that only a blow can add
-AUDIBLE = 20.0  # amplitude relative to its noise from which rises are read as blows
+# Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
+# record that no law fits, see `selection.outliers`.
+JUMP = 0.15
+# Amplitude relative to its noise from which jumps are searched: a jump between lines fitted to
+# both sides has 3.75 times the deviation of the noise, 15 in the largest of hundreds.
+AUDIBLE = 20.0
 SECOND_PEAK = 0.05  # size of another peak of a band relative to the first that is a second mode
+OTHER_MODES = 0.01  # size of peaks outside the bands from which these are filtered out
 SHORTEST = 8  # windows of the first look in the shortest usable part
 
 
-class _UnusableError(Exception):
-    """Why a record is excluded."""
-
-
-def mode_frequencies(records: Sequence[Record], bands: Bands) -> Floats:
+def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Floats:
     """Return the frequency of the largest peak in each band, (modes,) [Hz].
 
-    A band with two peaks is refused.
+    A band without a peak above the noise is refused and, where the modes have to be `alone`, a
+    band with two.
     """
     found = np.empty(len(bands))
+    longest = max(record.duration for record in records)
     for j, (low, high) in enumerate(bands):
-        longest = max(record.duration for record in records)
         f = np.arange(low, high, 0.5 / longest)
         total = np.zeros(f.size)
         for record in records:
             for channel in record.signal:
                 g, size = spectrum(channel, record.sample_rate)
-                total += (np.interp(f, g, size) / np.abs(channel).max()) ** 2
+                noise = np.sqrt(6.0 / channel.size * _noise(channel, record.sample_rate, bands))
+                of_band = np.interp(f, g, size)
+                if of_band.max() > SEEN * noise:
+                    total += (of_band / np.abs(channel).max()) ** 2
         size = np.sqrt(total)
-        k = int(size.argmax())
-        found[j] = f[k]
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
-        for other in peaks[size[peaks] > SECOND_PEAK * size[k]]:
+        if not peaks.size:
+            raise SlipmodeError(
+                f"bands: {low:g} to {high:g} Hz has no peak above the noise in any record: there is"
+                " no decay of a mode"
+            )
+        k = int(peaks[size[peaks].argmax()])
+        found[j] = f[k]
+        for other in peaks[size[peaks] > SECOND_PEAK * size[k]] if alone else ():
             between = size[min(k, other) : max(k, other) + 1].min()
             if abs(f[other] - f[k]) > 4.0 / longest and between < 0.5 * size[other]:
                 raise SlipmodeError(
@@ -59,149 +70,282 @@ def mode_frequencies(records: Sequence[Record], bands: Bands) -> Floats:
     return found
 
 
-def sound(measurement: Measurement, bands: Bands) -> tuple[list[Record], dict[str, Prepared]]:
-    """Return records without defects in their samples, and the others by name."""
-    good, bad = [], {}
-    for record in measurement:
-        record, notes = _without_padding(record)
-        if record.duration * min(band[1] - band[0] for band in bands) < SHORTEST:
-            found: str | None = f"{record.duration:.3g} s are too short for the bands"
-        else:
-            found = defect(record, bands)
-        if found is None:
-            good.append(record)
-        else:
-            nothing = np.zeros(len(bands))
-            bad[record.name] = Prepared(record.name, None, 0.0, 0.0, nothing, (*notes, found))
-    return good, bad
-
-
-def _without_padding(record: Record) -> tuple[Record, list[str]]:
-    """Return a record without NaN after its end, by which arrays of several records are filled."""
-    known = np.flatnonzero(np.isfinite(record.signal).any(axis=0))
-    samples = int(known[-1]) + 1 if known.size else 0
-    if samples in (0, record.samples):
-        return record, []
-    note = f"{record.samples - samples} samples after {samples / record.sample_rate:.4g} s are NaN"
-    return Record(record.name, record.signal[:, :samples], record.sample_rate), [note]
-
-
-def prepare(record: Record, bands: Bands, modes: Floats) -> Prepared:
-    """Return the usable part of a record without defects; `modes` (modes,) [Hz]."""
-    record, notes = remove_hum(record, modes)
-    noise = np.zeros(len(bands))
-    try:
-        start = _onset(record, modes, notes)
-        end = record.duration
-        part = record.part(start, end)
-        found = _Energy.of(part, bands, modes)
-        noise = found.noise
-        if not (found.amplitudes > SEEN * noise[:, np.newaxis]).any():
-            raise _UnusableError("no decay rises from the noise in any band")
-        spans = found.between_blows()
-        if len(spans) > 1:
-            at = ", ".join(f"{start + span[0]:.3g}" for span in spans[1:])
-            notes.append(f"another blow or disturbance before {at} s; the longest part is used")
-        first, last = max(spans, key=lambda span: span[1] - span[0])
-        last = min(last, found.last_above_noise(first))
-        if last - first < SHORTEST * EDGE * found.deviation:
-            raise _UnusableError(f"the usable part from {start + first:.3g} s is too short")
-        inside = found.energy[(found.times >= first) & (found.times <= last)]
-        if inside.size < 2 or inside[-1] > inside[0] / 1.1:
-            raise _UnusableError("the vibration does not decay")
-    except _UnusableError as reason:
-        return Prepared(record.name, None, 0.0, 0.0, noise, (*notes, str(reason)))
-    start, end = start + first, start + last
-    return Prepared(record.name, record.part(start, end), start, end, noise, tuple(notes))
-
-
-def _onset(record: Record, modes: Floats, notes: list[str]) -> float:
-    """Return the time [s] from which a record decays: its beginning, or after the blow."""
-    relative = np.abs(record.signal) / np.abs(record.signal).max(axis=1, keepdims=True)
-    first = int(np.argmax(relative.max(axis=0) > ONSET))
-    if first / record.sample_rate < 0.25 / modes.max():
-        return 0.0
-    before = record.signal[:, :first]
-    if first * modes.min() / record.sample_rate > 4.0:
-        window = np.hanning(first)
-        wave = np.exp(-2j * np.pi * np.multiply.outer(record.times[:first], modes))
-        size = 2.0 * np.abs((window * before) @ wave) / window.sum()
-        after = record.signal[:, first:]
-        density = [
-            noise_density(channel, record.sample_rate, 0.5 * modes.min(), 1.5 * modes.max())
-            for channel in record.signal
-        ]
-        noise = np.sqrt(6.0 * np.array(density) / first)[:, np.newaxis]
-        share = size / np.abs(after).max(axis=1, keepdims=True)
-        loud = (size > 5.0 * noise) & (share > 1e-2)
-        if loud.any():
-            notes.append(
-                f"it vibrates before the blow at {first / record.sample_rate:.3g} s, "
-                f"{100 * share[loud].max():.2g} % of the peak"
-            )
-    # A blow that excites a mode ends within about half a period of it: one period of the lowest
-    # mode is past the blow.
-    return first / record.sample_rate + 1.0 / float(modes.min())
+def _noise(channel: Floats, sample_rate: float, bands: Bands) -> float:
+    """Return the variance per sample of the noise around the bands."""
+    low, high = 0.5 * bands[0][0], min(1.5 * bands[-1][1], 0.5 * sample_rate)
+    return noise_density(channel, sample_rate, low, high)
 
 
 @frozen
-class _Energy:
-    """Energy of all modes and channels against time, in squared sensor units."""
+class Plan:
+    """How records of a measurement are prepared.
+
+    Attributes
+    ----------
+    bands : tuple of (float, float)
+        [Hz]
+    modes : (modes,) ndarray
+        Frequencies of the modes [Hz].
+    other : float or None
+        Frequency of the largest other mode [Hz], if such modes have to be filtered out.
+    """
+
+    bands: Bands
+    modes: Floats
+    other: float | None
+
+
+def prepare_all(data: Measurement, bands: Bands) -> tuple[dict[str, Prepared], Plan]:
+    """Return all records of a measurement by name, and the plan that others can follow.
+
+    Other modes are filtered out of all records if they are visible in one.
+    """
+    checked = {record.name: _checked(record, bands) for record in data}
+    sound = [p.part for p in checked.values() if p.part is not None]
+    if not sound:
+        raise nothing_usable(checked)
+    rough = mode_frequencies(sound, bands, alone=False)
+    clean = [_cleaned(record, rough)[0] for record in sound]
+    modes = mode_frequencies(clean, bands, alone=True)
+    plan = Plan(bands, modes, None)
+    made = {record.name: prepare(record, plan) for record in data}
+    outside = [_other_peak(p.part, bands) for p in made.values() if p.part is not None]
+    share, frequency = max(outside, default=(0.0, 0.0))
+    if share > OTHER_MODES:
+        plan = Plan(bands, modes, frequency)
+        made = {name: _filtered(each, plan) for name, each in made.items()}
+    return made, plan
+
+
+def nothing_usable(prepared: Mapping[str, Prepared]) -> SlipmodeError:
+    """Return the refusal of a measurement of which no record can be used."""
+    why = short_list(f"{p.name}: {p.notes[-1]}" for p in prepared.values() if p.part is None)
+    return SlipmodeError(f"data: no record can be fitted ({why or 'all are held out'})")
+
+
+def prepare(record: Record, plan: Plan) -> Prepared:
+    """Return the usable part of a record."""
+    checked = _checked(record, plan.bands)
+    if checked.part is None:
+        return checked
+    clean, removed = _cleaned(checked.part, plan.modes)
+    made = _usable(replace(checked, part=clean, notes=(*checked.notes, *removed)), plan)
+    return made if plan.other is None else _filtered(made, plan)
+
+
+def _checked(record: Record, bands: Bands) -> Prepared:
+    """Return a whole record without padding, excluded if its samples have defects."""
+    whole, notes = without_padding(record)
+    found = Prepared(record.name, whole, 0.0, whole.duration, np.zeros(len(bands)), notes)
+    width = min(high - low for low, high in bands)
+    if whole.duration * width < SHORTEST:
+        return found.excluded(f"{whole.duration:.3g} s are too short for bands of {width:g} Hz")
+    reason = defect(whole, bands)
+    return found if reason is None else found.excluded(reason)
+
+
+def _cleaned(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]:
+    """Return a record without offset, drift and steady tones, and what was removed."""
+    level, first = remove_line(record, modes)
+    clean, second = remove_tones(level, modes)
+    return clean, (*first, *second)
+
+
+def _usable(whole: Prepared, plan: Plan) -> Prepared:
+    """Return the usable part of a clean record."""
+    record = whole.part
+    if record is None:
+        return whole
+    start, notes = _onset(record, plan)
+    found = _Envelopes.of(record.part(start, record.duration), plan)
+    if not (found.sizes > SEEN * found.noise[:, np.newaxis]).any():
+        return whole.excluded("no decay rises from the noise in any band")
+    parts = found.between_jumps()
+    if len(parts) > 1:
+        at = ", ".join(f"{start + first:.3g}" for first, _ in parts[1:])
+        notes += (f"another blow or disturbance before {at} s: the longest part is used",)
+    first, last = max(parts, key=lambda part: part[1] - part[0])
+    last = min(last, found.last_above_noise(first))
+    made = Prepared(
+        record.name,
+        record.part(start + first, start + last),
+        start + first,
+        start + last,
+        found.noise,
+        (*whole.notes, *notes),
+    )
+    if last - first < SHORTEST * EDGE * found.deviation:
+        return made.excluded(
+            f"its usable part, {made.start:.3g} to {made.end:.3g} s, is too short"
+        )
+    inside = found.energy[(found.times >= first) & (found.times <= last)]
+    if inside.size < 2 or inside[-1] > inside[0] / 1.1:
+        return made.excluded("the vibration does not decay")
+    return made
+
+
+def _filtered(made: Prepared, plan: Plan) -> Prepared:
+    """Return a usable part that passed the filter of the first look, without the ends."""
+    part = made.part
+    if part is None:
+        return made
+    carriers = [np.pi * (low + high) for low, high in plan.bands]
+    looks = [
+        demodulate(part.signal, part.sample_rate, carrier, band)
+        for carrier, band in zip(carriers, plan.bands, strict=True)
+    ]
+    first = max(look.times[0] for look in looks)
+    last = min(look.times[-1] for look in looks)
+    waves = [
+        (look.values * np.exp(1j * carrier * look.times)).real[
+            :, (look.times >= first) & (look.times <= last)
+        ]
+        for look, carrier in zip(looks, carriers, strict=True)
+    ]
+    note = (
+        f"other modes, the largest at {plan.other:.4g} Hz, were filtered out, and with them the "
+        f"first {1e3 * first:.3g} ms"
+    )
+    return Prepared(
+        made.name,
+        replace(part, signal=np.sum(waves, axis=0)),
+        made.start + first,
+        made.start + last,
+        made.noise,
+        (*made.notes, note),
+    )
+
+
+def _other_peak(record: Record, bands: Bands) -> tuple[float, float]:
+    """Return size and frequency [Hz] of the largest peak outside the bands.
+
+    The size is relative to the peak in the bands, and 0 for noise.
+    """
+    worst = (0.0, 0.0)
+    for channel in record.signal:
+        f, size = spectrum(channel, record.sample_rate)
+        inside = np.zeros(f.size, bool)
+        for low, high in bands:
+            inside |= (f >= low) & (f <= high)
+        noise = np.sqrt(6.0 / channel.size * _noise(channel, record.sample_rate, bands))
+        outside = np.where(inside | (f < 4.0 * f[1]), 0.0, size)
+        k = int(outside.argmax())
+        if outside[k] > SEEN * noise:
+            worst = max(worst, (float(outside[k] / size[inside].max()), float(f[k])))
+    return worst
+
+
+def _onset(record: Record, plan: Plan) -> tuple[float, tuple[str, ...]]:
+    """Return the time [s] from which a record decays: its beginning, or after the blow."""
+    bands, modes = plan.bands, plan.modes
+    relative = np.abs(record.signal) / np.abs(record.signal).max(axis=1, keepdims=True)
+    first = int(np.argmax(relative.max(axis=0) > ONSET))
+    if first / record.sample_rate < 0.25 / modes.max():
+        return 0.0, ()
+    notes: tuple[str, ...] = ()
+    if first * modes.min() / record.sample_rate > 4.0:
+        window = np.hanning(first)
+        wave = np.exp(-2j * np.pi * np.multiply.outer(record.times[:first], modes))
+        size = 2.0 * np.abs((window * record.signal[:, :first]) @ wave) / window.sum()
+        density = [_noise(channel, record.sample_rate, bands) for channel in record.signal]
+        noise = np.sqrt(6.0 * np.array(density) / first)[:, np.newaxis]
+        share = size / np.abs(record.signal).max(axis=1, keepdims=True)
+        loud = (size > SEEN * noise) & (share > 0.1 * ONSET)
+        if loud.any():
+            notes = (
+                f"it vibrates before the blow at {first / record.sample_rate:.3g} s, with "
+                f"{100 * share[loud].max():.2g} % of the peak",
+            )
+    # A blow that excites a mode ends within about half a period of it: one period of the lowest
+    # mode is past the blow.
+    return first / record.sample_rate + 1.0 / float(modes.min()), notes
+
+
+@frozen
+class _Envelopes:
+    """Complex amplitudes of the modes, each in the channel that sees it best."""
 
     times: Floats
-    energy: Floats
-    amplitudes: Floats
-    noise: Floats
+    values: Complexes  # (modes, n)
+    noise: Floats  # (modes,)
     deviation: float
 
     @classmethod
-    def of(cls, record: Record, bands: Bands, modes: Floats) -> _Energy:
-        low, high = 0.5 * modes.min(), min(1.5 * modes.max(), 0.5 * record.sample_rate)
-        density = sum(
-            noise_density(channel, record.sample_rate, low, high) for channel in record.signal
-        )
+    def of(cls, record: Record, plan: Plan) -> _Envelopes:
+        bands, modes = plan.bands, plan.modes
         # One width for all modes, so that the envelopes have the same times.
         half = 0.5 * min(band[1] - band[0] for band in bands)
-        squares: list[Floats] = []
-        noise = np.empty(len(bands))
-        for j, frequency in enumerate(modes):
+        values, noise = [], []
+        for frequency in modes:
             band = (frequency - half, frequency + half)
             look = demodulate(record.signal, record.sample_rate, 2.0 * np.pi * frequency, band)
-            values: Complexes = look.values
-            squares.append((np.abs(values) ** 2).sum(axis=0))
-            noise[j] = envelope_noise(density, look, record.sample_rate)
-        amplitudes = np.sqrt(np.array(squares))
-        return cls(look.times, np.sum(squares, axis=0), amplitudes, noise, look.deviation)
+            channel = int((np.abs(look.values) ** 2).sum(axis=1).argmax())
+            density = _noise(record.signal[channel], record.sample_rate, bands)
+            values.append(look.values[channel])
+            noise.append(envelope_noise(density, look, record.sample_rate))
+        return cls(look.times, np.array(values), np.array(noise), look.deviation)
 
-    def between_blows(self) -> list[tuple[float, float]]:
-        """Return parts in which the energy only falls, as pairs of times [s]."""
-        floor = (AUDIBLE**2) * np.sum(self.noise**2)
-        step = self.times[1] - self.times[0]
-        stride = max(int(0.25 * self.deviation / step), 1)
-        t, energy = self.times[::stride], self.energy[::stride]
-        spans, first, k = [], 0.0, 0
-        while True:
-            lowest = np.minimum.accumulate(energy[k:])
-            rises = np.flatnonzero((energy[k:] > RISE * lowest) & (energy[k:] > floor))
-            if not rises.size:
-                end = self.times[-1] + EDGE * self.deviation
-                return [*spans, (first, end)]
-            blow = k + int(rises[0])
-            valley = k + int(np.argmin(energy[k : blow + 1]))
-            spans.append((first, max(t[valley] - 2.0 * self.deviation, first)))
-            k = blow
-            while k + 1 < len(energy) and energy[k + 1] > energy[k]:
+    @property
+    def sizes(self) -> Floats:
+        return np.abs(self.values)
+
+    @property
+    def energy(self) -> Floats:
+        found: Floats = (self.sizes**2).sum(axis=0)
+        return found
+
+    def between_jumps(self) -> list[tuple[float, float]]:
+        """Return parts without jumps of the amplitudes, as pairs of times [s].
+
+        A jump is the difference between lines through the logarithm of the amplitude on both
+        sides. Curvature acts on both lines alike.
+        """
+        end = self.times[-1] + EDGE * self.deviation
+        spacing = self.times[1] - self.times[0]
+        stride = max(int(0.25 * self.deviation / spacing), 1)
+        length = int(EDGE * self.deviation / spacing / stride)  # of a line
+        gap = int(2.5 * self.deviation / spacing / stride)  # where the filter smears a jump
+        z = self.values[:, ::stride]
+        t = self.times[::stride]
+        centre = length + gap
+        if t.size <= 2 * centre:
+            return [(0.0, end)]
+        logarithm = np.log(np.maximum(np.abs(z), np.finfo(float).tiny))
+        logarithm = logarithm + 1j * np.unwrap(np.angle(z), axis=1)
+        x = np.arange(length) - 0.5 * (length - 1)
+        distance = gap + 0.5 * (length - 1) + 1.0
+        ahead = 1.0 / length + x / (x @ x) * distance  # weights of the line's value at the jump
+        windows = np.lib.stride_tricks.sliding_window_view(logarithm, length, axis=1)
+        count = t.size - 2 * centre
+        before = windows[:, :count] @ ahead
+        after = windows[:, centre + gap : centre + gap + count] @ ahead[::-1]
+        level = np.exp(before.real)
+        jump = np.abs(np.exp(np.clip(after.real, None, 300.0) + 1j * after.imag) - np.exp(before))
+        loud = jump > AUDIBLE * self.noise[:, np.newaxis]
+        loud &= jump > JUMP * np.sqrt((level**2).sum(axis=0))
+        relative = np.where(loud, jump, 0.0).max(axis=0)
+        parts, first = [], 0.0
+        k = 0
+        while k < count:
+            if relative[k] == 0.0:
                 k += 1
-            first = t[k] + 2.0 * self.deviation
+                continue
+            far = min(k + centre + gap, count)
+            worst = k + int(relative[k:far].argmax())
+            at = t[worst + centre]
+            parts.append((first, max(at - EDGE * self.deviation, first)))
+            first = at + EDGE * self.deviation
+            k = worst + centre
+        return [*parts, (first, max(end, first))]
 
     def last_above_noise(self, first: float) -> float:
         """Return the last time [s] at which a mode stands out of the noise."""
-        above = (self.amplitudes > 3.0 * self.noise[:, np.newaxis]).any(axis=0)
-        # Stretches of noise exceed three deviations now and then: the decay ends where the mean
-        # over ten windows falls below.
+        end = float(self.times[-1] + EDGE * self.deviation)
+        # Noise exceeds three deviations now and then: half of the last ten windows have to.
+        above = (self.sizes > 3.0 * self.noise[:, np.newaxis]).any(axis=0).astype(float)
         width = max(int(10.0 * self.deviation / (self.times[1] - self.times[0])), 1)
         share = np.convolve(above, np.full(width, 1.0 / width), mode="same")
         loud = self.times[(share > 0.5) & (self.times >= first)]
-        at_end = loud.size and loud[-1] >= self.times[-1] - 5.0 * self.deviation
-        end = self.times[-1] + EDGE * self.deviation
-        return float(end if at_end or not loud.size else loud[-1])
+        if not loud.size or loud[-1] >= self.times[-1] - 6.0 * self.deviation:
+            return end
+        return float(loud[-1])

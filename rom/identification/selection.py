@@ -6,18 +6,71 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.decay_flow import STEP, Decays
+from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit, fit
+from slipmode.rom.identification.measurement import Prepared
 from slipmode.rom.identification.prediction import (
     first_window,
     initial_amplitudes,
     normalised_error,
 )
+from slipmode.rom.identification.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 
 SHARE = 3  # one record of so many is left out
 # A law with more terms is taken if it predicts better by this share of the error.
 BETTER = 0.02
+# Error of a record's own fit, relative to the norm of its signal, and to the median of the
+# records, from which it is excluded.
+POOR, OUTLYING = 0.05, 4.0
+
+
+def first_guess(
+    used: Sequence[Prepared], plan: Plan, quadratic: bool
+) -> tuple[FirstLook, SlowLaw, Decays]:
+    """Return the first look at records, the law that it shows, and the records for fits.
+
+    `quadratic` says whether their slow time has to resolve a quadratic coupling.
+    """
+    look = FirstLook.of(used, plan.bands, plan.modes)
+    for j, (low, high) in enumerate(plan.bands):
+        if len(look.pooled(j).times) < 2:
+            raise SlipmodeError(
+                f"bands: the mode of {low:g} to {high:g} Hz decays into the noise too soon in all "
+                "records; choose a wider band"
+            )
+    guess = look.guess()
+    sizes = [np.array([0.0, size]) for size in look.reference]
+    detuning = guess.frequencies(*sizes) - look.carrier[:, np.newaxis]
+    rate = float(np.hypot(guess.damping_rates(*sizes), detuning).max())
+    if quadratic:
+        rate = max(rate, abs(look.carrier[1] - 2.0 * look.carrier[0]))
+    records = [each.part for each in used if each.part is not None]
+    return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
+
+
+def outliers(used: Sequence[Prepared], plan: Plan) -> dict[str, str]:
+    """Return records that no decay fits, by name, with the reason.
+
+    Each record is fitted alone, so that a broken one does not spoil the others.
+    """
+    errors = {}
+    for each in used:
+        try:
+            _, guess, decays = first_guess([each], plan, quadratic=False)
+            found = fit_in_turn(decays, [LawForm(len(plan.bands), "power", False)], guess)[0]
+            errors[each.name] = float(np.sqrt(found.normal.cost.sum()))
+        except SlipmodeError:  # one of the modes is too quiet to be fitted alone
+            continue
+    typical = float(np.median(list(errors.values()))) if errors else 0.0
+    return {
+        name: f"no decay fits it: the error is {100 * error:.2g} % of the signal"
+        + (f", {error / typical:.2g} times the median of the records" if len(errors) > 1 else "")
+        for name, error in errors.items()
+        if error > POOR and (error > OUTLYING * typical or len(errors) < SHARE)
+    }
 
 
 def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:
@@ -91,5 +144,5 @@ def quiet_parts(decays: Decays) -> Decays:
         envelope = np.convolve(energy, np.ones(samples), mode="valid")
         first = int(np.argmax(envelope < 0.25 * envelope[0])) / record.sample_rate
         parts.append(record.part(first, record.duration))
-    rate = 0.1 / decays.step
-    return Decays.of(parts, decays.carrier, decays.shapes, decays.reference, rate)
+    d = decays
+    return Decays.of(parts, d.carrier, d.shapes, d.reference, STEP / d.step)
