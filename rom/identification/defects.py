@@ -8,14 +8,15 @@ import numpy as np
 import scipy.optimize
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.identification.first_look import noise_density, spectrum
+from slipmode.rom.identification.first_look import noise_in_spectrum, noise_level, spectrum
 from slipmode.rom.identification.measurement import Bands, Record
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped
 # samples of a sinusoid pile up at its peaks too: on the highest level of a converter there are
 # at most 2.4 = 1 / (sqrt 2 - 1) times as many as on the next.
 CLIPPED_SAMPLES, CLIPPED_RATIO = 4, 4.0
-# A sinusoid keeps a value only next to its peak, a sensor without contact for longer.
+# Periods that a sensor without contact keeps its value. A sinusoid of amplitude A keeps it
+# within the resolution q for 2 sqrt(2 q / A) / omega at its peak, a sum of two for up to twice so.
 DROPOUT_PERIODS = 0.25
 LEAST = 0.01  # offset or drift relative to the peak that is removed
 TONE = 2e-3  # amplitude of a steady tone relative to the peak from which it is removed
@@ -73,8 +74,11 @@ def _dropout(signal: Floats, sample_rate: float, bands: Bands) -> str | None:
         sides = [signal[max(first - period, 0) : first], signal[last : last + period]]
         if not sides[0].size:  # before the blow
             continue
-        around = max(np.ptp(side) for side in sides if side.size)
-        if around > max(10.0 * resolution, 1e-2 * np.ptp(signal)):
+        around = 0.5 * max(np.ptp(side) for side in sides if side.size)
+        if around == 0.0:
+            continue
+        at_peak = 4.0 * np.sqrt(2.0 * resolution / around) / (2.0 * np.pi * bands[0][0])
+        if around > 5e-3 * np.ptp(signal) and (last - first - 1) / sample_rate > at_peak:
             return (
                 f"the signal drops out at {first / sample_rate:.4g} s: {last - first} equal "
                 "samples amid vibration"
@@ -112,7 +116,9 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
             f, size = spectrum(late, record.sample_rate)
             away = np.abs(f[:, np.newaxis] - modes).min(axis=1) > 4.0 * f[1]
             k = int(np.argmax(size * (away & (f > 4.0 * f[1]) & (f < f[-1]))))
-            noise = np.sqrt(6.0 / late.size * noise_density(late, record.sample_rate, f[1], f[-1]))
+            noise = noise_level(late, record.sample_rate, f[1], f[-1]) * noise_in_spectrum(
+                late.size
+            )
             if size[k] < max(TONE * peak, TONE_NOISE * noise):
                 break
             frequency = _frequency(late, record.sample_rate, f[k - 1], f[k + 1])

@@ -106,22 +106,29 @@ def spectrum(signal: Floats, sample_rate: float) -> tuple[Floats, Floats]:
     return np.fft.rfftfreq(signal.size, 1.0 / sample_rate), size
 
 
-def noise_density(signal: Floats, sample_rate: float, low: float, high: float) -> float:
-    """Return the variance per sample of white noise with the median spectrum of a band [Hz].
+def noise_level(signal: Floats, sample_rate: float, low: float, high: float) -> float:
+    """Return the deviation of white noise that has the median spectrum of a band [Hz].
 
     Modes and tones occupy fewer than half of the frequencies, so that the median shows the noise.
     """
     f, size = spectrum(signal, sample_rate)
     inside = size[(f >= low) & (f <= high)]
-    # |X|^2 of noise is exponentially distributed: median = log 2 mean. A Hann window of n samples
-    # gives E (2 |X| / sum w)^2 = 4 (3/8) n / (n / 2)^2 variance = 6 / n variance.
-    return float(np.median(inside**2) / np.log(2.0) * signal.size / 6.0)
+    # The squared spectrum of noise is exponentially distributed: its median is log 2 of its mean.
+    return float(np.sqrt(np.median(inside**2) / np.log(2.0)) / noise_in_spectrum(signal.size))
 
 
-def envelope_noise(density: float, envelope: Envelope, sample_rate: float) -> float:
-    """Return the standard deviation of the amplitude due to white noise, see `demodulate`."""
+def noise_in_spectrum(samples: int) -> float:
+    """Return the rms of `spectrum` for white noise of deviation 1.
+
+    The squares of a Hann window w have the sum 3/8 n, (2 / sum w)^2 is (4 / n)^2.
+    """
+    return float(np.sqrt(6.0 / samples))
+
+
+def envelope_noise(level: float, envelope: Envelope, sample_rate: float) -> float:
+    """Return the rms of `demodulate` for white noise of deviation `level`."""
     width = 1.0 / (2.0 * np.pi * envelope.deviation)
-    return float(2.0 * np.sqrt(density * np.sqrt(np.pi) * width / sample_rate))
+    return float(2.0 * level * np.sqrt(np.sqrt(np.pi) * width / sample_rate))
 
 
 @frozen
@@ -162,7 +169,10 @@ class FirstLook:
         ]
         products = np.array(
             [
-                sum(each[j].values @ each[j].values.conj().T for each in envelopes)
+                sum(
+                    np.einsum("cn,dn->cd", z, z.conj())
+                    for z in (each[j].values for each in envelopes)
+                )
                 for j in range(len(bands))
             ]
         )
@@ -170,10 +180,15 @@ class FirstLook:
         channel = int((energy / energy.max(axis=1, keepdims=True)).min(axis=0).argmax())
         shapes = (products[:, :, channel] / energy[:, [channel]]).T
         rates = {}
-        for each, of_record in zip(prepared, envelopes, strict=True):
+        for each, r, of_record in zip(prepared, records, envelopes, strict=True):
             rates[each.name] = [
-                local_rates(envelope, c, channel, SEEN * noise)
-                for envelope, c, noise in zip(of_record, carrier, each.noise, strict=True)
+                local_rates(
+                    envelope,
+                    c,
+                    channel,
+                    SEEN * envelope_noise(each.noise, envelope, r.sample_rate),
+                )
+                for envelope, c in zip(of_record, carrier, strict=True)
             ]
         largest = [
             max(

@@ -130,7 +130,8 @@ class Identification:
     interval : dict
         95 % interval of each, (low, high).
     unidentified : tuple of str
-        Parameters that the data do not determine: their interval is wider than their size.
+        Parameters that the data do not determine: the half-width of their interval is larger than
+        their size. Of fewer than three records, those without any effect.
     records : tuple of RecordReport
     range : (modes, 2) ndarray
         Smallest and largest amplitude of the fitted records in the reference channel [sensor
@@ -321,15 +322,19 @@ def identify(
     forms = _forms(law, cross, checked)
     held = {data[key].name for key in hold_out}
     prepared, plan = prepare_all(data, checked)
-    used = [p for p in prepared.values() if p.part is not None and p.name not in held]
-    for name, reason in outliers(used, plan).items():
-        prepared[name] = prepared[name].excluded(reason)
-    used = [p for p in used if prepared[p.name].part is not None]
-    if not used:
-        raise nothing_usable(prepared)
-    look, guess, decays = first_guess(
-        used, plan, quadratic=any(f.law == "quadratic" for f in forms)
-    )
+    quadratic = any(form.law == "quadratic" for form in forms)
+    while True:
+        used = [p for p in prepared.values() if p.part is not None and p.name not in held]
+        if not used:
+            raise nothing_usable(prepared)
+        look, guess, decays = first_guess(used, plan, quadratic)
+        broken, doubtful = outliers(used, look, decays)
+        if not broken:
+            break
+        for name, reason in broken.items():
+            prepared[name] = prepared[name].excluded(reason)
+    for name, note in doubtful.items():
+        prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
     forms = _determined(forms, look, law)
     form, errors = select(decays, forms, guess)
     below = [each for each in forms if _is_part(each, form)]
@@ -393,16 +398,14 @@ def _is_part(form: LawForm, whole: LawForm) -> bool:
 
 
 def _determined(forms: list[LawForm], look: FirstLook, law: str) -> list[LawForm]:
-    """Return the laws with no more parameters than the first look has values of the modes."""
-    windows = [len(look.pooled(j).times) for j in range(len(look.carrier))]
-    for j, count in enumerate(windows):
-        if count < 2:
-            raise SlipmodeError(f"bands: mode {'AB'[j]} rises from the noise in no record")
-    kept = [form for form in forms if form.free.sum() <= 2 * sum(windows)]
+    """Return the laws with no more parameters than the first look has independent values."""
+    # A window gives two values of a mode, and half of it is in the window before.
+    values = sum(len(look.pooled(j).times) for j in range(len(look.carrier)))
+    kept = [form for form in forms if form.free.sum() <= values]
     if not kept:
         raise SlipmodeError(
-            f"law = {law}: has {forms[0].free.sum()} parameters, the records have "
-            f"{2 * sum(windows)} values; give more or longer records"
+            f"law = {law}: has {forms[0].free.sum()} parameters, the records have {values} "
+            "independent values of frequency and damping; give more or longer records"
         )
     return kept
 
@@ -422,12 +425,13 @@ def _identification(
     free = np.flatnonzero(form.free)
     values = found.law.values[free]
     n = len(left_out)
-    deviation = np.full(len(free), np.inf)
-    half = deviation
+    deviation, half = np.full(len(free), np.inf), np.full(len(free), np.inf)
     if n >= LEAST_RECORDS:
         deviation = np.sqrt(jackknife_variance(np.array([law.values[free] for law in left_out])))
-        deviation[found.singular()] = np.inf
         half = deviation * scipy.special.stdtrit(n - 1, 0.5 * (1.0 + CONFIDENCE))
+    singular = found.singular()
+    deviation[singular] = half[singular] = np.inf
+    wide = half > _sizes(form, found.law.values)[free] if n >= LEAST_RECORDS else singular
     names = [form.names[k] for k in free]
     floor = [look.pooled(j).amplitude.min() for j in range(form.modes)]
     span = np.stack([floor, np.abs(found.start).max(axis=1)], axis=1)
@@ -439,7 +443,7 @@ def _identification(
             name: (float(v - h), float(v + h))
             for name, v, h in zip(names, values, half, strict=True)
         },
-        unidentified=_unidentified(form, found.law.values, dict(zip(free, half, strict=True))),
+        unidentified=tuple(name for name, each in zip(names, wide, strict=True) if each),
         records=(),
         range=span,
         channel=data.channels[look.channel],
@@ -471,20 +475,16 @@ def _identification(
     return replace(made, records=tuple(reports))
 
 
-def _unidentified(form: LawForm, values: Floats, half: Mapping[int, float]) -> tuple[str, ...]:
-    """Return free parameters whose interval is wider than their size.
+def _sizes(form: LawForm, values: Floats) -> Floats:
+    """Return the size that the interval of each parameter is compared with.
 
-    A kappa or h may well be zero. The size of kappa is 1, at which the other mode counts as much
-    as the mode itself; the size of h is at least that of g.
+    A kappa or h may well be zero. The size of kappa is at least 1, at which the other mode counts
+    as much as the mode itself; the size of h is at least that of g.
     """
-    found = []
-    for k, width in half.items():
-        name = form.names[k]
-        size = abs(values[k])
+    sizes = np.abs(values)
+    for k, name in enumerate(form.names):
         if name.startswith("kappa"):
-            size = max(size, 1.0)
+            sizes[k] = max(sizes[k], 1.0)
         elif name.startswith("h"):
-            size = max(size, abs(values[k - 1]))
-        if width > size:
-            found.append(name)
-    return tuple(found)
+            sizes[k] = max(sizes[k], sizes[k - 1])
+    return sizes

@@ -65,8 +65,8 @@ class Prepared:
         The usable part; None if the record is excluded.
     start, end : float
         Of the usable part [s].
-    noise : (modes,) ndarray
-        Standard deviation of the amplitudes of the first look [sensor unit].
+    noise : float
+        Standard deviation of the noise of a sample [sensor unit].
     notes : tuple of str
         What was found, a line each; the last one says why an excluded record is excluded.
     """
@@ -75,7 +75,7 @@ class Prepared:
     part: Record | None
     start: float
     end: float
-    noise: Floats
+    noise: float
     notes: tuple[str, ...]
 
     def excluded(self, reason: str) -> Prepared:

@@ -15,7 +15,8 @@ from slipmode.rom.identification.first_look import (
     SEEN,
     demodulate,
     envelope_noise,
-    noise_density,
+    noise_in_spectrum,
+    noise_level,
     spectrum,
 )
 from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
@@ -43,24 +44,27 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
     longest = max(record.duration for record in records)
     for j, (low, high) in enumerate(bands):
         f = np.arange(low, high, 0.5 / longest)
-        total = np.zeros(f.size)
+        total, floor = np.zeros(f.size), 0.0
         for record in records:
             for channel in record.signal:
                 g, size = spectrum(channel, record.sample_rate)
-                noise = np.sqrt(6.0 / channel.size * _noise(channel, record.sample_rate, bands))
+                noise = _noise(channel, record.sample_rate, bands)
+                noise *= noise_in_spectrum(channel.size)
                 of_band = np.interp(f, g, size)
                 if of_band.max() > SEEN * noise:
                     total += (of_band / np.abs(channel).max()) ** 2
+                    floor += (SEEN * noise / np.abs(channel).max()) ** 2
         size = np.sqrt(total)
         peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
         if not peaks.size:
             raise SlipmodeError(
-                f"bands: {low:g} to {high:g} Hz has no peak above the noise in any record: there is"
-                " no decay of a mode"
+                f"bands: {low:g} to {high:g} Hz has no decay of a mode: no record has a "
+                "peak above the noise there"
             )
         k = int(peaks[size[peaks].argmax()])
         found[j] = f[k]
-        for other in peaks[size[peaks] > SECOND_PEAK * size[k]] if alone else ():
+        loud = peaks[size[peaks] > max(SECOND_PEAK * size[k], np.sqrt(floor))]
+        for other in loud if alone else ():
             between = size[min(k, other) : max(k, other) + 1].min()
             if abs(f[other] - f[k]) > 4.0 / longest and between < 0.5 * size[other]:
                 raise SlipmodeError(
@@ -71,9 +75,12 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
 
 
 def _noise(channel: Floats, sample_rate: float, bands: Bands) -> float:
-    """Return the variance per sample of the noise around the bands."""
+    """Return the deviation of the noise of a sample, from the spectrum around the bands."""
     low, high = 0.5 * bands[0][0], min(1.5 * bands[-1][1], 0.5 * sample_rate)
-    return noise_density(channel, sample_rate, low, high)
+    half = channel.size // 2  # a disturbance in one half is no noise
+    return min(
+        noise_level(part, sample_rate, low, high) for part in (channel[:half], channel[half:])
+    )
 
 
 @frozen
@@ -136,7 +143,7 @@ def prepare(record: Record, plan: Plan) -> Prepared:
 def _checked(record: Record, bands: Bands) -> Prepared:
     """Return a whole record without padding, excluded if its samples have defects."""
     whole, notes = without_padding(record)
-    found = Prepared(record.name, whole, 0.0, whole.duration, np.zeros(len(bands)), notes)
+    found = Prepared(record.name, whole, 0.0, whole.duration, 0.0, notes)
     width = min(high - low for low, high in bands)
     if whole.duration * width < SHORTEST:
         return found.excluded(f"{whole.duration:.3g} s are too short for bands of {width:g} Hz")
@@ -161,17 +168,19 @@ def _usable(whole: Prepared, plan: Plan) -> Prepared:
     if not (found.sizes > SEEN * found.noise[:, np.newaxis]).any():
         return whole.excluded("no decay rises from the noise in any band")
     parts = found.between_jumps()
-    if len(parts) > 1:
-        at = ", ".join(f"{start + first:.3g}" for first, _ in parts[1:])
-        notes += (f"another blow or disturbance before {at} s: the longest part is used",)
     first, last = max(parts, key=lambda part: part[1] - part[0])
+    if len(parts) > 1:
+        notes += (
+            f"another blow or disturbance: only {start + first:.3g} to {start + last:.3g} s are "
+            "used",
+        )
     last = min(last, found.last_above_noise(first))
     made = Prepared(
         record.name,
         record.part(start + first, start + last),
         start + first,
         start + last,
-        found.noise,
+        max(_noise(channel, record.sample_rate, plan.bands) for channel in record.signal),
         (*whole.notes, *notes),
     )
     if last - first < SHORTEST * EDGE * found.deviation:
@@ -227,7 +236,7 @@ def _other_peak(record: Record, bands: Bands) -> tuple[float, float]:
         inside = np.zeros(f.size, bool)
         for low, high in bands:
             inside |= (f >= low) & (f <= high)
-        noise = np.sqrt(6.0 / channel.size * _noise(channel, record.sample_rate, bands))
+        noise = _noise(channel, record.sample_rate, bands) * noise_in_spectrum(channel.size)
         outside = np.where(inside | (f < 4.0 * f[1]), 0.0, size)
         k = int(outside.argmax())
         if outside[k] > SEEN * noise:
@@ -247,10 +256,10 @@ def _onset(record: Record, plan: Plan) -> tuple[float, tuple[str, ...]]:
         window = np.hanning(first)
         wave = np.exp(-2j * np.pi * np.multiply.outer(record.times[:first], modes))
         size = 2.0 * np.abs((window * record.signal[:, :first]) @ wave) / window.sum()
-        density = [_noise(channel, record.sample_rate, bands) for channel in record.signal]
-        noise = np.sqrt(6.0 * np.array(density) / first)[:, np.newaxis]
+        noise = [_noise(channel, record.sample_rate, bands) for channel in record.signal]
+        floor = SEEN * noise_in_spectrum(first) * np.array(noise)[:, np.newaxis]
         share = size / np.abs(record.signal).max(axis=1, keepdims=True)
-        loud = (size > SEEN * noise) & (share > 0.1 * ONSET)
+        loud = (size > floor) & (share > 0.1 * ONSET)
         if loud.any():
             notes = (
                 f"it vibrates before the blow at {first / record.sample_rate:.3g} s, with "
@@ -280,9 +289,9 @@ class _Envelopes:
             band = (frequency - half, frequency + half)
             look = demodulate(record.signal, record.sample_rate, 2.0 * np.pi * frequency, band)
             channel = int((np.abs(look.values) ** 2).sum(axis=1).argmax())
-            density = _noise(record.signal[channel], record.sample_rate, bands)
+            level = _noise(record.signal[channel], record.sample_rate, bands)
             values.append(look.values[channel])
-            noise.append(envelope_noise(density, look, record.sample_rate))
+            noise.append(envelope_noise(level, look, record.sample_rate))
         return cls(look.times, np.array(values), np.array(noise), look.deviation)
 
     @property
@@ -317,12 +326,17 @@ class _Envelopes:
         ahead = 1.0 / length + x / (x @ x) * distance  # weights of the line's value at the jump
         windows = np.lib.stride_tricks.sliding_window_view(logarithm, length, axis=1)
         count = t.size - 2 * centre
-        before = windows[:, :count] @ ahead
-        after = windows[:, centre + gap : centre + gap + count] @ ahead[::-1]
-        level = np.exp(before.real)
-        jump = np.abs(np.exp(np.clip(after.real, None, 300.0) + 1j * after.imag) - np.exp(before))
+        sizes = np.lib.stride_tricks.sliding_window_view(np.abs(z), length, axis=1).min(axis=2)
+        floor = SEEN * self.noise[:, np.newaxis]  # a mode in the noise counts as at rest
+        before, after = (
+            np.where(
+                sizes[:, k : k + count] > floor, np.exp(windows[:, k : k + count] @ weights), 0
+            )
+            for k, weights in ((0, ahead), (centre + gap, ahead[::-1]))
+        )
+        jump = np.abs(after - before)
         loud = jump > AUDIBLE * self.noise[:, np.newaxis]
-        loud &= jump > JUMP * np.sqrt((level**2).sum(axis=0))
+        loud &= jump > JUMP * np.sqrt((np.abs(before) ** 2).sum(axis=0))
         relative = np.where(loud, jump, 0.0).max(axis=0)
         parts, first = [], 0.0
         k = 0

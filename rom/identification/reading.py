@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -110,7 +109,7 @@ def _found(files: str | Path | Sequence[str | Path]) -> list[Path]:
     paths: list[Path] = []
     for name in given:
         exact = Path(name)
-        matches = [exact] if exact.is_file() else [Path(p) for p in glob.glob(str(name))]
+        matches = [exact] if exact.is_file() else list(exact.parent.glob(exact.name or "."))
         if not matches:
             raise SlipmodeError(f"files: there is no file {name}")
         paths += sorted(matches, key=_natural)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,9 +23,10 @@ from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 SHARE = 3  # one record of so many is left out
 # A law with more terms is taken if it predicts better by this share of the error.
 BETTER = 0.02
-# Error of a record's own fit, relative to the norm of its signal, and to the median of the
-# records, from which it is excluded.
-POOR, OUTLYING = 0.05, 4.0
+# Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
+# to the median of the records or the noise; and the latter from which it is mentioned. Of the
+# records of the double beam none is above 1.6 times the median.
+POOR, OUTLYING, DOUBTFUL = 0.05, 4.0, 2.0
 
 
 def first_guess(
@@ -51,26 +53,40 @@ def first_guess(
     return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
 
 
-def outliers(used: Sequence[Prepared], plan: Plan) -> dict[str, str]:
-    """Return records that no decay fits, by name, with the reason.
+def outliers(
+    used: Sequence[Prepared], look: FirstLook, decays: Decays
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Return records that no decay fits, by name with the reason, and those that look doubtful.
 
     Each record is fitted alone, so that a broken one does not spoil the others.
     """
-    errors = {}
-    for each in used:
+    form = LawForm(len(look.carrier), "power", False)
+    errors, noise = {}, {}
+    for i, each in enumerate(used):
+        rates = look.rates[each.name]
+        if min(len(of_mode.times) for of_mode in rates) < 2:
+            continue  # one of the modes is too quiet to be fitted alone
+        guess = replace(look, rates={each.name: rates}).guess()
         try:
-            _, guess, decays = first_guess([each], plan, quadratic=False)
-            found = fit_in_turn(decays, [LawForm(len(plan.bands), "power", False)], guess)[0]
+            found = fit_in_turn(decays.only([i]), [form], guess)[0]
             errors[each.name] = float(np.sqrt(found.normal.cost.sum()))
-        except SlipmodeError:  # one of the modes is too quiet to be fitted alone
-            continue
-    typical = float(np.median(list(errors.values()))) if errors else 0.0
-    return {
-        name: f"no decay fits it: the error is {100 * error:.2g} % of the signal"
-        + (f", {error / typical:.2g} times the median of the records" if len(errors) > 1 else "")
-        for name, error in errors.items()
-        if error > POOR and (error > OUTLYING * typical or len(errors) < SHARE)
-    }
+        except SlipmodeError:
+            errors[each.name] = np.inf
+        record = decays.records[i]
+        noise[each.name] = each.noise / np.sqrt(np.mean(record.signal**2))
+    typical = float(np.median(list(errors.values()))) if len(errors) >= SHARE else 0.0
+    broken, doubtful = {}, {}
+    for name, error in errors.items():
+        usual = max(typical, noise[name])
+        if error > (DOUBTFUL * usual if typical else POOR):
+            line = f"the error of its own fit is {100 * error:.2g} % of the signal"
+            if typical:
+                line += f", {error / typical:.2g} times the median of the records"
+            if error > max(POOR, OUTLYING * usual):
+                broken[name] = f"no decay fits it: {line}"
+            else:
+                doubtful[name] = f"{line}: look for disturbances"
+    return broken, doubtful
 
 
 def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:

@@ -1,49 +1,68 @@
-"""Measured decays of known laws, in closed form and by general integration."""
+"""Measured decays of known laws, in closed form or integrated by scipy."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
 from slipmode import rom
 
 BANDS = [(100.0, 140.0), (225.0, 260.0)]
 RATE = 2000.0
 # delta_0 [1/s], omega_0 [rad/s], g [1/s], h [rad/s], p of each mode, at the amplitude 1.
 TRUE = np.array([[0.4, 770.0, 0.6, 2.0, 1.2], [2.5, 1530.0, 1.2, 4.0, 1.4]])
+NAMES = ("delta_0", "omega_0", "g", "h", "p")
 
 
-def power_law_decay(t, a0, delta_0, omega_0, g, h, p):
-    """The signal Re a of a' = (-delta_0 - g |a|^p + i omega_0 - i h |a|^p) a, in closed form."""
+def power_law_amplitude(t, a0, delta_0, omega_0, g, h, p):
+    """a(t) of a' = (-delta_0 - g |a|^p + i omega_0 - i h |a|^p) a, in closed form."""
     grown = 1.0 + g / delta_0 * np.abs(a0) ** p * -np.expm1(-p * delta_0 * t)
-    size = np.abs(a0) * np.exp(-delta_0 * t) * grown ** (-1.0 / p)
-    phase = np.angle(a0) + omega_0 * t - h / (p * g) * np.log(grown)
-    return size * np.cos(phase)
+    phase = omega_0 * t - h / (p * g) * np.log(grown)
+    return a0 * np.exp(-delta_0 * t) * grown ** (-1.0 / p) * np.exp(1j * phase)
 
 
-def drawn_amplitudes(rng, records, modes=2):
-    """Complex initial amplitudes, (records, modes)."""
+def amplitudes(rng, records, modes=2):
+    """Initial amplitudes of 0.4 to 1, (records, modes)."""
     size = rng.uniform(0.4, 1.0, (records, modes))
     return size * np.exp(2j * np.pi * rng.random((records, modes)))
 
 
-def power_law_signals(rng, records=6, modes=TRUE, duration=2.5, noise=1e-3, scatter=0.0):
-    """Records of modes without effects on each other; `scatter` of rates between records."""
-    t = np.arange(round(duration * RATE)) / RATE
-    signals = []
-    for start in drawn_amplitudes(rng, records, len(modes)):
-        y = noise * rng.standard_normal(t.size)
-        for a0, mode in zip(start, modes, strict=True):
-            own = np.array(mode)
-            own[[0, 2, 3]] *= 1.0 + scatter * rng.standard_normal(3)
-            y += power_law_decay(t, a0, *own)
-        signals.append(y)
-    return signals
+def times(duration=2.5, rate=RATE):
+    return np.arange(round(duration * rate)) / rate
 
 
-def coupled_signal(start, law, duration=2.5):
-    """A record of two modes with cross effects and quadratic coupling, integrated by scipy.
+def decay(rng, modes=TRUE, t=None, noise=1e-3, scatter=0.0, start=None):
+    """A record of modes that do not affect each other; `scatter` of its rates."""
+    t = times() if t is None else t
+    start = amplitudes(rng, 1, len(modes))[0] if start is None else start
+    y = noise * rng.standard_normal(t.size)
+    for a0, mode in zip(start, modes, strict=True):
+        own = np.array(mode)
+        own[[0, 2, 3]] *= 1.0 + scatter * rng.standard_normal(3)
+        y += power_law_amplitude(t, a0, *own).real
+    return y
 
-    `law` has delta_0, omega_0, g, h, p, kappa of each mode, and q_1, q_2.
+
+def decays(seed, records=6, **options):
+    rng = np.random.default_rng(seed)
+    return [decay(rng, **options) for _ in range(records)]
+
+
+def decay_with_blow(rng, at, size, modes=TRUE, noise=1e-3):
+    """A record in which another blow changes all amplitudes by `size` at a time."""
+    t = times()
+    y = noise * rng.standard_normal(t.size)
+    for a0, mode in zip(amplitudes(rng, 1, len(modes))[0], modes, strict=True):
+        before = power_law_amplitude(t, a0, *mode)
+        there = power_law_amplitude(at, a0, *mode) + size * np.exp(2j * np.pi * rng.random())
+        after = power_law_amplitude(np.maximum(t - at, 0.0), there, *mode)
+        y += np.where(t < at, before, after).real
+    return y
+
+
+def coupled_amplitudes(t, start, own_A, own_B, q_1=0.0, q_2=0.0):
+    """Amplitudes of two modes with cross effects and quadratic coupling, (2, n), by scipy.
+
+    `own` are delta_0, omega_0, g, h, p, kappa.
     """
-    own_A, own_B, q_1, q_2 = law
 
     def rate(own, size, other):
         delta_0, omega_0, g, h, p, kappa = own
@@ -57,11 +76,8 @@ def coupled_signal(start, law, duration=2.5):
             rate(own_B, b, a) * b + q_2 * a * a,
         ]
 
-    t = np.arange(round(duration * RATE)) / RATE
-    found = solve_ivp(
-        slope, (0, t[-1]), np.array(start, complex), "DOP853", t, rtol=1e-9, atol=1e-10
-    )
-    return found.y.sum(axis=0).real
+    z0 = np.array(start, complex)
+    return solve_ivp(slope, (0, t[-1]), z0, "DOP853", t, rtol=1e-9, atol=1e-10).y
 
 
 def measurement(signals, rate=RATE, unit="m/s"):
