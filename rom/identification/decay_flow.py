@@ -6,7 +6,7 @@ All records and all perturbed parameters are integrated together, in slow time.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 import scipy.sparse
@@ -139,7 +139,7 @@ class Squares:
         |y|^2
     """
 
-    gram: scipy.sparse.csr_array
+    gram: scipy.sparse.csr_array = field(repr=False)
     projected: Floats
     total: float
 
@@ -174,7 +174,7 @@ class Decays:
     reference: Floats
     step: float
     steps: int
-    matrices: Sequence[scipy.sparse.csr_array]
+    matrices: Sequence[scipy.sparse.csr_array] = field(repr=False)
     squares: Sequence[Squares]
 
     @classmethod
@@ -205,10 +205,12 @@ class Decays:
 
     def only(self, chosen: Sequence[int]) -> Decays:
         """Return some of the records."""
-        records, matrices, squares = (
-            [each[i] for i in chosen] for each in (self.records, self.matrices, self.squares)
+        return replace(
+            self,
+            records=[self.records[i] for i in chosen],
+            matrices=[self.matrices[i] for i in chosen],
+            squares=[self.squares[i] for i in chosen],
         )
-        return replace(self, records=records, matrices=matrices, squares=squares)
 
     def nodes(self, values: Floats, start: Complexes) -> Complexes:
         """Return `integrate` of values (parameters, columns), start (modes, columns, records)."""

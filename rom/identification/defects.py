@@ -89,7 +89,8 @@ def _dropout(signal: Floats, sample_rate: float, bands: Bands) -> str | None:
 def remove_line(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]:
     """Return a record without offset and drift, if these are visible; `modes` (modes,) [Hz]."""
     x = np.linspace(-1.0, 1.0, record.samples)
-    signal, notes = record.signal.copy(), ()
+    signal = record.signal.copy()
+    notes: tuple[str, ...] = ()
     for channel in signal:
         line = np.polynomial.Polynomial.fit(x, channel, 1)(x)
         share = np.abs(line).max() / np.abs(channel - line).max()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.fft
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.identification.measurement import Bands, Prepared
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen
@@ -102,8 +102,8 @@ def local_rates(envelope: Envelope, carrier: float, channel: int, floor: float) 
 def spectrum(signal: Floats, sample_rate: float) -> tuple[Floats, Floats]:
     """Return frequencies [Hz] and amplitudes of a signal (samples,) under a Hann window."""
     window = np.hanning(signal.size)
-    size = 2.0 * np.abs(scipy.fft.rfft(signal * window)) / window.sum()
-    return np.fft.rfftfreq(signal.size, 1.0 / sample_rate), size
+    size: Floats = 2.0 * np.abs(scipy.fft.rfft(signal * window)) / window.sum()
+    return as_floats("frequency", np.fft.rfftfreq(signal.size, 1.0 / sample_rate)), size
 
 
 def noise_level(signal: Floats, sample_rate: float, low: float, high: float) -> float:

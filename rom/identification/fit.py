@@ -90,7 +90,8 @@ class Fit:
         size[absent] = 1.0
         eigenvalues, vectors = np.linalg.eigh(total / np.multiply.outer(size, size))
         share = (vectors[:, eigenvalues < SINGULAR] ** 2).sum(axis=1)
-        return absent | (share > 0.1)
+        found: Flags = absent | (share > 0.1)
+        return found
 
 
 def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
@@ -150,8 +151,10 @@ def _scale(decays: Decays, form: LawForm) -> Floats:
     rate = 1.0 / (decays.steps * decays.step)
     own = [rate, rate, rate, rate, 1.0, 1.0]
     a = decays.reference
-    coupling = np.repeat([1.0 / a[1], a[1] / a[0] ** 2], 2) * rate if form.modes == 2 else []
-    return np.array([*own * form.modes, *coupling])[form.free]
+    scale = own * form.modes
+    if form.modes == 2:
+        scale += [rate / a[1]] * 2 + [rate * a[1] / a[0] ** 2] * 2
+    return np.array(scale)[form.free]
 
 
 def _sizes(decays: Decays, start: Complexes) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,22 +15,33 @@ from slipmode.rom.extras import extra
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook, LocalRates
 from slipmode.rom.identification.fit import Fit
-from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
+from slipmode.rom.identification.measurement import Measurement, Prepared, Record
 from slipmode.rom.identification.prediction import (
     LEAST_RECORDS,
     Prediction,
     jackknife_variance,
     predict,
 )
-from slipmode.rom.identification.preparation import Plan, nothing_usable, prepare, prepare_all
-from slipmode.rom.identification.selection import first_guess, fit_in_turn, outliers, select
-from slipmode.rom.identification.slow_laws import LAWS, LawForm, LawName, SlowLaw
+from slipmode.rom.identification.preparation import (
+    Plan,
+    checked_bands,
+    nothing_usable,
+    prepare,
+    prepare_all,
+)
+from slipmode.rom.identification.selection import (
+    determined,
+    first_guess,
+    fit_in_turn,
+    outliers,
+    select,
+)
+from slipmode.rom.identification.slow_laws import LawForm, LawName, SlowLaw, allowed_forms
 from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 CONFIDENCE = 0.95  # of intervals
 BAND = 0.2  # opacity of bands in pictures
 
@@ -98,9 +109,8 @@ class DecayBackbone:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         hertz = 1.0 / (2.0 * np.pi)
         for name, look in self.points.items():
-            style = {"ls": "", "marker": ".", "label": name}
-            axes[0].plot(look.amplitude, look.omega * hertz, **style)
-            axes[1].plot(look.amplitude, look.delta / look.omega, **style)
+            axes[0].plot(look.amplitude, look.omega * hertz, ".", label=name)
+            axes[1].plot(look.amplitude, look.delta / look.omega, ".", label=name)
         shown = (
             ("frequency [Hz]", self.frequency * hertz, self.frequency_deviation * hertz),
             ("damping [-]", self.damping, self.damping_deviation),
@@ -155,11 +165,11 @@ class Identification:
     channel: str
     shapes: Any
     errors: dict[LawForm, float]
-    _measurement: Measurement
-    _plan: Plan
-    _look: FirstLook
-    _decays: Decays
-    _left_out: Sequence[SlowLaw]
+    _measurement: Measurement = field(repr=False)
+    _plan: Plan = field(repr=False)
+    _look: FirstLook = field(repr=False)
+    _decays: Decays = field(repr=False)
+    _left_out: Sequence[SlowLaw] = field(repr=False)
 
     def backbone(
         self, mode: int = 0, amplitude: Any = None, other: float = 0.0, extrapolate: bool = False
@@ -186,7 +196,7 @@ class Identification:
         if mode not in range(modes):
             raise SlipmodeError(f"mode = {in_one_line(mode)}: must be 0 to {modes - 1}")
         if amplitude is None:
-            r = np.geomspace(*self.range[mode], 200)
+            r = np.geomspace(self.range[mode, 0], self.range[mode, 1], 200)
         else:
             r = np.atleast_1d(as_floats("amplitude", amplitude))
             if r.ndim > 1 or not r.size or not np.all(np.isfinite(r) & (r > 0.0)):
@@ -206,7 +216,8 @@ class Identification:
             r,
             omega[0],
             zeta[0],
-            *(self._deviations(each[1:]) for each in (omega, zeta)),
+            self._deviations(omega[1:]),
+            self._deviations(zeta[1:]),
             points,
             self._measurement.unit,
         )
@@ -318,8 +329,8 @@ def identify(
     of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
     norm.
     """
-    checked = _checked_bands(bands, data)
-    forms = _forms(law, cross, checked)
+    checked = checked_bands(bands, data)
+    forms = allowed_forms(law, cross, checked)
     held = {data[key].name for key in hold_out}
     prepared, plan = prepare_all(data, checked)
     quadratic = any(form.law == "quadratic" for form in forms)
@@ -335,79 +346,11 @@ def identify(
             prepared[name] = prepared[name].excluded(reason)
     for name, note in doubtful.items():
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
-    forms = _determined(forms, look, law)
+    forms = determined(forms, look)
     form, errors = select(decays, forms, guess)
-    below = [each for each in forms if _is_part(each, form)]
+    below = [each for each in forms if each.is_part_of(form)]
     found = fit_in_turn(decays, below, guess)[-1]
     return _identification(data, plan, prepared, held, look, decays, found, errors)
-
-
-def _checked_bands(bands: Any, data: Measurement) -> Bands:
-    given = as_floats("bands", bands)
-    if given.ndim != 2 or given.shape[1] != 2 or not 1 <= len(given) <= 2:
-        raise SlipmodeError(
-            f"bands = {in_one_line(bands)}: must be one or two pairs of frequencies [Hz], such as "
-            "[(100, 140), (225, 260)]"
-        )
-    if not (
-        np.isfinite(given).all() and (given[:, 0] > 0).all() and (given[:, 1] > given[:, 0]).all()
-    ):
-        raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
-    if len(given) == 2 and given[0, 1] > given[1, 0]:
-        raise SlipmodeError(
-            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
-        )
-    slowest = min(data, key=lambda record: record.sample_rate)
-    if slowest.sample_rate < SAMPLES * given.max():
-        raise SlipmodeError(
-            f"bands: {given.max():g} Hz needs a sampling rate of at least "
-            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
-        )
-    return tuple((float(low), float(high)) for low, high in given)
-
-
-def _forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
-    """Return the laws that are allowed, each with the terms of those before it or more."""
-    if law not in ("auto", *LAWS):
-        raise SlipmodeError(f"law = {in_one_line(law)}: must be auto, {', '.join(LAWS)}")
-    if cross not in ("auto", True, False):
-        raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
-    modes = len(bands)
-    if modes == 1 and (cross is True or law == "quadratic"):
-        raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
-    if law == "linear" and cross is True:
-        raise SlipmodeError("cross = True: a linear law has no cross effects")
-    laws = list(LAWS) if law == "auto" else [law]
-    # The coupling acts on B at twice the frequency of A: it is visible in the band of B.
-    if law == "auto" and not (
-        modes == 2 and 2 * bands[0][0] < bands[1][1] and bands[1][0] < 2 * bands[0][1]
-    ):
-        laws.remove("quadratic")
-    found = []
-    for name in laws:
-        for crossed in (False, True):
-            allowed = cross == "auto" or cross is crossed or name == "linear"
-            if allowed and not (crossed and (name == "linear" or modes == 1)):
-                found.append(LawForm(modes, name, crossed))  # type: ignore[arg-type]
-    return found
-
-
-def _is_part(form: LawForm, whole: LawForm) -> bool:
-    """Return whether a nonlinear law is part of another, or is it."""
-    return form == whole or bool(form.law != "linear" and not np.any(form.free & ~whole.free))
-
-
-def _determined(forms: list[LawForm], look: FirstLook, law: str) -> list[LawForm]:
-    """Return the laws with no more parameters than the first look has independent values."""
-    # A window gives two values of a mode, and half of it is in the window before.
-    values = sum(len(look.pooled(j).times) for j in range(len(look.carrier)))
-    kept = [form for form in forms if form.free.sum() <= values]
-    if not kept:
-        raise SlipmodeError(
-            f"law = {law}: has {forms[0].free.sum()} parameters, the records have {values} "
-            "independent values of frequency and damping; give more or longer records"
-        )
-    return kept
 
 
 def _identification(
@@ -423,6 +366,7 @@ def _identification(
     form = found.law.form
     left_out = found.left_out() if len(decays.records) > 1 else []
     free = np.flatnonzero(form.free)
+    names = [form.names[k] for k in free]
     values = found.law.values[free]
     n = len(left_out)
     deviation, half = np.full(len(free), np.inf), np.full(len(free), np.inf)
@@ -432,7 +376,9 @@ def _identification(
     singular = found.singular()
     deviation[singular] = half[singular] = np.inf
     wide = half > _sizes(form, found.law.values)[free] if n >= LEAST_RECORDS else singular
-    names = [form.names[k] for k in free]
+    open_names = _without_effect(
+        {name for name, each in zip(names, wide, strict=True) if each}, form
+    )
     floor = [look.pooled(j).amplitude.min() for j in range(form.modes)]
     span = np.stack([floor, np.abs(found.start).max(axis=1)], axis=1)
     made = Identification(
@@ -443,7 +389,7 @@ def _identification(
             name: (float(v - h), float(v + h))
             for name, v, h in zip(names, values, half, strict=True)
         },
-        unidentified=tuple(name for name, each in zip(names, wide, strict=True) if each),
+        unidentified=tuple(name for name in names if name in open_names),
         records=(),
         range=span,
         channel=data.channels[look.channel],
@@ -473,6 +419,15 @@ def _identification(
         first = each.amplitude[0]
         reports.append(RecordReport(p.name, use, p.start, p.end, first, each.error, tuple(notes)))
     return replace(made, records=tuple(reports))
+
+
+def _without_effect(unidentified: set[str], form: LawForm) -> set[str]:
+    """Return unidentified parameters with the p and kappa of modes whose rates may be constant."""
+    found = set(unidentified)
+    for mode in "AB"[: form.modes]:
+        if {f"g_{mode}", f"h_{mode}"} <= unidentified:
+            found |= {f"p_{mode}", f"kappa_{mode}"}
+    return found
 
 
 def _sizes(form: LawForm, values: Floats) -> Floats:

@@ -36,7 +36,7 @@ class Record:
     @property
     def samples(self) -> int:
         """Number of samples of a channel."""
-        return self.signal.shape[1]
+        return int(self.signal.shape[1])
 
     @property
     def duration(self) -> float:

@@ -95,7 +95,8 @@ def normalised_error(measured: Floats, predicted: Floats, samples: int) -> float
 
     def norms(signal: Floats) -> Floats:
         total = np.concatenate([[0.0], np.cumsum((signal**2).sum(axis=0))])
-        return np.sqrt(np.maximum(total[samples:] - total[:-samples], 0.0))
+        found: Floats = np.sqrt(np.maximum(total[samples:] - total[:-samples], 0.0))
+        return found
 
     if not np.isfinite(predicted).all():
         return np.inf
@@ -120,7 +121,7 @@ def predict(
     amplitude = np.abs(z)
     phase = np.unwrap(np.angle(z), axis=0)
     n = len(left_out)
-    times = np.arange(decays.steps + 1) * decays.step
+    times = np.asarray(np.arange(decays.steps + 1) * decays.step, float)
     made = []
     for i, record in enumerate(decays.records):
         inside = times <= record.duration
@@ -134,9 +135,9 @@ def predict(
             deviations.append(np.sqrt(scatter + initial))
         size = amplitude[inside, :, 0, i]
         beyond = [
-            f"mode {'AB'[j]} starts at {ratio:.3g} times the largest amplitude"
-            for j, ratio in enumerate(np.abs(start[:, i]) / largest)
-            if ratio > 1.0
+            f"mode {'AB'[j]} starts at {abs(start[j, i]) / most:.3g} times the largest amplitude"
+            for j, most in enumerate(largest)
+            if abs(start[j, i]) - 3.0 * known[i][1][j] > most  # certainly
         ]
         made.append(
             Prediction(
@@ -161,4 +162,5 @@ LEAST_RECORDS = 3  # of which a scatter is stated
 def jackknife_variance(of_left_out: Floats, axis: int = 0) -> Floats:
     """Return the variance of a quantity from its values without each of n records."""
     n = of_left_out.shape[axis]
-    return (n - 1) * np.var(of_left_out, axis=axis)
+    variance: Floats = (n - 1) * np.var(of_left_out, axis=axis)
+    return variance

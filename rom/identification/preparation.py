@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.defects import defect, remove_line, remove_tones, without_padding
 from slipmode.rom.identification.first_look import (
@@ -22,6 +23,7 @@ from slipmode.rom.identification.first_look import (
 from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
 from slipmode.rom.short_repr import frozen, short_list
 
+SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 ONSET = 0.1  # of the largest sample: where a blow begins
 # Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
 # record that no law fits, see `selection.outliers`.
@@ -32,6 +34,31 @@ AUDIBLE = 20.0
 SECOND_PEAK = 0.05  # size of another peak of a band relative to the first that is a second mode
 OTHER_MODES = 0.01  # size of peaks outside the bands from which these are filtered out
 SHORTEST = 8  # windows of the first look in the shortest usable part
+
+
+def checked_bands(bands: Any, data: Measurement) -> Bands:
+    """Return the bands of one or two modes; refuse others, and sampling rates too low for them."""
+    given = as_floats("bands", bands)
+    if given.ndim != 2 or given.shape[1] != 2 or not 1 <= len(given) <= 2:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must be one or two pairs of frequencies [Hz], such as "
+            "[(100, 140), (225, 260)]"
+        )
+    if not (
+        np.isfinite(given).all() and (given[:, 0] > 0).all() and (given[:, 1] > given[:, 0]).all()
+    ):
+        raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
+    if len(given) == 2 and given[0, 1] > given[1, 0]:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
+        )
+    slowest = min(data, key=lambda record: record.sample_rate)
+    if slowest.sample_rate < SAMPLES * given.max():
+        raise SlipmodeError(
+            f"bands: {given.max():g} Hz needs a sampling rate of at least "
+            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
+        )
+    return tuple((float(low), float(high)) for low, high in given)
 
 
 def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Floats:

@@ -96,7 +96,7 @@ def read_measurement(
                 raise SlipmodeError(f"{path}: channels of record {name} differ in length")
             signal = np.stack([signals[channel] for channel in kept])
             records.append(Record(name, signal, rate))
-    if not records or names is None:
+    if not records or names is None or unit is None:
         raise SlipmodeError("files: no record was found in them")
     repeated = sorted({r.name for r in records if sum(r.name == s.name for s in records) > 1})
     if repeated:

@@ -53,6 +53,19 @@ def first_guess(
     return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
 
 
+def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
+    """Return the laws with no more parameters than the first look has independent values."""
+    # A window gives two values of a mode, and half of it is in the window before.
+    values = sum(len(look.pooled(j).times) for j in range(len(look.carrier)))
+    kept = [form for form in forms if form.free.sum() <= values]
+    if not kept:
+        raise SlipmodeError(
+            f"law = {forms[0]}: has {forms[0].free.sum()} parameters, the records have {values} "
+            "independent values of frequency and damping; give more or longer records"
+        )
+    return kept
+
+
 def outliers(
     used: Sequence[Prepared], look: FirstLook, decays: Decays
 ) -> tuple[dict[str, str], dict[str, str]]:
@@ -133,7 +146,7 @@ def select(
     if len(forms) == 1:
         return forms[0], {}
     loudness = [float(np.abs(record.signal).max()) for record in decays.records]
-    order = np.argsort(loudness)
+    order = np.argsort(loudness).tolist()
     kept = len(order) - -(-len(order) // SHARE)
     if len(order) >= SHARE:
         quiet, loud = decays.only(order[:kept]), decays.only(order[kept:])

@@ -14,11 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.measurement import Bands
 from slipmode.rom.short_repr import frozen
 
 LawName = Literal["linear", "power", "quadratic"]
@@ -63,8 +65,39 @@ class LawForm:
         coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
         return np.array(own * self.modes + coupling)
 
+    def is_part_of(self, whole: LawForm) -> bool:
+        """Return whether a nonlinear law has no other terms than another law, or is that law."""
+        nested = self.law != "linear" and not np.any(self.free & ~whole.free)
+        return self == whole or bool(nested)
+
     def __str__(self) -> str:
         return self.law + (" with cross effects" if self.cross else "")
+
+
+def allowed_forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
+    """Return the laws that are allowed, each with the terms of those before it or more."""
+    if law not in ("auto", *LAWS):
+        raise SlipmodeError(f"law = {in_one_line(law)}: must be auto, {', '.join(LAWS)}")
+    if cross not in ("auto", True, False):
+        raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
+    modes = len(bands)
+    if modes == 1 and (cross is True or law == "quadratic"):
+        raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
+    if law == "linear" and cross is True:
+        raise SlipmodeError("cross = True: a linear law has no cross effects")
+    laws = list(LAWS) if law == "auto" else [law]
+    # The coupling acts on B at twice the frequency of A: it is visible in the band of B.
+    if law == "auto" and not (
+        modes == 2 and 2 * bands[0][0] < bands[1][1] and bands[1][0] < 2 * bands[0][1]
+    ):
+        laws.remove("quadratic")
+    found = []
+    for name in laws:
+        for crossed in (False, True):
+            allowed = cross == "auto" or cross is crossed or name == "linear"
+            if allowed and not (crossed and (name == "linear" or modes == 1)):
+                found.append(LawForm(modes, name, crossed))  # type: ignore[arg-type]
+    return found
 
 
 def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
@@ -74,7 +107,7 @@ def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
     """
     own = values[: 6 * modes].reshape(modes, 6, *values.shape[1:]).swapaxes(0, 1)
     q = values[6 * modes :] if modes == 2 else np.zeros((4, *values.shape[1:]))
-    return own, q[0::2] + 1j * q[1::2]
+    return own, np.asarray(q[0::2] + 1j * q[1::2], complex)
 
 
 def complex_rates(own: Floats, square: Floats, reference: Floats) -> Complexes:

@@ -65,19 +65,23 @@ def coupled_amplitudes(t, start, own_A, own_B, q_1=0.0, q_2=0.0):
     """
 
     def rate(own, size, other):
-        delta_0, omega_0, g, h, p, kappa = own
+        delta_0, _, g, h, p, kappa = own
         power = (abs(size) ** 2 + kappa * abs(other) ** 2) ** (p / 2)
-        return -delta_0 - g * power + 1j * (omega_0 - h * power)
+        return -delta_0 - (g + 1j * h) * power
 
-    def slope(_, z):
+    omega = np.array([own_A[1], own_B[1]])
+
+    def slope(time, z):  # in the frame of omega_0
         a, b = z
+        beat = np.exp(1j * (omega[1] - 2.0 * omega[0]) * time)
         return [
-            rate(own_A, a, b) * a + q_1 * np.conj(a) * b,
-            rate(own_B, b, a) * b + q_2 * a * a,
+            rate(own_A, a, b) * a + q_1 * beat * np.conj(a) * b,
+            rate(own_B, b, a) * b + q_2 / beat * a * a,
         ]
 
     z0 = np.array(start, complex)
-    return solve_ivp(slope, (0, t[-1]), z0, "DOP853", t, rtol=1e-9, atol=1e-10).y
+    z = solve_ivp(slope, (0, t[-1]), z0, "DOP853", t, rtol=1e-10, atol=1e-11).y
+    return z * np.exp(1j * np.multiply.outer(omega, t))
 
 
 def measurement(signals, rate=RATE, unit="m/s"):
