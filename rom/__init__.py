@@ -7,8 +7,8 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 The rooms follow that chain, and the source paper's equations: structure/ (1)-(3), laws/ (28),
 reduction/ (8), (13), contact/ (13), (14), (20), table/ (20), slow/ (12), (18), (19), (22)-(25);
-full/ is Eq. (1) integrated in full, kernel/ what of all that is computed in C. validity/ is what
-the method assumes.
+identification/ finds laws of the slow flow in measured decays, full/ is Eq. (1) integrated in
+full, kernel/ what of all that is computed in C. validity/ is what the method assumes.
 """
 
 import logging

@@ -126,6 +126,29 @@ class DecayBackbone:
 
 
 @frozen
+class Source:
+    """What the results of an identification are computed from.
+
+    Attributes
+    ----------
+    measurement : Measurement
+    plan : Plan
+        How records are prepared.
+    look : FirstLook
+    decays : Decays
+        The fitted records.
+    left_out : sequence of SlowLaw
+        The law without each of the records.
+    """
+
+    measurement: Measurement
+    plan: Plan
+    look: FirstLook
+    decays: Decays
+    left_out: Sequence[SlowLaw]
+
+
+@frozen
 class Identification:
     """A law of the slow flow identified from decays.
 
@@ -153,6 +176,8 @@ class Identification:
     errors : dict
         Mean normalised error of each law in the prediction of loud records that it was not
         fitted to; empty if only one law was allowed.
+    source : Source
+        What these and further results are computed from.
     """
 
     law: SlowLaw
@@ -165,11 +190,7 @@ class Identification:
     channel: str
     shapes: Any
     errors: dict[LawForm, float]
-    _measurement: Measurement = field(repr=False)
-    _plan: Plan = field(repr=False)
-    _look: FirstLook = field(repr=False)
-    _decays: Decays = field(repr=False)
-    _left_out: Sequence[SlowLaw] = field(repr=False)
+    source: Source = field(repr=False)
 
     def backbone(
         self, mode: int = 0, amplitude: Any = None, other: float = 0.0, extrapolate: bool = False
@@ -207,10 +228,10 @@ class Identification:
         sizes: list[Any] = [r] if modes == 1 else [r, np.full(r.size, other)]
         if mode == 1:
             sizes.reverse()
-        laws = (self.law, *self._left_out)
+        laws = (self.law, *self.source.left_out)
         omega = np.array([law.frequencies(*sizes)[mode] for law in laws])
         zeta = np.array([law.damping_rates(*sizes)[mode] for law in laws]) / omega
-        points = {name: look[mode] for name, look in self._look.rates.items()}
+        points = {name: look[mode] for name, look in self.source.look.rates.items()}
         return DecayBackbone(
             mode,
             r,
@@ -219,7 +240,7 @@ class Identification:
             self._deviations(omega[1:]),
             self._deviations(zeta[1:]),
             points,
-            self._measurement.unit,
+            self.source.measurement.unit,
         )
 
     def predict(self, record: str | int | Record, extrapolate: bool = False) -> Prediction:
@@ -238,12 +259,12 @@ class Identification:
             If there is no such record, it has other channels, it cannot be used, or it starts
             beyond the measured amplitudes.
         """
-        given = record if isinstance(record, Record) else self._measurement[record]
+        given = record if isinstance(record, Record) else self.source.measurement[record]
         if len(given.signal) != len(self.shapes):
             raise SlipmodeError(
                 f"record: has {len(given.signal)} channels, the measurement {len(self.shapes)}"
             )
-        prepared = prepare(given, self._plan)
+        prepared = prepare(given, self.source.plan)
         if prepared.part is None:
             raise SlipmodeError(f"record: {prepared.name} cannot be used: {prepared.notes[-1]}")
         found = self._predicted([prepared.part])[0]
@@ -269,7 +290,7 @@ class Identification:
         if largest > self.range[mode, 1] * (1.0 + 1e-12) and not extrapolate:
             raise SlipmodeError(
                 f"amplitude: {largest:.4g} is beyond the largest measured amplitude of mode "
-                f"{'AB'[mode]}, {self.range[mode, 1]:.4g} {self._measurement.unit}; "
+                f"{'AB'[mode]}, {self.range[mode, 1]:.4g} {self.source.measurement.unit}; "
                 "extrapolate=True allows it"
             )
 
@@ -279,9 +300,9 @@ class Identification:
         return np.sqrt(jackknife_variance(of_left_out))
 
     def _predicted(self, records: Sequence[Record]) -> list[Prediction]:
-        d = self._decays
+        d = self.source.decays
         decays = Decays.of(records, d.carrier, d.shapes, d.reference, STEP / d.step)
-        return predict(decays, self.law, self._left_out, self.range[:, 1])
+        return predict(decays, self.law, self.source.left_out, self.range[:, 1])
 
 
 def identify(
@@ -395,11 +416,7 @@ def _identification(
         channel=data.channels[look.channel],
         shapes=look.shapes,
         errors=errors,
-        _measurement=data,
-        _plan=plan,
-        _look=look,
-        _decays=decays,
-        _left_out=left_out,
+        source=Source(data, plan, look, decays, left_out),
     )
     usable = [p for p in (prepared[r.name] for r in data) if p.part is not None]
     predicted = made._predicted([p.part for p in usable if p.part is not None])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from decays import TRUE, coupled_amplitudes, power_law_amplitude, times
+from measured.decays import TRUE, coupled_amplitudes, power_law_amplitude, times
 
 from slipmode.rom.identification.decay_flow import Decays, as_columns, integrate, sampling
 from slipmode.rom.identification.measurement import Record

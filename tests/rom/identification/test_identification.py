@@ -3,7 +3,7 @@
 import matplotlib
 import numpy as np
 import pytest
-from decays import (
+from measured.decays import (
     BANDS,
     NAMES,
     RATE,

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from decays import BANDS, RATE, TRUE, decay, decay_with_blow, decays, measurement, times
+from measured.decays import BANDS, RATE, TRUE, decay, decay_with_blow, decays, measurement, times
 
 from slipmode import rom
 
