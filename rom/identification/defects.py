@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.optimize
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.identification.first_look import noise_in_spectrum, noise_level, spectrum
@@ -141,7 +140,9 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
 
 def _frequency(signal: Floats, sample_rate: float, low: float, high: float) -> float:
     """Return the frequency of the largest tone between two frequencies [Hz]."""
-    found = scipy.optimize.minimize_scalar(
+    from scipy.optimize import minimize_scalar  # takes a while to import
+
+    found = minimize_scalar(
         lambda f: -abs(_tone(signal, f / sample_rate)),
         bounds=(low, high),
         method="bounded",

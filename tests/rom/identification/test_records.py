@@ -184,5 +184,5 @@ def test_a_measurement_without_usable_records_is_refused_with_the_reasons():
 
 def test_fewer_data_than_parameters_are_refused():
     short = decays(2, 1, t=times(0.6), noise=0.01, start=(1.0, 0.1))
-    with pytest.raises(rom.SlipmodeError, match="law = quadratic: has 16 parameters"):
+    with pytest.raises(rom.SlipmodeError, match="law = quadratic with cross effects: has 16"):
         rom.identify(measurement(short), bands=BANDS, law="quadratic", cross=True)
