@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -31,9 +32,11 @@ JUMP = 0.15
 # Amplitude relative to its noise from which jumps are searched: a jump between lines fitted to
 # both sides has 3.75 times the deviation of the noise, 15 in the largest of hundreds.
 AUDIBLE = 20.0
+# Shares of a record in which modes are searched: soon after the blow if they are damped well.
+PARTS = (1.0, 0.3, 0.1)
 SECOND_PEAK = 0.05  # size of another peak of a band relative to the first that is a second mode
 OTHER_MODES = 0.01  # size of peaks outside the bands from which these are filtered out
-SHORTEST = 8  # windows of the first look in the shortest usable part
+SHORTEST = 5  # windows of the first look in the shortest usable part: two that are whole
 
 
 def checked_bands(bands: Any, data: Measurement) -> Bands:
@@ -68,21 +71,9 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
     band with two.
     """
     found = np.empty(len(bands))
-    longest = max(record.duration for record in records)
     for j, (low, high) in enumerate(bands):
-        f = np.arange(low, high, 0.5 / longest)
-        total, floor = np.zeros(f.size), 0.0
-        for record in records:
-            for channel in record.signal:
-                g, size = spectrum(channel, record.sample_rate)
-                noise = _noise(channel, record.sample_rate, bands)
-                noise *= noise_in_spectrum(channel.size)
-                of_band = np.interp(f, g, size)
-                if of_band.max() > SEEN * noise:
-                    total += (of_band / np.abs(channel).max()) ** 2
-                    floor += (SEEN * noise / np.abs(channel).max()) ** 2
-        size = np.sqrt(total)
-        peaks = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+        looks = [_peaks(records, bands, j, share) for share in PARTS]
+        f, size, peaks = max(looks, key=lambda look: look[1][look[2]].max(initial=0.0))
         if not peaks.size:
             raise SlipmodeError(
                 f"bands: {low:g} to {high:g} Hz has no decay of a mode: no record has a "
@@ -90,15 +81,44 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
             )
         k = int(peaks[size[peaks].argmax()])
         found[j] = f[k]
-        loud = peaks[size[peaks] > max(SECOND_PEAK * size[k], np.sqrt(floor))]
-        for other in loud if alone else ():
+        for other in peaks[size[peaks] > SECOND_PEAK * size[k]] if alone else ():
             between = size[min(k, other) : max(k, other) + 1].min()
-            if abs(f[other] - f[k]) > 4.0 / longest and between < 0.5 * size[other]:
+            if abs(other - k) > 8 and between < 0.5 * size[other]:  # main lobes of the window
                 raise SlipmodeError(
                     f"bands: {low:g} to {high:g} Hz has peaks at {f[k]:.5g} and {f[other]:.5g} Hz;"
                     " give each mode a band of its own"
                 )
     return found
+
+
+def _peaks(
+    records: Sequence[Record], bands: Bands, j: int, share: float
+) -> tuple[Floats, Floats, NDArray[np.intp]]:
+    """Return frequencies [Hz], the spectrum of all records in a band, and its peaks above noise.
+
+    Of each record, a share of the time from its onset on is seen. The spectrum is relative to the
+    size from which a peak is above the noise.
+    """
+    duration = share * max(record.duration for record in records)
+    f = np.arange(bands[j][0], bands[j][1], 0.5 / duration)
+    square, seen = np.zeros(f.size), 0
+    for record in records:
+        for channel in record.signal:
+            loudest = np.abs(channel).max()
+            first = int(np.argmax(np.abs(channel) > ONSET * loudest))
+            part = channel[first : first + int(share * channel.size)]
+            g, size = spectrum(part, record.sample_rate)
+            floor = (
+                SEEN * noise_in_spectrum(part.size) * _noise(channel, record.sample_rate, bands)
+            )
+            of_band = np.interp(f, g, size) / max(floor, SEEN * np.finfo(float).eps * loudest)
+            if of_band.max(initial=0.0) > 1.0:
+                square += of_band**2
+                seen += 1
+    size = np.sqrt(square / max(seen, 1))
+    inner = size[1:-1]
+    peaks = np.flatnonzero((inner > size[:-2]) & (inner >= size[2:]) & (inner > 1.0)) + 1
+    return f, size, peaks
 
 
 def _noise(channel: Floats, sample_rate: float, bands: Bands) -> float:
@@ -355,28 +375,22 @@ class _Envelopes:
         count = t.size - 2 * centre
         sizes = np.lib.stride_tricks.sliding_window_view(np.abs(z), length, axis=1).min(axis=2)
         floor = SEEN * self.noise[:, np.newaxis]  # a mode in the noise counts as at rest
-        before, after = (
-            np.where(
-                sizes[:, k : k + count] > floor, np.exp(windows[:, k : k + count] @ weights), 0
-            )
-            for k, weights in ((0, ahead), (centre + gap, ahead[::-1]))
-        )
-        jump = np.abs(after - before)
-        loud = jump > AUDIBLE * self.noise[:, np.newaxis]
-        loud &= jump > JUMP * np.sqrt((np.abs(before) ** 2).sum(axis=0))
-        relative = np.where(loud, jump, 0.0).max(axis=0)
+        rests = [sizes[:, k : k + count] <= floor for k in (0, centre + gap)]
+        before = np.where(rests[0], 0.0, np.exp(windows[:, :count] @ ahead))
+        after = np.exp(windows[:, centre + gap :][:, :count] @ ahead[::-1])
+        jumps = np.where(rests[1], 0.0, np.abs(after - before))
+        loud = jumps > AUDIBLE * self.noise[:, np.newaxis]
+        level = np.maximum(np.sqrt((np.abs(before) ** 2).sum(axis=0)), np.finfo(float).tiny)
+        seen = (np.where(loud, jumps, 0.0) > JUMP * level).any(axis=0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]])))
         parts, first = [], 0.0
-        k = 0
-        while k < count:
-            if relative[k] == 0.0:
-                k += 1
+        for k, after_last in edges.reshape(-1, 2):
+            if k == 0:  # curvature of a fast decay; a blow so early leaves a bad fit
                 continue
-            far = min(k + centre + gap, count)
-            worst = k + int(relative[k:far].argmax())
-            at = t[worst + centre]
-            parts.append((first, max(at - EDGE * self.deviation, first)))
-            first = at + EDGE * self.deviation
-            k = worst + centre
+            # A jump is seen while it is between the far ends of the lines.
+            reach = min(centre, (after_last - k) // 2)
+            parts.append((first, max(t[k + centre + reach] - EDGE * self.deviation, first)))
+            first = t[after_last - 1 + centre - reach] + EDGE * self.deviation
         return [*parts, (first, max(end, first))]
 
     def last_above_noise(self, first: float) -> float:
@@ -384,7 +398,8 @@ class _Envelopes:
         end = float(self.times[-1] + EDGE * self.deviation)
         # Noise exceeds three deviations now and then: half of the last ten windows have to.
         above = (self.sizes > 3.0 * self.noise[:, np.newaxis]).any(axis=0).astype(float)
-        width = max(int(10.0 * self.deviation / (self.times[1] - self.times[0])), 1)
+        width = int(10.0 * self.deviation / (self.times[1] - self.times[0]))
+        width = min(max(width, 1), self.times.size)
         share = np.convolve(above, np.full(width, 1.0 / width), mode="same")
         loud = self.times[(share > 0.5) & (self.times >= first)]
         if not loud.size or loud[-1] >= self.times[-1] - 6.0 * self.deviation:
