@@ -6,6 +6,8 @@ common to all records, the initial amplitudes of a record appear in its signal a
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -79,7 +81,7 @@ class Fit:
             step = np.linalg.lstsq(total - matrix, right - own, rcond=SINGULAR)[0]
             values = self.law.values.copy()
             values[self.law.form.free] += step * self.scale
-            laws.append(SlowLaw(self.law.form, values, self.law.reference))
+            laws.append(replace(self.law, values=self.law.form.tied(values)))
         return laws
 
     def singular(self) -> Flags:
@@ -143,7 +145,8 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
             damping *= 10.0
             if damping > 1e6:
                 break
-    return Fit(SlowLaw(form, values, decays.reference), start, scale, now.eliminated(initial))
+    law = SlowLaw(form, form.tied(values), decays.reference)
+    return Fit(law, start, scale, now.eliminated(initial))
 
 
 def _scale(decays: Decays, form: LawForm) -> Floats:
@@ -173,7 +176,7 @@ def _normal(
     for k in range(initial):
         z[k // 2, 1 + k] += DIFFERENCE * (1j if k % 2 else 1.0) * sizes[k // 2]
     theta[free, 1 + initial + np.arange(len(free))] += DIFFERENCE * scale
-    nodes = decays.nodes(theta, z)
+    nodes = decays.nodes(form.tied(theta), z)
     records = len(decays.records)
     matrix = np.empty((records, unknowns, unknowns))
     right, cost = np.empty((records, unknowns)), np.full(records, np.inf)

@@ -326,9 +326,11 @@ def identify(
     bands : sequence of (float, float)
         Lower and upper end of a band around each of one or two modes [Hz], in which it is the
         only mode.
-    law : {"auto", "linear", "power", "quadratic"}
+    law : {"auto", "linear", "iwan", "power", "quadratic"}
         "auto" chooses the law that predicts the loudest records best from a fit to the others.
-        "quadratic" is the power law with the quadratic coupling of two modes near 1:2.
+        Fewer than three records cannot show effects of a mode on the other.
+        "iwan" is the power law of friction alone, "quadratic" the power law with the quadratic
+        coupling of two modes near 1:2.
     cross : {"auto", True, False}
         Whether the rates of a mode depend on the amplitude of the other mode.
     hold_out : sequence of str or int

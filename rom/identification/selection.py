@@ -54,7 +54,11 @@ def first_guess(
 
 
 def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
-    """Return the laws with no more parameters than the first look has independent values."""
+    """Return the laws with no more parameters than the first look has independent values.
+
+    Effects of a mode on the other are left out, if they need not be there, for fewer than three
+    records: both amplitudes fall along one line in each record.
+    """
     # A window gives two values of a mode, and half of it is in the window before.
     values = sum(len(look.pooled(j).times) for j in range(len(look.carrier)))
     kept = [form for form in forms if form.free.sum() <= values]
@@ -63,7 +67,8 @@ def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
             f"law = {forms[0]}: has {forms[0].free.sum()} parameters, the records have {values} "
             "independent values of frequency and damping; give more or longer records"
         )
-    return kept
+    apart = [form for form in kept if not form.cross and form.law != "quadratic"]
+    return apart if apart and len(look.rates) < SHARE else kept
 
 
 def outliers(
@@ -111,10 +116,7 @@ def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> lis
     made: list[Fit] = []
     values = guess.values
     for form in forms:
-        first = values.copy()
-        if form.law == "linear":
-            first[2 : 6 * form.modes : 6] = first[3 : 6 * form.modes : 6] = 0.0
-        found = fit(decays, form, first, start)
+        found = fit(decays, form, form.without_others(values), start)
         made.append(found)
         if form.law != "linear":
             values, start = found.law.values, found.start

@@ -8,6 +8,9 @@ With a_j(t) the complex amplitude of mode j in sensor units, y = Re sum_j a_j,
     q_A = q_1 conj(a) b,                    q_B = q_2 a^2        (near omega_B = 2 omega_A),
 
 where R_j is a reference amplitude: g and h are what friction adds at that amplitude.
+
+Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
+Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen elastically.
 """
 
 from __future__ import annotations
@@ -17,17 +20,17 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
+import scipy.special
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.measurement import Bands
 from slipmode.rom.short_repr import frozen
 
-LawName = Literal["linear", "power", "quadratic"]
+LawName = Literal["linear", "iwan", "power", "quadratic"]
 
 PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa")
 COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
-UNITS: Final = dict(zip(PER_MODE, ("1/s", "rad/s", "1/s", "rad/s", "-", "-"), strict=True))
 LAWS: Final = get_args(LawName)
 
 
@@ -39,9 +42,9 @@ class LawForm:
     ----------
     modes : int
         1 or 2.
-    law : {"linear", "power", "quadratic"}
-        Constant rates; rates that depend on the amplitudes; also the quadratic coupling of two
-        modes near a ratio of 1:2.
+    law : {"linear", "iwan", "power", "quadratic"}
+        Constant rates; damping and frequency by friction alone; frequency that elastic terms shift
+        too; also the quadratic coupling of two modes near a ratio of 1:2.
     cross : bool
         Whether the rates of a mode depend on the amplitude of the other mode.
     """
@@ -61,9 +64,25 @@ class LawForm:
     def free(self) -> Flags:
         """Which parameters are fitted, (parameters,)."""
         nonlinear = self.law != "linear"
-        own = [True, True, nonlinear, nonlinear, nonlinear, nonlinear and self.cross]
+        shift = self.law not in ("linear", "iwan")
+        own = [True, True, nonlinear, shift, nonlinear, nonlinear and self.cross]
         coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
         return np.array(own * self.modes + coupling)
+
+    def without_others(self, values: Floats) -> Floats:
+        """Return values (parameters,) in which terms that the law does not have are zero."""
+        made = np.where(self.free, values, 0.0)
+        made[4 : 6 * self.modes : 6] = values[4 : 6 * self.modes : 6]  # exponents
+        return self.tied(made)
+
+    def tied(self, values: Floats) -> Floats:
+        """Return values (parameters, ...) whose h follow from the others, if the law ties them."""
+        if self.law != "iwan":
+            return values
+        made = values.copy()
+        for k in range(0, 6 * self.modes, 6):
+            made[k + 3] = masing_ratio(values[k + 4]) * values[k + 2]
+        return made
 
     def is_part_of(self, whole: LawForm) -> bool:
         """Return whether a nonlinear law has no other terms than another law, or is that law."""
@@ -98,6 +117,18 @@ def allowed_forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
             if allowed and not (crossed and (name == "linear" or modes == 1)):
                 found.append(LawForm(modes, name, crossed))  # type: ignore[arg-type]
     return found
+
+
+def masing_ratio(p: Floats) -> Floats:
+    """Return h / g of sliders with a density ~ phi^(p - 1) of their slip displacement phi.
+
+    With c = phi / r, a slider of stiffness k under x = r cos(omega t) has the secant stiffness
+    k (theta - sin(2 theta) / 2) / pi, cos(theta) = 1 - 2 c, and the loss 4 k c (1 - c) / pi
+    (Masing's rule). Integrals over c^(p - 1) give h ~ 8 B(p + 3/2, 3/2) / pi and
+    g ~ 4 p / (pi (p + 1) (p + 2)), with the beta function B.
+    """
+    ratio: Floats = 2.0 * scipy.special.beta(p + 1.5, 1.5) * (p + 1.0) * (p + 2.0) / p
+    return ratio
 
 
 def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
@@ -142,6 +173,15 @@ class SlowLaw:
     form: LawForm
     values: Floats
     reference: Floats
+
+    @property
+    def friction_shift(self) -> Floats:
+        """The h that friction with this damping has by Masing's rule, (modes,) [rad/s].
+
+        The rest of h is elastic.
+        """
+        own = parts(self.values, self.form.modes)[0]
+        return masing_ratio(own[4]) * own[2]
 
     @property
     def coupling(self) -> Complexes:

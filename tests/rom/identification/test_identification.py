@@ -111,6 +111,40 @@ def test_an_oscillator_with_cubic_stiffness_and_damping():
     assert found.parameters["g_A"] == pytest.approx(3 * c / 8 * reference**2, rel=0.01)
 
 
+def sliders(starts, omega=690.0, c=0.6, share=0.02, chi=-0.5, step=5e-5, every=10):
+    """Velocities (records, samples) of a mass on springs, a damper and 30 sliders of Iwan's.
+
+    By the leapfrog method; macro-slip is twice beyond the largest motion.
+    """
+    phi = np.geomspace(1e-3, 1.0, 30) * 2.0 / omega
+    k = phi ** (chi + 1.0)
+    k *= share * omega**2 / k.sum()
+    v, x = np.array(starts), np.zeros(len(starts))
+    slid = np.zeros((len(starts), phi.size))
+    found = []
+    for i in range(round(2.5 / step)):
+        slid = np.clip(slid, x[:, np.newaxis] - phi, x[:, np.newaxis] + phi)
+        force = (k * (x[:, np.newaxis] - slid)).sum(axis=1)
+        v = v - step * ((1.0 - share) * omega**2 * x + 2.0 * c * v + force)
+        x = x + step * v
+        if i % every == 0:
+            found.append(v)
+    return np.transpose(found)
+
+
+def test_sliders_of_iwan_are_recognised():
+    """A power law with p = chi + 1 and the shift of frequency that Masing's rule ties to it."""
+    rng = np.random.default_rng(0)
+    signals = sliders([0.3, 0.45, 0.6, 0.8, 1.0])
+    signals += 1e-3 * rng.standard_normal(signals.shape)
+    found = rom.identify(measurement(signals), bands=[(95.0, 125.0)])
+    assert found.law.form.law == "iwan"
+    assert found.parameters["p_A"] == pytest.approx(0.5, abs=0.01)  # 0.502
+    assert found.parameters["delta_0_A"] == pytest.approx(0.6, rel=0.01)
+    free = rom.identify(measurement(signals), bands=[(95.0, 125.0)], law="power")
+    assert free.parameters["h_A"] == pytest.approx(free.law.friction_shift[0], rel=0.03)  # 1 %
+
+
 def test_held_out_records_are_predicted_from_their_first_window(two_modes):
     report = two_modes.records[1]
     assert report.use == "held out"
@@ -209,7 +243,7 @@ def test_plots_have_axes_for_each_mode(two_modes):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"law": "cubic"}, "law = 'cubic': must be auto, linear, power, quadratic"),
+        ({"law": "cubic"}, "law = 'cubic': must be auto, linear, iwan, power, quadratic"),
         ({"cross": "yes"}, "cross = 'yes': must be 'auto', True or False"),
         ({"law": "linear", "cross": True}, "cross = True: a linear law"),
         ({"bands": BANDS[:1], "cross": True}, "bands: cross effects"),
