@@ -1,4 +1,4 @@
-"""Defects of the samples of a record: those that exclude it, and those that are removed."""
+"""Defects of a record: those that exclude it, those that are removed, and further blows."""
 
 from __future__ import annotations
 
@@ -6,9 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
-from slipmode.rom.identification.first_look import noise_in_spectrum, noise_level, spectrum
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.identification.first_look import (
+    EDGE,
+    SEEN,
+    demodulate,
+    envelope_noise,
+    noise_in_spectrum,
+    noise_level,
+    spectrum,
+)
 from slipmode.rom.identification.measurement import Bands, Record
+from slipmode.rom.short_repr import frozen
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped
 # samples of a sinusoid pile up at its peaks too: on the highest level of a converter there are
@@ -22,6 +31,12 @@ TONE = 2e-3  # amplitude of a steady tone relative to the peak from which it is 
 TONE_NOISE = 10.0  # and relative to the noise in its bin
 STEADY = 0.2  # largest relative change of its amplitude between the halves of a record
 MOST_TONES = 4
+# Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
+# record that no law fits, see `selection.outliers`.
+JUMP = 0.15
+# Amplitude relative to its noise from which jumps are searched: a jump between lines fitted to
+# both sides has 3.75 times the deviation of the noise, 15 in the largest of hundreds.
+AUDIBLE = 20.0
 
 
 def without_padding(record: Record) -> tuple[Record, tuple[str, ...]]:
@@ -156,3 +171,116 @@ def _tone(signal: Floats, cycles: float) -> complex:
     window = np.hanning(signal.size)
     wave = np.exp(-2j * np.pi * cycles * np.arange(signal.size))
     return complex(2.0 * (window * signal) @ wave / window.sum())
+
+
+def noise_around(channel: Floats, sample_rate: float, bands: Bands) -> float:
+    """Return the deviation of the noise of a sample, from the spectrum around the bands."""
+    low, high = 0.5 * bands[0][0], min(1.5 * bands[-1][1], 0.5 * sample_rate)
+    half = channel.size // 2  # a disturbance in one half is no noise
+    return min(
+        noise_level(part, sample_rate, low, high) for part in (channel[:half], channel[half:])
+    )
+
+
+@frozen
+class Envelopes:
+    """Complex amplitudes of the modes, each in the channel that sees it best.
+
+    Attributes
+    ----------
+    times : (n,) ndarray
+        [s]
+    values : (modes, n) ndarray
+        [sensor unit]
+    noise : (modes,) ndarray
+        Deviation of the noise of the amplitudes [sensor unit].
+    deviation : float
+        Of the filter in time [s].
+    """
+
+    times: Floats
+    values: Complexes
+    noise: Floats
+    deviation: float
+
+    @classmethod
+    def of(cls, record: Record, bands: Bands, modes: Floats) -> Envelopes:
+        """Return the envelopes of modes of frequencies (modes,) [Hz]."""
+        # One width for all modes, so that the envelopes have the same times.
+        half = 0.5 * min(band[1] - band[0] for band in bands)
+        values, noise = [], []
+        for frequency in modes:
+            band = (frequency - half, frequency + half)
+            look = demodulate(record.signal, record.sample_rate, 2.0 * np.pi * frequency, band)
+            channel = int((np.abs(look.values) ** 2).sum(axis=1).argmax())
+            level = noise_around(record.signal[channel], record.sample_rate, bands)
+            values.append(look.values[channel])
+            noise.append(envelope_noise(level, look, record.sample_rate))
+        return cls(look.times, np.array(values), np.array(noise), look.deviation)
+
+    @property
+    def sizes(self) -> Floats:
+        """Amplitudes, (modes, n)."""
+        return np.abs(self.values)
+
+    @property
+    def energy(self) -> Floats:
+        """Sum of the squared amplitudes, (n,)."""
+        found: Floats = (self.sizes**2).sum(axis=0)
+        return found
+
+    def between_jumps(self) -> list[tuple[float, float]]:
+        """Return parts without jumps of the amplitudes, as pairs of times [s].
+
+        A jump is the difference between lines through the logarithm of the amplitude on both
+        sides. Curvature acts on both lines alike.
+        """
+        end = self.times[-1] + EDGE * self.deviation
+        spacing = self.times[1] - self.times[0]
+        stride = max(int(0.25 * self.deviation / spacing), 1)
+        length = int(EDGE * self.deviation / spacing / stride)  # of a line
+        gap = int(2.5 * self.deviation / spacing / stride)  # where the filter smears a jump
+        z = self.values[:, ::stride]
+        t = self.times[::stride]
+        centre = length + gap
+        if t.size <= 2 * centre:
+            return [(0.0, end)]
+        logarithm = np.log(np.maximum(np.abs(z), np.finfo(float).tiny))
+        logarithm = logarithm + 1j * np.unwrap(np.angle(z), axis=1)
+        x = np.arange(length) - 0.5 * (length - 1)
+        distance = gap + 0.5 * (length - 1) + 1.0
+        ahead = 1.0 / length + x / (x @ x) * distance  # weights of the line's value at the jump
+        windows = np.lib.stride_tricks.sliding_window_view(logarithm, length, axis=1)
+        count = t.size - 2 * centre
+        sizes = np.lib.stride_tricks.sliding_window_view(np.abs(z), length, axis=1).min(axis=2)
+        floor = SEEN * self.noise[:, np.newaxis]  # a mode in the noise counts as at rest
+        rests = [sizes[:, k : k + count] <= floor for k in (0, centre + gap)]
+        before = np.where(rests[0], 0.0, np.exp(windows[:, :count] @ ahead))
+        after = np.exp(windows[:, centre + gap :][:, :count] @ ahead[::-1])
+        jumps = np.where(rests[1], 0.0, np.abs(after - before))
+        loud = jumps > AUDIBLE * self.noise[:, np.newaxis]
+        level = np.maximum(np.sqrt((np.abs(before) ** 2).sum(axis=0)), np.finfo(float).tiny)
+        seen = (np.where(loud, jumps, 0.0) > JUMP * level).any(axis=0)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]])))
+        parts, first = [], 0.0
+        for k, after_last in edges.reshape(-1, 2):
+            if k == 0:  # curvature of a fast decay; a blow so early leaves a bad fit
+                continue
+            # A jump is seen while it is between the far ends of the lines.
+            reach = min(centre, (after_last - k) // 2)
+            parts.append((first, max(t[k + centre + reach] - EDGE * self.deviation, first)))
+            first = t[after_last - 1 + centre - reach] + EDGE * self.deviation
+        return [*parts, (first, max(end, first))]
+
+    def last_above_noise(self, first: float) -> float:
+        """Return the last time [s] at which a mode stands out of the noise."""
+        end = float(self.times[-1] + EDGE * self.deviation)
+        # Noise exceeds three deviations now and then: half of the last ten windows have to.
+        above = (self.sizes > 3.0 * self.noise[:, np.newaxis]).any(axis=0).astype(float)
+        width = int(10.0 * self.deviation / (self.times[1] - self.times[0]))
+        width = min(max(width, 1), self.times.size)
+        share = np.convolve(above, np.full(width, 1.0 / width), mode="same")
+        loud = self.times[(share > 0.5) & (self.times >= first)]
+        if not loud.size or loud[-1] >= self.times[-1] - 6.0 * self.deviation:
+            return end
+        return float(loud[-1])

@@ -7,24 +7,23 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import scipy.special
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook, LocalRates
-from slipmode.rom.identification.fit import Fit
-from slipmode.rom.identification.measurement import Measurement, Prepared, Record
-from slipmode.rom.identification.prediction import (
-    LEAST_RECORDS,
-    Prediction,
-    jackknife_variance,
-    predict,
+from slipmode.rom.identification.fit import LEAST_RECORDS, Fit, jackknife_variance, uncertainty
+from slipmode.rom.identification.measurement import (
+    Measurement,
+    Prepared,
+    Record,
+    RecordReport,
+    checked_bands,
 )
+from slipmode.rom.identification.prediction import Prediction, predict
 from slipmode.rom.identification.preparation import (
     Plan,
-    checked_bands,
     nothing_usable,
     prepare,
     prepare_all,
@@ -42,35 +41,7 @@ from slipmode.rom.short_repr import frozen
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-CONFIDENCE = 0.95  # of intervals
 BAND = 0.2  # opacity of bands in pictures
-
-
-@frozen
-class RecordReport:
-    """What an identification made of a record.
-
-    Attributes
-    ----------
-    name : str
-    use : {"fitted", "held out", "excluded"}
-    start, end : float
-        Usable part [s]; 0 if the record is excluded.
-    amplitude : (modes,) ndarray
-        Initial amplitudes in the reference channel [sensor unit]; NaN if excluded.
-    error : float
-        Normalised error of the prediction from the first window [-], see `Prediction`.
-    notes : tuple of str
-        What was found, a line each.
-    """
-
-    name: str
-    use: Literal["fitted", "held out", "excluded"]
-    start: float
-    end: float
-    amplitude: Floats
-    error: float
-    notes: tuple[str, ...]
 
 
 @frozen
@@ -388,20 +359,9 @@ def _identification(
 ) -> Identification:
     form = found.law.form
     left_out = found.left_out() if len(decays.records) > 1 else []
-    free = np.flatnonzero(form.free)
-    names = [form.names[k] for k in free]
-    values = found.law.values[free]
-    n = len(left_out)
-    deviation, half = np.full(len(free), np.inf), np.full(len(free), np.inf)
-    if n >= LEAST_RECORDS:
-        deviation = np.sqrt(jackknife_variance(np.array([law.values[free] for law in left_out])))
-        half = deviation * scipy.special.stdtrit(n - 1, 0.5 * (1.0 + CONFIDENCE))
-    singular = found.singular()
-    deviation[singular] = half[singular] = np.inf
-    wide = half > _sizes(form, found.law.values)[free] if n >= LEAST_RECORDS else singular
-    open_names = _without_effect(
-        {name for name, each in zip(names, wide, strict=True) if each}, form
-    )
+    names = [name for name, free in zip(form.names, form.free, strict=True) if free]
+    values = found.law.values[form.free]
+    deviation, half, unidentified = uncertainty(found)
     floor = [look.pooled(j).amplitude.min() for j in range(form.modes)]
     span = np.stack([floor, np.abs(found.start).max(axis=1)], axis=1)
     made = Identification(
@@ -412,7 +372,7 @@ def _identification(
             name: (float(v - h), float(v + h))
             for name, v, h in zip(names, values, half, strict=True)
         },
-        unidentified=tuple(name for name in names if name in open_names),
+        unidentified=unidentified,
         records=(),
         range=span,
         channel=data.channels[look.channel],
@@ -438,27 +398,3 @@ def _identification(
         first = each.amplitude[0]
         reports.append(RecordReport(p.name, use, p.start, p.end, first, each.error, tuple(notes)))
     return replace(made, records=tuple(reports))
-
-
-def _without_effect(unidentified: set[str], form: LawForm) -> set[str]:
-    """Return unidentified parameters with the p and kappa of modes whose rates may be constant."""
-    found = set(unidentified)
-    for mode in "AB"[: form.modes]:
-        if {f"g_{mode}", f"h_{mode}"} <= unidentified:
-            found |= {f"p_{mode}", f"kappa_{mode}"}
-    return found
-
-
-def _sizes(form: LawForm, values: Floats) -> Floats:
-    """Return the size that the interval of each parameter is compared with.
-
-    A kappa or h may well be zero. The size of kappa is at least 1, at which the other mode counts
-    as much as the mode itself; the size of h is at least that of g.
-    """
-    sizes = np.abs(values)
-    for k, name in enumerate(form.names):
-        if name.startswith("kappa"):
-            sizes[k] = max(sizes[k], 1.0)
-        elif name.startswith("h"):
-            sizes[k] = max(sizes[k], sizes[k - 1])
-    return sizes

@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen, short_list
 
+SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 Bands = tuple[tuple[float, float], ...]  # lower and upper end of the band of each mode [Hz]
 
 
@@ -85,6 +87,33 @@ class Prepared:
 
 
 @frozen
+class RecordReport:
+    """What an identification made of a record.
+
+    Attributes
+    ----------
+    name : str
+    use : {"fitted", "held out", "excluded"}
+    start, end : float
+        Usable part [s]; 0 if the record is excluded.
+    amplitude : (modes,) ndarray
+        Initial amplitudes in the reference channel [sensor unit]; NaN if excluded.
+    error : float
+        Normalised error of the prediction from the first window [-], see `Prediction`.
+    notes : tuple of str
+        What was found, a line each.
+    """
+
+    name: str
+    use: Literal["fitted", "held out", "excluded"]
+    start: float
+    end: float
+    amplitude: Floats
+    error: float
+    notes: tuple[str, ...]
+
+
+@frozen
 class Measurement:
     """Records of one test, by the same sensors.
 
@@ -129,3 +158,28 @@ class Measurement:
             f"record {key!r} is not in the measurement, which has "
             f"{short_list(f'{k} ({name})' for k, name in self.numbers.items())}"
         )
+
+
+def checked_bands(bands: Any, data: Measurement) -> Bands:
+    """Return the bands of one or two modes; refuse others, and sampling rates too low for them."""
+    given = as_floats("bands", bands)
+    if given.ndim != 2 or given.shape[1] != 2 or not 1 <= len(given) <= 2:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must be one or two pairs of frequencies [Hz], such as "
+            "[(100, 140), (225, 260)]"
+        )
+    if not (
+        np.isfinite(given).all() and (given[:, 0] > 0).all() and (given[:, 1] > given[:, 0]).all()
+    ):
+        raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
+    if len(given) == 2 and given[0, 1] > given[1, 0]:
+        raise SlipmodeError(
+            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
+        )
+    slowest = min(data, key=lambda record: record.sample_rate)
+    if slowest.sample_rate < SAMPLES * given.max():
+        raise SlipmodeError(
+            f"bands: {given.max():g} Hz needs a sampling rate of at least "
+            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
+        )
+    return tuple((float(low), float(high)) for low, high in given)

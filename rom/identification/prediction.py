@@ -8,6 +8,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.identification.fit import LEAST_RECORDS, jackknife_variance
 from slipmode.rom.identification.measurement import Record
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.short_repr import frozen
@@ -154,13 +155,3 @@ def predict(
             )
         )
     return made
-
-
-LEAST_RECORDS = 3  # of which a scatter is stated
-
-
-def jackknife_variance(of_left_out: Floats, axis: int = 0) -> Floats:
-    """Return the variance of a quantity from its values without each of n records."""
-    n = of_left_out.shape[axis]
-    variance: Floats = (n - 1) * np.var(of_left_out, axis=axis)
-    return variance

@@ -4,64 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.defects import defect, remove_line, remove_tones, without_padding
+from slipmode.rom.identification.defects import (
+    Envelopes,
+    defect,
+    noise_around,
+    remove_line,
+    remove_tones,
+    without_padding,
+)
 from slipmode.rom.identification.first_look import (
     EDGE,
     SEEN,
     demodulate,
-    envelope_noise,
     noise_in_spectrum,
-    noise_level,
     spectrum,
 )
 from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
 from slipmode.rom.short_repr import frozen, short_list
 
-SAMPLES = 2.5  # samples per period of the highest frequency of a band, at least
 ONSET = 0.1  # of the largest sample: where a blow begins
-# Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
-# record that no law fits, see `selection.outliers`.
-JUMP = 0.15
-# Amplitude relative to its noise from which jumps are searched: a jump between lines fitted to
-# both sides has 3.75 times the deviation of the noise, 15 in the largest of hundreds.
-AUDIBLE = 20.0
 # Shares of a record in which modes are searched: soon after the blow if they are damped well.
 PARTS = (1.0, 0.3, 0.1)
 SECOND_PEAK = 0.05  # size of another peak of a band relative to the first that is a second mode
 OTHER_MODES = 0.01  # size of peaks outside the bands from which these are filtered out
 SHORTEST = 5  # windows of the first look in the shortest usable part: two that are whole
-
-
-def checked_bands(bands: Any, data: Measurement) -> Bands:
-    """Return the bands of one or two modes; refuse others, and sampling rates too low for them."""
-    given = as_floats("bands", bands)
-    if given.ndim != 2 or given.shape[1] != 2 or not 1 <= len(given) <= 2:
-        raise SlipmodeError(
-            f"bands = {in_one_line(bands)}: must be one or two pairs of frequencies [Hz], such as "
-            "[(100, 140), (225, 260)]"
-        )
-    if not (
-        np.isfinite(given).all() and (given[:, 0] > 0).all() and (given[:, 1] > given[:, 0]).all()
-    ):
-        raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
-    if len(given) == 2 and given[0, 1] > given[1, 0]:
-        raise SlipmodeError(
-            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
-        )
-    slowest = min(data, key=lambda record: record.sample_rate)
-    if slowest.sample_rate < SAMPLES * given.max():
-        raise SlipmodeError(
-            f"bands: {given.max():g} Hz needs a sampling rate of at least "
-            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
-        )
-    return tuple((float(low), float(high)) for low, high in given)
 
 
 def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Floats:
@@ -109,7 +81,9 @@ def _peaks(
             part = channel[first : first + int(share * channel.size)]
             g, size = spectrum(part, record.sample_rate)
             floor = (
-                SEEN * noise_in_spectrum(part.size) * _noise(channel, record.sample_rate, bands)
+                SEEN
+                * noise_in_spectrum(part.size)
+                * noise_around(channel, record.sample_rate, bands)
             )
             of_band = np.interp(f, g, size) / max(floor, SEEN * np.finfo(float).eps * loudest)
             if of_band.max(initial=0.0) > 1.0:
@@ -119,15 +93,6 @@ def _peaks(
     inner = size[1:-1]
     peaks = np.flatnonzero((inner > size[:-2]) & (inner >= size[2:]) & (inner > 1.0)) + 1
     return f, size, peaks
-
-
-def _noise(channel: Floats, sample_rate: float, bands: Bands) -> float:
-    """Return the deviation of the noise of a sample, from the spectrum around the bands."""
-    low, high = 0.5 * bands[0][0], min(1.5 * bands[-1][1], 0.5 * sample_rate)
-    half = channel.size // 2  # a disturbance in one half is no noise
-    return min(
-        noise_level(part, sample_rate, low, high) for part in (channel[:half], channel[half:])
-    )
 
 
 @frozen
@@ -211,7 +176,7 @@ def _usable(whole: Prepared, plan: Plan) -> Prepared:
     if record is None:
         return whole
     start, notes = _onset(record, plan)
-    found = _Envelopes.of(record.part(start, record.duration), plan)
+    found = Envelopes.of(record.part(start, record.duration), plan.bands, plan.modes)
     if not (found.sizes > SEEN * found.noise[:, np.newaxis]).any():
         return whole.excluded("no decay rises from the noise in any band")
     parts = found.between_jumps()
@@ -227,7 +192,7 @@ def _usable(whole: Prepared, plan: Plan) -> Prepared:
         record.part(start + first, start + last),
         start + first,
         start + last,
-        max(_noise(channel, record.sample_rate, plan.bands) for channel in record.signal),
+        max(noise_around(channel, record.sample_rate, plan.bands) for channel in record.signal),
         (*whole.notes, *notes),
     )
     if last - first < SHORTEST * EDGE * found.deviation:
@@ -283,7 +248,7 @@ def _other_peak(record: Record, bands: Bands) -> tuple[float, float]:
         inside = np.zeros(f.size, bool)
         for low, high in bands:
             inside |= (f >= low) & (f <= high)
-        noise = _noise(channel, record.sample_rate, bands) * noise_in_spectrum(channel.size)
+        noise = noise_around(channel, record.sample_rate, bands) * noise_in_spectrum(channel.size)
         outside = np.where(inside | (f < 4.0 * f[1]), 0.0, size)
         k = int(outside.argmax())
         if outside[k] > SEEN * noise:
@@ -303,7 +268,7 @@ def _onset(record: Record, plan: Plan) -> tuple[float, tuple[str, ...]]:
         window = np.hanning(first)
         wave = np.exp(-2j * np.pi * np.multiply.outer(record.times[:first], modes))
         size = 2.0 * np.abs((window * record.signal[:, :first]) @ wave) / window.sum()
-        noise = [_noise(channel, record.sample_rate, bands) for channel in record.signal]
+        noise = [noise_around(channel, record.sample_rate, bands) for channel in record.signal]
         floor = SEEN * noise_in_spectrum(first) * np.array(noise)[:, np.newaxis]
         share = size / np.abs(record.signal).max(axis=1, keepdims=True)
         loud = (size > floor) & (share > 0.1 * ONSET)
@@ -315,93 +280,3 @@ def _onset(record: Record, plan: Plan) -> tuple[float, tuple[str, ...]]:
     # A blow that excites a mode ends within about half a period of it: one period of the lowest
     # mode is past the blow.
     return first / record.sample_rate + 1.0 / float(modes.min()), notes
-
-
-@frozen
-class _Envelopes:
-    """Complex amplitudes of the modes, each in the channel that sees it best."""
-
-    times: Floats
-    values: Complexes  # (modes, n)
-    noise: Floats  # (modes,)
-    deviation: float
-
-    @classmethod
-    def of(cls, record: Record, plan: Plan) -> _Envelopes:
-        bands, modes = plan.bands, plan.modes
-        # One width for all modes, so that the envelopes have the same times.
-        half = 0.5 * min(band[1] - band[0] for band in bands)
-        values, noise = [], []
-        for frequency in modes:
-            band = (frequency - half, frequency + half)
-            look = demodulate(record.signal, record.sample_rate, 2.0 * np.pi * frequency, band)
-            channel = int((np.abs(look.values) ** 2).sum(axis=1).argmax())
-            level = _noise(record.signal[channel], record.sample_rate, bands)
-            values.append(look.values[channel])
-            noise.append(envelope_noise(level, look, record.sample_rate))
-        return cls(look.times, np.array(values), np.array(noise), look.deviation)
-
-    @property
-    def sizes(self) -> Floats:
-        return np.abs(self.values)
-
-    @property
-    def energy(self) -> Floats:
-        found: Floats = (self.sizes**2).sum(axis=0)
-        return found
-
-    def between_jumps(self) -> list[tuple[float, float]]:
-        """Return parts without jumps of the amplitudes, as pairs of times [s].
-
-        A jump is the difference between lines through the logarithm of the amplitude on both
-        sides. Curvature acts on both lines alike.
-        """
-        end = self.times[-1] + EDGE * self.deviation
-        spacing = self.times[1] - self.times[0]
-        stride = max(int(0.25 * self.deviation / spacing), 1)
-        length = int(EDGE * self.deviation / spacing / stride)  # of a line
-        gap = int(2.5 * self.deviation / spacing / stride)  # where the filter smears a jump
-        z = self.values[:, ::stride]
-        t = self.times[::stride]
-        centre = length + gap
-        if t.size <= 2 * centre:
-            return [(0.0, end)]
-        logarithm = np.log(np.maximum(np.abs(z), np.finfo(float).tiny))
-        logarithm = logarithm + 1j * np.unwrap(np.angle(z), axis=1)
-        x = np.arange(length) - 0.5 * (length - 1)
-        distance = gap + 0.5 * (length - 1) + 1.0
-        ahead = 1.0 / length + x / (x @ x) * distance  # weights of the line's value at the jump
-        windows = np.lib.stride_tricks.sliding_window_view(logarithm, length, axis=1)
-        count = t.size - 2 * centre
-        sizes = np.lib.stride_tricks.sliding_window_view(np.abs(z), length, axis=1).min(axis=2)
-        floor = SEEN * self.noise[:, np.newaxis]  # a mode in the noise counts as at rest
-        rests = [sizes[:, k : k + count] <= floor for k in (0, centre + gap)]
-        before = np.where(rests[0], 0.0, np.exp(windows[:, :count] @ ahead))
-        after = np.exp(windows[:, centre + gap :][:, :count] @ ahead[::-1])
-        jumps = np.where(rests[1], 0.0, np.abs(after - before))
-        loud = jumps > AUDIBLE * self.noise[:, np.newaxis]
-        level = np.maximum(np.sqrt((np.abs(before) ** 2).sum(axis=0)), np.finfo(float).tiny)
-        seen = (np.where(loud, jumps, 0.0) > JUMP * level).any(axis=0)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], seen, [False]])))
-        parts, first = [], 0.0
-        for k, after_last in edges.reshape(-1, 2):
-            if k == 0:  # curvature of a fast decay; a blow so early leaves a bad fit
-                continue
-            # A jump is seen while it is between the far ends of the lines.
-            reach = min(centre, (after_last - k) // 2)
-            parts.append((first, max(t[k + centre + reach] - EDGE * self.deviation, first)))
-            first = t[after_last - 1 + centre - reach] + EDGE * self.deviation
-        return [*parts, (first, max(end, first))]
-
-    def last_above_noise(self, first: float) -> float:
-        """Return the last time [s] at which a mode stands out of the noise."""
-        end = float(self.times[-1] + EDGE * self.deviation)
-        # Noise exceeds three deviations now and then: half of the last ten windows have to.
-        above = (self.sizes > 3.0 * self.noise[:, np.newaxis]).any(axis=0).astype(float)
-        width = int(10.0 * self.deviation / (self.times[1] - self.times[0]))
-        width = min(max(width, 1), self.times.size)
-        share = np.convolve(above, np.full(width, 1.0 / width), mode="same")
-        loud = self.times[(share > 0.5) & (self.times >= first)]
-        if not loud.size or loud[-1] >= self.times[-1] - 6.0 * self.deviation:
-            return end
-        return float(loud[-1])

@@ -181,7 +181,8 @@ class SlowLaw:
         The rest of h is elastic.
         """
         own = parts(self.values, self.form.modes)[0]
-        return masing_ratio(own[4]) * own[2]
+        shift: Floats = masing_ratio(own[4]) * own[2]
+        return shift
 
     @property
     def coupling(self) -> Complexes:
