@@ -16,9 +16,12 @@ from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
-from slipmode.rom.identification.identification import Identification, identify
-from slipmode.rom.identification.measurement import Measurement, Record
+from slipmode.rom.identification.first_look import LocalRates
+from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
+from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
+from slipmode.rom.identification.prediction import Prediction
 from slipmode.rom.identification.reading import read_measurement
+from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -58,6 +61,7 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "DecayBackbone",
     "Friction",
     "FrictionalContact",
     "Identification",
@@ -65,21 +69,25 @@ __all__ = [
     "Jenkins",
     "Labels",
     "LimitCycle",
+    "LocalRates",
     "Measurement",
     "ModeTable",
     "Model",
     "Motion",
     "MotionPatches",
     "PerformanceCurve",
+    "Prediction",
     "Preload",
     "Rayleigh",
     "Record",
+    "RecordReport",
     "Reduced",
     "ResonanceCurve",
     "ResonanceSurface",
     "ResponseCurve",
     "Sliders",
     "SlipmodeError",
+    "SlowLaw",
     "SlowTrajectory",
     "SpecialPoint",
     "SteadyState",

@@ -340,10 +340,8 @@ def identify(
             prepared[name] = prepared[name].excluded(reason)
     for name, note in doubtful.items():
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
-    forms = determined(forms, look)
-    form, errors = select(decays, forms, guess)
-    below = [each for each in forms if each.is_part_of(form)]
-    found = fit_in_turn(decays, below, guess)[-1]
+    chosen, errors = select(decays, determined(forms, look), guess)
+    found = fit_in_turn(decays, [chosen.form], chosen)[0]
     return _identification(data, plan, prepared, held, look, decays, found, errors)
 
 

@@ -140,13 +140,14 @@ def prediction_error(decays: Decays, law: SlowLaw) -> float:
 
 def select(
     decays: Decays, forms: Sequence[LawForm], guess: SlowLaw
-) -> tuple[LawForm, dict[LawForm, float]]:
+) -> tuple[SlowLaw, dict[LawForm, float]]:
     """Return the law that predicts the loudest third of the records, and the errors of all laws.
 
-    Of fewer than three records, the loud first part of each is left out.
+    It has the values of its fit to the other records. Of fewer than three records, the loud first
+    part of each is left out. A single law is returned as it was guessed.
     """
     if len(forms) == 1:
-        return forms[0], {}
+        return replace(guess, form=forms[0]), {}
     loudness = [float(np.abs(record.signal).max()) for record in decays.records]
     order = np.argsort(loudness).tolist()
     kept = len(order) - -(-len(order) // SHARE)
@@ -154,14 +155,12 @@ def select(
         quiet, loud = decays.only(order[:kept]), decays.only(order[kept:])
     else:
         quiet, loud = quiet_parts(decays), decays
-    errors = {
-        found.law.form: prediction_error(loud, found.law)
-        for found in fit_in_turn(quiet, forms, guess)
-    }
-    chosen = forms[0]
-    for form in forms[1:]:
-        if errors[form] < (1.0 - BETTER) * errors[chosen]:
-            chosen = form
+    laws = [found.law for found in fit_in_turn(quiet, forms, guess)]
+    errors = {law.form: prediction_error(loud, law) for law in laws}
+    chosen = laws[0]
+    for law in laws[1:]:
+        if errors[law.form] < (1.0 - BETTER) * errors[chosen.form]:
+            chosen = law
     return chosen, errors
 
 

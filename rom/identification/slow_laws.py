@@ -84,11 +84,6 @@ class LawForm:
             made[k + 3] = masing_ratio(values[k + 4]) * values[k + 2]
         return made
 
-    def is_part_of(self, whole: LawForm) -> bool:
-        """Return whether a nonlinear law has no other terms than another law, or is that law."""
-        nested = self.law != "linear" and not np.any(self.free & ~whole.free)
-        return self == whole or bool(nested)
-
     def __str__(self) -> str:
         return self.law + (" with cross effects" if self.cross else "")
 
