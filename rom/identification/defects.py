@@ -233,7 +233,7 @@ class Envelopes:
         """Return parts without jumps of the amplitudes, as pairs of times [s].
 
         A jump is the difference between lines through the logarithm of the amplitude on both
-        sides. Curvature acts on both lines alike.
+        sides.
         """
         end = self.times[-1] + EDGE * self.deviation
         spacing = self.times[1] - self.times[0]
@@ -258,6 +258,12 @@ class Envelopes:
         before = np.where(rests[0], 0.0, np.exp(windows[:, :count] @ ahead))
         after = np.exp(windows[:, centre + gap :][:, :count] @ ahead[::-1])
         jumps = np.where(rests[1], 0.0, np.abs(after - before))
+        # Curvature acts on both lines alike, its change is of third order: of the change of the
+        # slope and the slope itself, between the centres of the lines.
+        slopes = 2.0 * distance * (windows @ (x / (x @ x)))
+        pair = slopes[:, :count], slopes[:, centre + gap :][:, :count]
+        fall = np.maximum(*(np.abs(each.real) for each in pair))
+        jumps = np.maximum(jumps - fall * np.abs(pair[1] - pair[0]) * np.abs(before), 0.0)
         loud = jumps > AUDIBLE * self.noise[:, np.newaxis]
         level = np.maximum(np.sqrt((np.abs(before) ** 2).sum(axis=0)), np.finfo(float).tiny)
         seen = (np.where(loud, jumps, 0.0) > JUMP * level).any(axis=0)

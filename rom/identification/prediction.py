@@ -115,24 +115,27 @@ def predict(
     window = first_window(decays.carrier)
     known = [initial_amplitudes(r, law, decays.shapes, window) for r in decays.records]
     start = np.array([a for a, _ in known]).T
+    smallest = np.finfo(float).tiny  # where a mode is at rest
     signals = decays.signals(law, start)
     values = np.stack([each.values for each in (law, *left_out)], axis=1)
     columns = np.tile(start[:, np.newaxis], (1, values.shape[1], 1))
     z = decays.nodes(values, columns)[:, 0]  # (nodes, modes, laws, records)
-    amplitude = np.abs(z)
-    phase = np.unwrap(np.angle(z), axis=0)
+    with np.errstate(over="ignore", invalid="ignore"):  # laws that grow without limit
+        amplitude = np.maximum(np.abs(z), smallest)
+        phase = np.unwrap(np.angle(z), axis=0)
     n = len(left_out)
     times = np.asarray(np.arange(decays.steps + 1) * decays.step, float)
     made = []
     for i, record in enumerate(decays.records):
         inside = times <= record.duration
-        initial = (known[i][1] / np.maximum(np.abs(start[:, i]), np.finfo(float).tiny)) ** 2
+        initial = (known[i][1] / np.maximum(np.abs(start[:, i]), smallest)) ** 2
         deviations = []
         for of_laws in (np.log(amplitude[inside, :, :, i]), phase[inside, :, :, i]):
             scatter = np.full(of_laws.shape[:2], np.inf)
             if n >= LEAST_RECORDS:
                 # The variance of the mean of n records times n is the variance of a record.
-                scatter = (1.0 + n) * jackknife_variance(of_laws[:, :, 1:], axis=2)
+                with np.errstate(invalid="ignore"):
+                    scatter = (1.0 + n) * jackknife_variance(of_laws[:, :, 1:], axis=2)
             deviations.append(np.sqrt(scatter + initial))
         size = amplitude[inside, :, 0, i]
         beyond = [

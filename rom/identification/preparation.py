@@ -217,6 +217,8 @@ def _filtered(made: Prepared, plan: Plan) -> Prepared:
     ]
     first = max(look.times[0] for look in looks)
     last = min(look.times[-1] for look in looks)
+    if last - first < SHORTEST * EDGE * max(look.deviation for look in looks):
+        return made.excluded("its usable part is too short for the filter of other modes")
     waves = [
         (look.values * np.exp(1j * carrier * look.times)).real[
             :, (look.times >= first) & (look.times <= last)

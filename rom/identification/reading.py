@@ -45,7 +45,8 @@ def read_measurement(
     files : str, Path, or sequence of these
         Names may have wildcards ("hit*.csv"). A .csv file (numbers separated by comma, semicolon
         or blank, with at most one header line) is one record: a column of times [s] named `time`
-        or `t`, if there is one, and a column per channel. In .npz and .mat files each array of
+        or `t` (without a header line, a first column that rises in equal steps), if there is one,
+        and a column per channel. In .npz and .mat files each array of
         (samples,) is a record of one channel and each array of (channels, samples) is a record;
         `sample_rate` [Hz] or `time` [s] may stand beside them. In universal files (.uff, .unv;
         needs `slipmode[uff]`) the time signals of data sets 58 are read; a node and direction that
@@ -156,14 +157,18 @@ def _chosen(
     return tuple(kept)
 
 
-def _rate_of_times(path: Path, times: Floats) -> float:
+def _rises_evenly(times: Floats) -> bool:
     steps = np.diff(times)
     step = float(np.mean(steps)) if steps.size else 0.0
-    if not (np.isfinite(step) and step > 0.0 and np.abs(steps - step).max() <= _UNEVEN * step):
+    return bool(np.isfinite(step) and step > 0.0 and np.abs(steps - step).max() <= _UNEVEN * step)
+
+
+def _rate_of_times(path: Path, times: Floats) -> float:
+    if not _rises_evenly(times):
         raise SlipmodeError(
             f"{path}: times must rise in equal steps [s]; resample the signal to a constant rate"
         )
-    return 1.0 / step
+    return float((times.size - 1) / (times[-1] - times[0]))
 
 
 def _read_csv(path: Path) -> _Content:
@@ -187,7 +192,9 @@ def _read_csv(path: Path) -> _Content:
         raise SlipmodeError(f"{path}: has no samples")
     names = [name.strip().strip('"') for name in header] if header else []
     if len(set(names)) != len(table):
-        names = [f"channel {k}" for k in range(len(table))]
+        timed = len(table) > 1 and _rises_evenly(table[0])
+        names = [f"channel {k}" for k in range(len(table) - timed)]
+        names = ["time", *names] if timed else names
     return _content(path, dict(zip(names, table, strict=True)), one_record=True)
 
 

@@ -38,6 +38,13 @@ def test_csv_files_without_header_and_times(tmp_path, separator):
     assert found[1].signal == pytest.approx(np.stack(SIGNALS), rel=1e-8)
 
 
+def test_a_first_column_of_times_needs_no_name(tmp_path):
+    write_csv(tmp_path / "a.csv", [times(0.1), SIGNALS[0]])
+    found = rom.read_measurement(tmp_path / "a.csv", **GIVEN)
+    assert found.channels == ("channel 0",)
+    assert found[1].sample_rate == pytest.approx(RATE)
+
+
 def test_npz_and_mat_files_have_many_records(tmp_path):
     arrays = {"velocity_3": SIGNALS[0], "velocity_7": SIGNALS[1], "sample_rate": RATE}
     np.savez(tmp_path / "a.npz", **arrays, note="text is no record")
