@@ -79,9 +79,12 @@ class Fit:
     def left_out(self) -> list[SlowLaw]:
         """Return the law without each of the records, by one Gauss-Newton step from the fit."""
         total, right = self.normal.matrix.sum(axis=0), self.normal.right.sum(axis=0)
+        size = np.sqrt(np.diag(total))
+        size[size == 0.0] = 1.0
         laws = []
         for matrix, own in zip(self.normal.matrix, self.normal.right, strict=True):
-            step = np.linalg.lstsq(total - matrix, right - own, rcond=SINGULAR)[0]
+            relative = (total - matrix) / np.multiply.outer(size, size)
+            step = np.linalg.lstsq(relative, (right - own) / size, rcond=SINGULAR)[0] / size
             values = self.law.values.copy()
             values[self.law.form.free] += step * self.scale
             laws.append(replace(self.law, values=self.law.form.tied(values)))

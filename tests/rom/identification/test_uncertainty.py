@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from measured.decays import BANDS, NAMES, TRUE, decay, measurement
+from measured.decays import BANDS, TRUE, decay, measurement, parameters
 
 from slipmode import rom
 from slipmode.rom.identification.decay_flow import Decays
@@ -14,18 +14,10 @@ def inside(seed, noise, scatter, records=9):
     rng = np.random.default_rng(seed)
     modes = TRUE * rng.uniform(0.7, 1.4, TRUE.shape)
     modes[:, 1] = TRUE[:, 1]
-    signals = [decay(rng, modes, noise=noise, scatter=0.0) for _ in range(records)]
-    if scatter:
-        signals = [decay(rng, scattered(rng, modes, scatter), noise=noise) for _ in signals]
+    signals = [decay(rng, scattered(rng, modes, scatter), noise=noise) for _ in range(records)]
     found = rom.identify(measurement(signals), bands=BANDS, law="power", cross=False)
-    made = []
-    for mode, own, reference in zip("AB", modes, found.law.reference, strict=True):
-        size = reference ** own[4]
-        true = (own[0], own[1], own[2] * size, own[3] * size, own[4])
-        for name, value in zip(NAMES, true, strict=True):
-            low, high = found.interval[f"{name}_{mode}"]
-            made.append(low <= value <= high)
-    return made
+    true = parameters(found, modes)
+    return [low <= true[name] <= high for name, (low, high) in found.interval.items()]
 
 
 def scattered(rng, modes, scatter):

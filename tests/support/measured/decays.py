@@ -29,15 +29,23 @@ def times(duration=2.5, rate=RATE):
     return np.arange(round(duration * rate)) / rate
 
 
-def decay(rng, modes=TRUE, t=None, noise=1e-3, scatter=0.0, start=None):
-    """A record of modes that do not affect each other; `scatter` of its rates."""
+def parameters(found, modes=TRUE):
+    """True parameters for the reference amplitudes of an identification."""
+    values = {}
+    for mode, own, reference in zip("AB", modes, found.law.reference, strict=False):
+        size = reference ** own[4]
+        scaled = (own[0], own[1], own[2] * size, own[3] * size, own[4])
+        values |= {f"{name}_{mode}": v for name, v in zip(NAMES, scaled, strict=True)}
+    return values
+
+
+def decay(rng, modes=TRUE, t=None, noise=1e-3, start=None):
+    """A record of modes that do not affect each other."""
     t = times() if t is None else t
     start = amplitudes(rng, 1, len(modes))[0] if start is None else start
     y = noise * rng.standard_normal(t.size)
     for a0, mode in zip(start, modes, strict=True):
-        own = np.array(mode)
-        own[[0, 2, 3]] *= 1.0 + scatter * rng.standard_normal(3)
-        y += power_law_amplitude(t, a0, *own).real
+        y += power_law_amplitude(t, a0, *mode).real
     return y
 
 
