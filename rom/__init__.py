@@ -7,8 +7,8 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 The rooms follow that chain, and the source paper's equations: structure/ (1)-(3), laws/ (28),
 reduction/ (8), (13), contact/ (13), (14), (20), table/ (20), slow/ (12), (18), (19), (22)-(25);
-full/ is Eq. (1) integrated in full, kernel/ what of all that is computed in C. validity/ is what
-the method assumes.
+identification/ finds laws of the slow flow in measured decays, full/ is Eq. (1) integrated in
+full, kernel/ what of all that is computed in C. validity/ is what the method assumes.
 """
 
 import logging
@@ -16,6 +16,12 @@ from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.identification.first_look import LocalRates
+from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
+from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
+from slipmode.rom.identification.prediction import Prediction
+from slipmode.rom.identification.reading import read_measurement
+from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
 from slipmode.rom.laws.frictional_contact import FrictionalContact
@@ -58,26 +64,34 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "DecayBackbone",
     "Friction",
     "FrictionalContact",
+    "Identification",
     "Iwan",
     "Jenkins",
     "Labels",
     "LimitCycle",
+    "LocalRates",
+    "Measurement",
     "ModeTable",
     "Model",
     "Motion",
     "MotionPatches",
     "NoContacts",
     "PerformanceCurve",
+    "Prediction",
     "Preload",
     "Rayleigh",
+    "Record",
+    "RecordReport",
     "Reduced",
     "ResonanceCurve",
     "ResonanceSurface",
     "ResponseCurve",
     "Sliders",
     "SlipmodeError",
+    "SlowLaw",
     "SlowTrajectory",
     "SpecialPoint",
     "SteadyState",
@@ -90,6 +104,7 @@ __all__ = [
     "combination_resonances",
     "contact_pairs",
     "decay_rates",
+    "identify",
     "limit_cycles",
     "load_structure",
     "model_of_rates",
@@ -97,6 +112,7 @@ __all__ = [
     "motion_patches",
     "performance_curve",
     "preload",
+    "read_measurement",
     "reconstruct",
     "reduce",
     "resonance",

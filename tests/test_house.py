@@ -21,6 +21,7 @@ FLOORS = {
         "validity",
         "table",
         "slow",
+        "identification",
     ),
     "runner": ("recording", "scene", "plan", "motion", "view"),
 }

@@ -1,0 +1,178 @@
+"""Choice of a law: it has to predict the loudest records from a fit to the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.decay_flow import STEP, Decays
+from slipmode.rom.identification.first_look import FirstLook
+from slipmode.rom.identification.fit import Fit, fit
+from slipmode.rom.identification.measurement import Prepared
+from slipmode.rom.identification.prediction import (
+    first_window,
+    initial_amplitudes,
+    normalised_error,
+)
+from slipmode.rom.identification.preparation import Plan
+from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+
+SHARE = 3  # one record of so many is left out
+# A law with more terms is taken if it predicts better by this share of the error.
+BETTER = 0.02
+# Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
+# to the median of the records or the noise; and the latter from which it is mentioned. Of the
+# records of the double beam none is above 1.6 times the median.
+POOR, OUTLYING, DOUBTFUL = 0.05, 4.0, 2.0
+
+
+def first_guess(
+    used: Sequence[Prepared], plan: Plan, quadratic: bool
+) -> tuple[FirstLook, SlowLaw, Decays]:
+    """Return the first look at records, the law that it shows, and the records for fits.
+
+    `quadratic` says whether their slow time has to resolve a quadratic coupling.
+    """
+    look = FirstLook.of(used, plan.bands, plan.modes)
+    for j, (low, high) in enumerate(plan.bands):
+        if len(look.pooled(j).times) < 2:
+            raise SlipmodeError(
+                f"bands: the mode of {low:g} to {high:g} Hz decays into the noise too soon in all "
+                "records; choose a wider band"
+            )
+    guess = look.guess()
+    sizes = [np.array([0.0, size]) for size in look.reference]
+    detuning = guess.frequencies(*sizes) - look.carrier[:, np.newaxis]
+    rate = float(np.hypot(guess.damping_rates(*sizes), detuning).max())
+    if quadratic:
+        rate = max(rate, abs(look.carrier[1] - 2.0 * look.carrier[0]))
+    records = [each.part for each in used if each.part is not None]
+    return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
+
+
+def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
+    """Return the laws with no more parameters than the first look has independent values.
+
+    Effects of a mode on the other are left out, if they need not be there, for fewer than three
+    records: both amplitudes fall along one line in each record.
+    """
+    # A window gives two values of a mode, and half of it is in the window before.
+    values = sum(len(look.pooled(j).times) for j in range(len(look.carrier)))
+    kept = [form for form in forms if form.free.sum() <= values]
+    if not kept:
+        raise SlipmodeError(
+            f"law = {forms[0]}: has {forms[0].free.sum()} parameters, the records have {values} "
+            "independent values of frequency and damping; give more or longer records"
+        )
+    apart = [form for form in kept if not form.cross and form.law != "quadratic"]
+    return apart if apart and len(look.rates) < SHARE else kept
+
+
+def outliers(
+    used: Sequence[Prepared], look: FirstLook, decays: Decays
+) -> tuple[dict[str, str], dict[str, str]]:
+    """Return records that no decay fits, by name with the reason, and those that look doubtful.
+
+    Each record is fitted alone, so that a broken one does not spoil the others.
+    """
+    form = LawForm(len(look.carrier), "power", False)
+    errors, noise = {}, {}
+    for i, each in enumerate(used):
+        rates = look.rates[each.name]
+        if min(len(of_mode.times) for of_mode in rates) < 2:
+            continue  # one of the modes is too quiet to be fitted alone
+        guess = replace(look, rates={each.name: rates}).guess()
+        try:
+            found = fit_in_turn(decays.only([i]), [form], guess)[0]
+            errors[each.name] = float(np.sqrt(found.normal.cost.sum()))
+        except SlipmodeError:
+            errors[each.name] = np.inf
+        record = decays.records[i]
+        noise[each.name] = each.noise / np.sqrt(np.mean(record.signal**2))
+    typical = float(np.median(list(errors.values()))) if len(errors) >= SHARE else 0.0
+    broken, doubtful = {}, {}
+    for name, error in errors.items():
+        usual = max(typical, noise[name])
+        if error > (DOUBTFUL * usual if typical else POOR):
+            line = f"the error of its own fit is {100 * error:.2g} % of the signal"
+            if typical:
+                line += f", {error / typical:.2g} times the median of the records"
+            if error > max(POOR, OUTLYING * usual):
+                broken[name] = f"no decay fits it: {line}"
+            else:
+                doubtful[name] = f"{line}: look for disturbances"
+    return broken, doubtful
+
+
+def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:
+    """Return the fits of laws, each from the fit of the law before it."""
+    window = first_window(decays.carrier)
+    start = np.array(
+        [initial_amplitudes(r, guess, decays.shapes, window)[0] for r in decays.records]
+    ).T
+    made: list[Fit] = []
+    values = guess.values
+    for form in forms:
+        found = fit(decays, form, form.without_others(values), start)
+        made.append(found)
+        if form.law != "linear":
+            values, start = found.law.values, found.start
+    return made
+
+
+def prediction_error(decays: Decays, law: SlowLaw) -> float:
+    """Return the mean normalised error of predictions of records."""
+    window = first_window(decays.carrier)
+    known = [initial_amplitudes(r, law, decays.shapes, window)[0] for r in decays.records]
+    signals = decays.signals(law, np.array(known).T)
+    return float(
+        np.mean(
+            [
+                normalised_error(r.signal, signal, round(window * r.sample_rate))
+                for r, signal in zip(decays.records, signals, strict=True)
+            ]
+        )
+    )
+
+
+def select(
+    decays: Decays, forms: Sequence[LawForm], guess: SlowLaw
+) -> tuple[SlowLaw, dict[LawForm, float]]:
+    """Return the law that predicts the loudest third of the records, and the errors of all laws.
+
+    It has the values of its fit to the other records. Of fewer than three records, the loud first
+    part of each is left out. A single law is returned as it was guessed.
+    """
+    if len(forms) == 1:
+        return replace(guess, form=forms[0]), {}
+    loudness = [float(np.abs(record.signal).max()) for record in decays.records]
+    order = np.argsort(loudness).tolist()
+    kept = len(order) - -(-len(order) // SHARE)
+    if len(order) >= SHARE:
+        quiet, loud = decays.only(order[:kept]), decays.only(order[kept:])
+    else:
+        quiet, loud = quiet_parts(decays), decays
+    laws = [found.law for found in fit_in_turn(quiet, forms, guess)]
+    errors = {law.form: prediction_error(loud, law) for law in laws}
+    chosen = laws[0]
+    for law in laws[1:]:
+        if errors[law.form] < (1.0 - BETTER) * errors[chosen.form]:
+            chosen = law
+    return chosen, errors
+
+
+def quiet_parts(decays: Decays) -> Decays:
+    """Return records from the time on at which their envelope has fallen to a half."""
+    window = first_window(decays.carrier)
+    parts = []
+    for record in decays.records:
+        samples = max(round(window * record.sample_rate), 1)
+        energy = (record.signal**2).sum(axis=0)
+        envelope = np.convolve(energy, np.ones(samples), mode="valid")
+        first = int(np.argmax(envelope < 0.25 * envelope[0])) / record.sample_rate
+        parts.append(record.part(first, record.duration))
+    d = decays
+    return Decays.of(parts, d.carrier, d.shapes, d.reference, STEP / d.step)

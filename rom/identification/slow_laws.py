@@ -1,0 +1,210 @@
+"""Laws of the slow flow: damping and frequency of one or two modes against their amplitudes.
+
+With a_j(t) the complex amplitude of mode j in sensor units, y = Re sum_j a_j,
+
+    a_j' = (-delta_j + i omega_j) a_j + q_j(a),
+    delta_j = delta_0 + g (s_j / R_j)^p,    omega_j = omega_0 - h (s_j / R_j)^p,
+    s_A^2 = |a|^2 + kappa_A |b|^2,          s_B^2 = |b|^2 + kappa_B |a|^2,
+    q_A = q_1 conj(a) b,                    q_B = q_2 a^2        (near omega_B = 2 omega_A),
+
+where R_j is a reference amplitude: g and h are what friction adds at that amplitude.
+
+Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
+Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen elastically.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+import scipy.special
+
+from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.measurement import Bands
+from slipmode.rom.short_repr import frozen
+
+LawName = Literal["linear", "iwan", "power", "quadratic"]
+
+PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa")
+COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
+LAWS: Final = get_args(LawName)
+
+
+@dataclass(frozen=True)
+class LawForm:
+    """Which terms a law has.
+
+    Attributes
+    ----------
+    modes : int
+        1 or 2.
+    law : {"linear", "iwan", "power", "quadratic"}
+        Constant rates; damping and frequency by friction alone; frequency that elastic terms shift
+        too; also the quadratic coupling of two modes near a ratio of 1:2.
+    cross : bool
+        Whether the rates of a mode depend on the amplitude of the other mode.
+    """
+
+    modes: int
+    law: LawName
+    cross: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all parameters, free or not, in the order of their values."""
+        modes = "AB"[: self.modes]
+        own = tuple(f"{name}_{mode}" for mode in modes for name in PER_MODE)
+        return own + (COUPLING if self.modes == 2 else ())
+
+    @property
+    def free(self) -> Flags:
+        """Which parameters are fitted, (parameters,)."""
+        nonlinear = self.law != "linear"
+        shift = self.law not in ("linear", "iwan")
+        own = [True, True, nonlinear, shift, nonlinear, nonlinear and self.cross]
+        coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
+        return np.array(own * self.modes + coupling)
+
+    def without_others(self, values: Floats) -> Floats:
+        """Return values (parameters,) in which terms that the law does not have are zero."""
+        made = np.where(self.free, values, 0.0)
+        made[4 : 6 * self.modes : 6] = values[4 : 6 * self.modes : 6]  # exponents
+        return self.tied(made)
+
+    def tied(self, values: Floats) -> Floats:
+        """Return values (parameters, ...) whose h follow from the others, if the law ties them."""
+        if self.law != "iwan":
+            return values
+        made = values.copy()
+        for k in range(0, 6 * self.modes, 6):
+            made[k + 3] = masing_ratio(values[k + 4]) * values[k + 2]
+        return made
+
+    def __str__(self) -> str:
+        return self.law + (" with cross effects" if self.cross else "")
+
+
+def allowed_forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
+    """Return the laws that are allowed, each with the terms of those before it or more."""
+    if law not in ("auto", *LAWS):
+        raise SlipmodeError(f"law = {in_one_line(law)}: must be auto, {', '.join(LAWS)}")
+    if cross not in ("auto", True, False):
+        raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
+    modes = len(bands)
+    if modes == 1 and (cross is True or law == "quadratic"):
+        raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
+    if law == "linear" and cross is True:
+        raise SlipmodeError("cross = True: a linear law has no cross effects")
+    laws = list(LAWS) if law == "auto" else [law]
+    # The coupling acts on B at twice the frequency of A: it is visible in the band of B.
+    if law == "auto" and not (
+        modes == 2 and 2 * bands[0][0] < bands[1][1] and bands[1][0] < 2 * bands[0][1]
+    ):
+        laws.remove("quadratic")
+    found = []
+    for name in laws:
+        for crossed in (False, True):
+            allowed = cross == "auto" or cross is crossed or name == "linear"
+            if allowed and not (crossed and (name == "linear" or modes == 1)):
+                found.append(LawForm(modes, name, crossed))  # type: ignore[arg-type]
+    return found
+
+
+def masing_ratio(p: Floats) -> Floats:
+    """Return h / g of sliders with a density ~ phi^(p - 1) of their slip displacement phi.
+
+    With c = phi / r, a slider of stiffness k under x = r cos(omega t) has the secant stiffness
+    k (theta - sin(2 theta) / 2) / pi, cos(theta) = 1 - 2 c, and the loss 4 k c (1 - c) / pi
+    (Masing's rule). Integrals over c^(p - 1) give h ~ 8 B(p + 3/2, 3/2) / pi and
+    g ~ 4 p / (pi (p + 1) (p + 2)), with the beta function B.
+    """
+    ratio: Floats = 2.0 * scipy.special.beta(p + 1.5, 1.5) * (p + 1.0) * (p + 2.0) / p
+    return ratio
+
+
+def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
+    """Return parameters of each mode (6, modes, ...), and q_1, q_2 (2, ...).
+
+    `values` (parameters, ...) are in the order of `LawForm.names`.
+    """
+    own = values[: 6 * modes].reshape(modes, 6, *values.shape[1:]).swapaxes(0, 1)
+    q = values[6 * modes :] if modes == 2 else np.zeros((4, *values.shape[1:]))
+    return own, np.asarray(q[0::2] + 1j * q[1::2], complex)
+
+
+def complex_rates(own: Floats, square: Floats, reference: Floats) -> Complexes:
+    """Return -delta + i omega, (modes, ...).
+
+    `own` (6, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
+    the amplitudes, `reference` (modes, 1, ...) the reference amplitudes.
+    """
+    delta_0, omega_0, g, h, p, kappa = own
+    s2 = square + kappa * square[::-1] if len(square) == 2 else square
+    relative = np.maximum(s2 / reference**2, np.finfo(float).tiny)
+    power = np.exp(0.5 * p * np.log(relative))
+    rates: Complexes = (1j * omega_0 - delta_0) - (g + 1j * h) * power
+    return rates
+
+
+@frozen
+class SlowLaw:
+    """An identified law of the slow flow.
+
+    Attributes
+    ----------
+    form : LawForm
+        Its terms.
+    values : (parameters,) ndarray
+        Values of `form.names`: delta_0, g [1/s], omega_0, h [rad/s], p, kappa [-] of each mode,
+        and q_1, q_2 [1/s per sensor unit].
+    reference : (modes,) ndarray
+        Reference amplitudes R [sensor unit].
+    """
+
+    form: LawForm
+    values: Floats
+    reference: Floats
+
+    @property
+    def friction_shift(self) -> Floats:
+        """The h that friction with this damping has by Masing's rule, (modes,) [rad/s].
+
+        The rest of h is elastic.
+        """
+        own = parts(self.values, self.form.modes)[0]
+        shift: Floats = masing_ratio(own[4]) * own[2]
+        return shift
+
+    @property
+    def coupling(self) -> Complexes:
+        """q_1 and q_2 of the quadratic coupling, (2,) [1/s per sensor unit]."""
+        return parts(self.values, self.form.modes)[1]
+
+    def damping_rates(self, *amplitudes: Floats) -> Floats:
+        """Return delta_j(|a|, |b|), (modes, ...) [1/s], for amplitudes in sensor units."""
+        return -self._rates(amplitudes).real
+
+    def frequencies(self, *amplitudes: Floats) -> Floats:
+        """Return omega_j(|a|, |b|), (modes, ...) [rad/s], for amplitudes in sensor units."""
+        return self._rates(amplitudes).imag
+
+    def logarithmic_rates(self, a: Complexes) -> Complexes:
+        """Return a_j' / a_j, (modes,) [1/s], for complex amplitudes (modes,) [sensor unit].
+
+        The quadratic coupling is left out where a mode is at rest.
+        """
+        rates = self._rates(tuple(np.abs(a)))
+        if len(a) == 2 and np.all(a != 0.0):
+            q1, q2 = self.coupling
+            rates = rates + np.array([q1 * a[0].conj() * a[1] / a[0], q2 * a[0] ** 2 / a[1]])
+        return rates
+
+    def _rates(self, amplitudes: Sequence[Floats]) -> Complexes:
+        square = np.stack(np.broadcast_arrays(*np.abs(amplitudes))) ** 2
+        extra = (1,) * (square.ndim - 1)
+        own = parts(self.values, self.form.modes)[0].reshape(6, -1, *extra)
+        return complex_rates(own, square, self.reference.reshape(-1, *extra))

@@ -1,0 +1,61 @@
+"""Intervals by the scatter between records contain the true parameters as often as they say."""
+
+import numpy as np
+import pytest
+from measured.decays import BANDS, TRUE, decay, measurement, parameters
+
+from slipmode import rom
+from slipmode.rom.identification.decay_flow import Decays
+from slipmode.rom.identification.fit import fit
+
+
+def inside(seed, noise, scatter, records=9):
+    """Which of ten true parameters are in their interval, for a drawn law."""
+    rng = np.random.default_rng(seed)
+    modes = TRUE * rng.uniform(0.7, 1.4, TRUE.shape)
+    modes[:, 1] = TRUE[:, 1]
+    signals = [decay(rng, scattered(rng, modes, scatter), noise=noise) for _ in range(records)]
+    found = rom.identify(measurement(signals), bands=BANDS, law="power", cross=False)
+    true = parameters(found, modes)
+    return [low <= true[name] <= high for name, (low, high) in found.interval.items()]
+
+
+def scattered(rng, modes, scatter):
+    """Rates of a record: damping, its growth and the shift of frequency scatter."""
+    own = modes.copy()
+    own[:, [0, 2, 3]] *= 1.0 + scatter * rng.standard_normal((len(modes), 3))
+    return own
+
+
+def test_intervals_contain_the_true_parameters():
+    hits = np.array([inside(seed, 1e-2, 0.0) for seed in range(6)])
+    assert hits.mean() > 0.85  # 0.95 of 30 sets
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("noise", "scatter"), [(1e-2, 0.0), (1e-3, 0.03)])
+def test_intervals_of_thirty_sets_contain_the_true_parameters(noise, scatter):
+    hits = np.array([inside(seed, noise, scatter) for seed in range(30)])
+    assert hits.mean() > 0.9
+
+
+def test_one_step_of_the_jackknife_is_close_to_fits_without_a_record():
+    rng = np.random.default_rng(2)
+    signals = [decay(rng, scattered(rng, TRUE, 0.03)) for _ in range(6)]
+    found = rom.identify(measurement(signals), bands=BANDS, law="power", cross=False)
+    decays, law = found.source.decays, found.law
+    assert isinstance(decays, Decays)
+    start = np.array(list(_starts(found))).T
+    for k in (0, 3):
+        others = [i for i in range(6) if i != k]
+        full = fit(decays.only(others), law.form, law.values, start[:, others]).law.values
+        step = found.source.left_out[k].values
+        free = law.form.free
+        deviation = np.array(list(found.deviation.values()))
+        assert np.abs((full - step)[free] / deviation).max() < 0.3
+
+
+def _starts(found):
+    for report in found.records:
+        made = found.predict(report.name, extrapolate=True)
+        yield made.amplitude[0] * np.exp(1j * made.phase[0])
