@@ -35,10 +35,12 @@ class SceneForcing:
     phase: Floats  # (modes,) [rad]
 
     @classmethod
-    def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
+    def of(
+        cls, scene: Scene, structure: rom.Structure | None = None, *, progress: bool = False
+    ) -> SceneForcing:
         """Return the forces at the end of a scene, with its plan."""
         scene.check_tabulated()
-        plan = make_plan(scene, progress=progress)
+        plan = make_plan(scene, structure=structure, progress=progress)
         last = slice(-1, None)
         frequency, force, phase = (
             plan.schedule.at_ends([f"{name}_{mode}" for mode in plan.excited.modes], last)[0]
@@ -57,8 +59,8 @@ def scene_response_curve(
 ) -> rom.ResponseCurve:
     """Return steady states under the forces at the end of a scene, see `rom.response_curve`.
 
-    The friction table has the range of the curve. Default: the first forced mode's frequency, 5 %
-    to both sides of its natural one.
+    The friction table has the range of the curve; on a saved model the curve ends where it leaves
+    the table. Default: the first forced mode's frequency, 5 % to both sides of its natural one.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     excited = forcing.plan.excited
@@ -69,6 +71,10 @@ def scene_response_curve(
             raise SlipmodeError(f"span: give the first and last value of {vary}")
         natural = excited.reduced.frequency["AB".index(which[-1])]
         span = [0.95 * natural, 1.05 * natural]
+
+    def curve_of(model: rom.Model) -> rom.ResponseCurve:
+        phase = tuple(forcing.phase)
+        return rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
 
     def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
         """Return the curve on a table, and the largest amplitudes in the table (modes,)."""
@@ -81,13 +87,14 @@ def scene_response_curve(
             detuning=which.startswith("frequency"),
             progress=progress,
         )
-        phase = tuple(forcing.phase)
-        curve = rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
+        curve = curve_of(model)
         size = np.abs(curve.amplitude)
         if which == "limit":  # the table is for limits of scale 1
             size = size / curve.parameter[:, np.newaxis]
         return curve, np.asarray(size.max(axis=0))
 
+    if scene.saved is not None:
+        return curve_of(scene.saved)
     tried = np.array(forcing.plan.amplitude)
     largest = 3.0**8 * tried  # 7000 times is more than resonance
     while True:
@@ -102,7 +109,7 @@ def scene_response_curve(
             raise SlipmodeError("span: the amplitudes grow without bound in it")
     amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
-    return _with_structure(curve, forcing.plan.structure)
+    return _with_structure(curve, forcing.plan.known_structure)
 
 
 def scene_backbone(
@@ -126,7 +133,8 @@ def scene_performance(
     well beyond the scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of
     slip, so that the curve has both stuck and fully slipping contacts.
     """
-    forcing = SceneForcing.of(scene, progress=progress)
+    structure = scene.build()
+    forcing = SceneForcing.of(scene, structure, progress=progress)
     plan = forcing.plan
     at = _index(plan.excited.modes, mode)
     if not forcing.force[at].any():
@@ -136,7 +144,7 @@ def scene_performance(
         )
     law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(
-        plan.structure,
+        structure,
         (plan.excited.reduced.modes[at],),
         law=None if isinstance(law, RigidFriction) else law,
         aerodynamics=None if aerodynamics is None else aerodynamics[at : at + 1].tolist(),
@@ -162,10 +170,10 @@ def scene_performance(
         except SlipmodeError:
             if factor == 1.0:
                 raise
-    return _with_structure(rom.performance_curve(model, forcing.force[at]), plan.structure)
+    return _with_structure(rom.performance_curve(model, forcing.force[at]), structure)
 
 
-def _with_structure(curve: _Forced, structure: rom.Structure) -> _Forced:
+def _with_structure(curve: _Forced, structure: rom.Structure | None) -> _Forced:
     """Return the curve whose displacements include the quasi-static response to the forces."""
     return replace(curve, motion=replace(curve.motion, structure=structure))
 
