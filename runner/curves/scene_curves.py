@@ -18,11 +18,14 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
+from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.sections import Scene
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
+
+_AT_EDGE = 0.97  # of the range of a friction table: a curve that comes as far may be cut off
 
 
 @frozen
@@ -69,7 +72,7 @@ def scene_response_curve(
     if span is None:
         if not which.startswith("frequency_"):
             raise SlipmodeError(f"span: give the first and last value of {vary}")
-        natural = excited.reduced.frequency["AB".index(which[-1])]
+        natural = float(excited.reduced.frequency["AB".index(which[-1])])
         span = [0.95 * natural, 1.05 * natural]
 
     def curve_of(model: rom.Model) -> rom.ResponseCurve:
@@ -94,14 +97,18 @@ def scene_response_curve(
         return curve, np.asarray(size.max(axis=0))
 
     if scene.saved is not None:
-        return curve_of(scene.saved)
+        curve, largest = curve_of(scene.saved), np.array(forcing.plan.amplitude)
+        if vary != "limit" and np.any(np.abs(curve.amplitude) > _AT_EDGE * largest):
+            reason = "the steady states go on beyond the friction table of model.file"
+            warn([Finding("curve", "is cut off", reason, "warning")])
+        return curve
     tried = np.array(forcing.plan.amplitude)
     largest = 3.0**8 * tried  # 7000 times is more than resonance
     while True:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rom.ValidityWarning)  # the final curve repeats them
             _, reached = curve_on(tried, 0.05)  # coarse: it only shows how far the curve goes
-        cut_off = reached > 0.97 * tried
+        cut_off = reached > _AT_EDGE * tried
         if not cut_off.any():
             break
         tried = np.where(cut_off, 3.0 * tried, tried)

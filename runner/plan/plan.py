@@ -246,6 +246,8 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
     scene, excited, schedule = plan.scene, plan.excited, plan.schedule
     if scene.model.formulation == "consistent":
         excited = excited.started(schedule)
+    with naming("initial"):
+        excited.component(model, scene.run.tolerance)  # refuses a start outside the table
     with naming("forcing"):
         check_force_patterns(model, AppliedForces.of(model.reduced, excited.force_patterns))
     seen, inside = run_on_saved(excited, schedule, model)

@@ -142,7 +142,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
             "load"),
     )),
     Section("modes",
-        "Which modes are retained, counted from 0 by frequency, with the contacts stuck.", (
+        "Which modes are retained, counted from 0 by frequency, with the contacts stuck. A saved "
+        "model (`model.file`) has its own.", (
         Key("A", integer(), "-", MISSING, "Number of the first mode."),
         Key("B", integer(), "-", None,
             "Number of the second mode, another one; absent: a model of one mode."),

@@ -23,11 +23,11 @@ def read_saved_model(root: Table, folder: Path) -> Model | None:
     table = root["model"]
     if table["file"] is None:
         return None
-    path = folder / table["file"]
+    path = folder.absolute() / table["file"]
     try:
         stat = path.stat()
         model = _loaded(path, stat.st_mtime_ns, stat.st_size)
-    except (OSError, ValueError):  # a ValueError for impossible names
+    except OSError:
         raise table.error("file", f"no such model file: {str(path)!r}") from None
     except SlipmodeError as refusal:
         raise table.error("file", str(refusal)) from None

@@ -204,7 +204,7 @@ def _modes(table: Table) -> Modes:
 def _present_modes(table: Table, modes: Modes) -> list[str]:
     """Return the modes that have a key in a table; refuse one that is not retained."""
     if "B" in table and modes.B is None:
-        raise table.error("B", "there is no mode B in [modes]; allowed: A")
+        raise table.error("B", "there is no mode B in [modes], or in model.file; allowed: A")
     return [mode for mode in MODES if mode in table]
 
 
