@@ -38,12 +38,10 @@ class SceneForcing:
     phase: Floats  # (modes,) [rad]
 
     @classmethod
-    def of(
-        cls, scene: Scene, structure: rom.Structure | None = None, *, progress: bool = False
-    ) -> SceneForcing:
+    def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
         """Return the forces at the end of a scene, with its plan."""
         scene.check_tabulated()
-        plan = make_plan(scene, structure=structure, progress=progress)
+        plan = make_plan(scene, progress=progress)
         last = slice(-1, None)
         frequency, force, phase = (
             plan.schedule.at_ends([f"{name}_{mode}" for mode in plan.excited.modes], last)[0]
@@ -96,8 +94,8 @@ def scene_response_curve(
             size = size / curve.parameter[:, np.newaxis]
         return curve, np.asarray(size.max(axis=0))
 
-    if scene.saved is not None:
-        curve, largest = curve_of(scene.saved), np.array(forcing.plan.amplitude)
+    if scene.saved_model is not None:
+        curve, largest = curve_of(scene.saved_model), np.array(forcing.plan.amplitude)
         if vary != "limit" and np.any(np.abs(curve.amplitude) > _AT_EDGE * largest):
             reason = "the steady states go on beyond the friction table of model.file"
             warn([Finding("curve", "is cut off", reason, "warning")])
@@ -140,8 +138,7 @@ def scene_performance(
     well beyond the scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of
     slip, so that the curve has both stuck and fully slipping contacts.
     """
-    structure = scene.build()
-    forcing = SceneForcing.of(scene, structure, progress=progress)
+    forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan
     at = _index(plan.excited.modes, mode)
     if not forcing.force[at].any():
@@ -151,7 +148,7 @@ def scene_performance(
         )
     law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(
-        structure,
+        plan.structure,
         (plan.excited.reduced.modes[at],),
         law=None if isinstance(law, RigidFriction) else law,
         aerodynamics=None if aerodynamics is None else aerodynamics[at : at + 1].tolist(),
@@ -177,7 +174,7 @@ def scene_performance(
         except SlipmodeError:
             if factor == 1.0:
                 raise
-    return _with_structure(rom.performance_curve(model, forcing.force[at]), structure)
+    return _with_structure(rom.performance_curve(model, forcing.force[at]), plan.structure)
 
 
 def _with_structure(curve: _Forced, structure: rom.Structure | None) -> _Forced:

@@ -62,7 +62,7 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene.in_slow_time(), progress=progress)
-    if scene.saved is not None and headroom not in (1.0, HEADROOM):
+    if scene.saved_model is not None and headroom not in (1.0, HEADROOM):
         raise SlipmodeError("range: leave it out: the model of model.file has its own")
     if contacts and not plan.excited.reduced.n_contacts:
         raise SlipmodeError("contacts: leave it out: the model of model.file has no contacts")

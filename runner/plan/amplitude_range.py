@@ -94,7 +94,7 @@ def dry_run(
     return DryRun(amplitude, reached, f"{reason}{_MARGIN:.0%} margin", share, *transient)
 
 
-def run_on_saved(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
+def run_on_saved_model(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
     """Run a schedule on a saved model; also return whether it stays inside its table."""
     reached, transient, complete = _path(excited, model, schedule)
     reason = f"model.file; the scene reaches {_shown(excited, reached)}"

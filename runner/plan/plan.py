@@ -23,7 +23,7 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
-from slipmode.runner.plan.amplitude_range import dry_run, run_on_saved
+from slipmode.runner.plan.amplitude_range import dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.transients import Intervals, plan_transients
@@ -86,7 +86,7 @@ class Plan:
     def may_be_integrated(self) -> bool:
         """Whether the scene has a table, and `model.table = "none"` is possible instead."""
         scene = self.scene
-        fixed = scene.limit_scale is None and scene.saved is None
+        fixed = scene.limit_scale is None and scene.saved_model is None
         return scene.tabulated and fixed and scene.model.formulation != "paper"
 
     def model(
@@ -111,8 +111,8 @@ class Plan:
             Let friction follow frequencies off the carriers, even if they are constant.
         """
         self.scene.check_tabulated()
-        if self.scene.saved is not None:
-            return self.scene.saved, True
+        if self.scene.saved_model is not None:
+            return self.scene.saved_model, True
         low, high = self.schedule.frequency_range(self.excited.modes)
         consistent = self.scene.model.formulation == "consistent"
         return cached_model(
@@ -147,7 +147,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         Whether to report the work on a large structure on standard error.
     """
     modes, mode_decisions = _modes(scene)
-    rest, saved = None, scene.saved
+    rest, saved = None, scene.saved_model
     if saved is not None:
         scene, law, reduced = scene.located(None), saved.law, saved.reduced
         check_scale(scene, law, reduced.n_contacts)
@@ -250,7 +250,7 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         excited.component(model, scene.run.tolerance)  # refuses a start outside the table
     with naming("forcing"):
         check_force_patterns(model, AppliedForces.of(model.reduced, excited.force_patterns))
-    seen, inside = run_on_saved(excited, schedule, model)
+    seen, inside = run_on_saved_model(excited, schedule, model)
     found = [Finding("friction table", _ranges(excited.modes, seen.amplitude), seen.reason)]
     if not inside:
         reason = "the run ends there; force it less, or save a model with a larger range"
@@ -297,7 +297,7 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
             modes.append(mode)
             why = "forcing" if forced else "initial" if moved else "aerodynamics"
             decisions.append(Finding(f"mode {mode}", "modelled", f"moved by {why}.{mode}"))
-        elif scene.saved is not None:
+        elif scene.saved_model is not None:
             modes.append(mode)
             reason = "part of model.file; neither forced nor moving at t = 0"
             decisions.append(Finding(f"mode {mode}", "modelled", reason))

@@ -150,7 +150,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     return Scene(
         title=root["title"],
         structure=_structure(tables["structure"], folder) if saved is None else None,
-        saved=saved,
+        saved_model=saved,
         friction=read_friction(tables["friction"]) if "friction" in root else None,
         contacts=laws,
         preload=read_preload(tables["preload"], laws, folder) if "preload" in root else None,

@@ -209,7 +209,7 @@ class Scene:
     structure, friction, contacts, preload
         Its matrices; the law of rigid contacts, or None; groups of elastic contacts, or (); the
         force that presses contacts together, or opens them, at rest, or None.
-    saved : Model or None
+    saved_model : Model or None
         A saved model instead of these four; `structure` is None then.
     limit_scale : Script or None
         Factor on limits and preloads over time; None: they are constant.
@@ -229,7 +229,7 @@ class Scene:
 
     title: str
     structure: TwoMass | MatrixFile | None
-    saved: Model | None
+    saved_model: Model | None
     friction: RigidFriction | None
     contacts: tuple[ContactGroup, ...]
     preload: StaticForce | None

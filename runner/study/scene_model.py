@@ -90,7 +90,7 @@ class SceneModel:
     detuned: bool  # Whether forcing frequencies differ between the samples
     # Whether there are larger tables: not of a saved model, nor if the scene gives model.amplitude
     may_grow: bool
-    saved: Model | None  # The model, if the scene has a saved one
+    saved_model: Model | None  # The model, if the scene has a saved one
 
     @classmethod
     def of(cls, samples: Samples, design: Design) -> SceneModel:
@@ -106,7 +106,7 @@ class SceneModel:
         combinations: tuple[CombinationResonance, ...] = ()
         if samples.outputs.runs:
             combinations = plan.combinations
-            if detuned and model.formulation == "consistent" and not plan.scene.saved:
+            if detuned and model.formulation == "consistent":
                 combinations = _combinations(plan, frequencies)
         return cls(
             samples=samples,
@@ -116,7 +116,7 @@ class SceneModel:
             combinations=combinations,
             detuned=detuned,
             may_grow=model.amplitude is None,
-            saved=plan.scene.saved,
+            saved_model=plan.scene.saved_model,
         )
 
     def model(self, step: int) -> Model:
@@ -124,8 +124,8 @@ class SceneModel:
 
         Raises SlipmodeError if the contact problem has no solution at such amplitudes.
         """
-        if self.saved is not None:
-            return self.saved
+        if self.saved_model is not None:
+            return self.saved_model
         model, _ = cached_model(
             self.excited.reduced,
             self.excited.law,

@@ -356,7 +356,7 @@ def test_a_file_that_changes_is_read_again(folder, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(FORCED, encoding="utf-8")
     one_mode().save(tmp_path / "one.npz")
-    assert load_scene(path).saved is load_scene(path).saved
+    assert load_scene(path).saved_model is load_scene(path).saved_model
     other = rom.model_of_rates(one_rate, (0.5 * RANGE,), mode_shapes=ONE_SHAPE)
     other.save(tmp_path / "one.npz")
-    assert load_scene(path).saved.hash == other.hash
+    assert load_scene(path).saved_model.hash == other.hash
