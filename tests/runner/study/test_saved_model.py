@@ -1,7 +1,7 @@
 """A study of a scene with a saved model."""
 
 import numpy as np
-from saved_models import RANGE, TWO_SHAPES, steady_sizes, two_modes, two_rates
+from rates.saved_models import RANGE, TWO_SHAPES, steady_sizes, two_modes, two_rates
 
 from slipmode import rom
 from slipmode.runner.study.study import run_study

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from saved_models import (
+from rates.saved_models import (
     DROP,
     GROWTH,
     NATURAL,
