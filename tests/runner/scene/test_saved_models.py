@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from elastic.l_frame import LAW, l_frame
 from rates.saved_models import (
     DROP,
     GROWTH,
@@ -181,22 +182,40 @@ def test_the_plan_says_what_the_file_has_and_how_far_the_scene_goes(folder, tmp_
         runner.run(loud, tmp_path)
 
 
-def test_a_model_with_contacts_runs_as_its_structure_does(folder, tmp_path):
-    data = recorded(CONTACTS, folder, tmp_path)
-    instead = """[structure]
-model = "two-mass"
-[friction]
+RIGID = """[friction]
 law = "coulomb"
 limit = 2.0
-[modes]
-A = 0
 """
-    text = CONTACTS.replace('[model]\nfile = "contacts.npz"\n', instead)
-    by_structure = recorded(text, folder, tmp_path, "structure")
-    size, exact = (each["/modes"].column("A_abs")[-1] for each in (data, by_structure))
-    assert size == pytest.approx(exact, rel=1e-2)
-    moved, exact = (each["/contact/0"].column("x") for each in (data, by_structure))
-    assert np.abs(moved - exact).max() <= 2e-2 * np.abs(exact).max()
+FRICTIONAL = """[[contacts]]
+law = "frictional"
+mu = 0.5
+preload = 0.5
+tangential_stiffness = 20.0
+normal_stiffness = 20.0
+"""
+
+
+@pytest.mark.parametrize("contacts", [RIGID, FRICTIONAL], ids=["rigid", "frictional"])
+def test_a_saved_model_of_a_scene_runs_as_the_scene_does(tmp_path, contacts):
+    """Bit for bit: the model is the same."""
+    head = '[structure]\nmodel = "two-mass"\n[modes]\nA = 0\n[model]\ntransients = "slow"\n'
+    text = CONTACTS.replace('[model]\nfile = "contacts.npz"\n', head + contacts)
+    made = runner.run(replace(parse_scene(text, "."), name="structure"), tmp_path)
+    made.model.save(tmp_path / "contacts.npz")
+    data, expected = recorded(CONTACTS, tmp_path, tmp_path), made.read().channels
+    assert list(data) == list(expected)
+    for topic, signals in expected.items():
+        np.testing.assert_array_equal(data[topic].values, signals.values, err_msg=topic)
+
+
+def test_a_force_that_the_table_does_not_know_is_refused(tmp_path):
+    """It moves the contacts of a frame directly too."""
+    reduced = rom.reduce(l_frame(), modes=(0,), law=LAW, warned=False)
+    rom.tabulate(reduced, LAW, (2.0,), 1e-2, warned=False).save(tmp_path / "frame.npz")
+    text = CONTACTS.replace("contacts.npz", "frame.npz").replace("dof = 0", "dof = 15")
+    text = text.replace("0.98", f"{reduced.frequency[0]}")
+    line = refusal(text, tmp_path)
+    assert line.startswith("forcing: force_patterns: the forces also move the contacts directly")
 
 
 # Curves, FMUs
