@@ -93,6 +93,7 @@ def _run(options: argparse.Namespace) -> int:
             _log.warning("%s; recorded without it: see slipmode replay", error)
     recording = run(options.scene, options.output, fmu=options.fmu, live=live, progress=True)
     source = "from the cache" if recording.cached else "computed"
+    source = "from model.file" if recording.plan.scene.saved_model else source
     before, steps = "friction table", "slow time"
     if recording.model is None:
         before, steps, source = "plan", "full order", "no friction table"

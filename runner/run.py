@@ -50,7 +50,7 @@ class Recording:
         Wall time of the plan and the friction table, of the integration alone, in slow time or
         at full order, and of everything.
     cached : bool
-        Whether the table came from the cache.
+        Whether the table came from the cache, or from `model.file`.
     """
 
     plan: Plan

@@ -89,6 +89,8 @@ class SteadyMotion:
         """Return P_j (points, modes, N_c) at effective amplitudes (points, modes)."""
         model, scale = self.model, self.scale[:, np.newaxis]
         modulus = np.abs(effective)
+        if not model.reduced.n_contacts:
+            return np.zeros((*modulus.shape, 0), dtype=complex)
         # the least scale of a march is a tenth of the table's range
         torus = model.contact_problem(0.1 * model.table.amplitude_range)
         P = torus.solve_on_more_lines(modulus / scale).P[:, : model.modes]

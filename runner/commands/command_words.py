@@ -9,7 +9,10 @@ from collections.abc import Container
 _ADVICE = (
     (r"tabulate with detuning=True", "compare with slipmode validate"),
     (r"put them at the forcing \(rom\.reduce\([^)]*\)\), or (compare with slipmode)", r"\1"),
-    (r"tabulate (further|a larger range)", "give a larger model.amplitude"),
+    (
+        r"tabulate (further|a larger range)",
+        "give a larger model.amplitude (or a model.file with a larger range)",
+    ),
     (r"tabulate to (\S+) or more", r"give model.amplitude = \1 or more"),
     (r"\(rom\.full\)", '(model.table = "none")'),
     (r"\(rom\.Jenkins\)", '([[contacts]] with law = "jenkins")'),

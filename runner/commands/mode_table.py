@@ -30,7 +30,7 @@ def mode_table(
         if mass or contact or stiffness:
             raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
         scene = load_scene(file)
-        structure = scene.structure.build()
+        structure = scene.build()
         law = law_of(scene, structure.n_contacts)
         rest = preloaded(scene, structure, law)  # open contacts are not stuck
         law = law if rest is None else rest.law

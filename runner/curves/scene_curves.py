@@ -18,11 +18,14 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
+from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.sections import Scene
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
+
+_AT_EDGE = 0.97  # of the range of a friction table: a curve that comes as far may be cut off
 
 
 @frozen
@@ -57,8 +60,8 @@ def scene_response_curve(
 ) -> rom.ResponseCurve:
     """Return steady states under the forces at the end of a scene, see `rom.response_curve`.
 
-    The friction table has the range of the curve. Default: the first forced mode's frequency, 5 %
-    to both sides of its natural one.
+    The friction table has the range of the curve; on a saved model the curve ends where it leaves
+    the table. Default: the first forced mode's frequency, 5 % to both sides of its natural one.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     excited = forcing.plan.excited
@@ -67,8 +70,12 @@ def scene_response_curve(
     if span is None:
         if not which.startswith("frequency_"):
             raise SlipmodeError(f"span: give the first and last value of {vary}")
-        natural = excited.reduced.frequency["AB".index(which[-1])]
+        natural = float(excited.reduced.frequency["AB".index(which[-1])])
         span = [0.95 * natural, 1.05 * natural]
+
+    def curve_of(model: rom.Model) -> rom.ResponseCurve:
+        phase = tuple(forcing.phase)
+        return rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
 
     def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
         """Return the curve on a table, and the largest amplitudes in the table (modes,)."""
@@ -81,20 +88,25 @@ def scene_response_curve(
             detuning=which.startswith("frequency"),
             progress=progress,
         )
-        phase = tuple(forcing.phase)
-        curve = rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
+        curve = curve_of(model)
         size = np.abs(curve.amplitude)
         if which == "limit":  # the table is for limits of scale 1
             size = size / curve.parameter[:, np.newaxis]
         return curve, np.asarray(size.max(axis=0))
 
+    if scene.saved_model is not None:
+        curve, largest = curve_of(scene.saved_model), np.array(forcing.plan.amplitude)
+        if vary != "limit" and np.any(np.abs(curve.amplitude) > _AT_EDGE * largest):
+            reason = "the steady states go on beyond the friction table of model.file"
+            warn([Finding("curve", "is cut off", reason, "warning")])
+        return curve
     tried = np.array(forcing.plan.amplitude)
     largest = 3.0**8 * tried  # 7000 times is more than resonance
     while True:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rom.ValidityWarning)  # the final curve repeats them
             _, reached = curve_on(tried, 0.05)  # coarse: it only shows how far the curve goes
-        cut_off = reached > 0.97 * tried
+        cut_off = reached > _AT_EDGE * tried
         if not cut_off.any():
             break
         tried = np.where(cut_off, 3.0 * tried, tried)
@@ -102,7 +114,7 @@ def scene_response_curve(
             raise SlipmodeError("span: the amplitudes grow without bound in it")
     amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
-    return _with_structure(curve, forcing.plan.structure)
+    return _with_structure(curve, forcing.plan.known_structure)
 
 
 def scene_backbone(
@@ -165,7 +177,7 @@ def scene_performance(
     return _with_structure(rom.performance_curve(model, forcing.force[at]), plan.structure)
 
 
-def _with_structure(curve: _Forced, structure: rom.Structure) -> _Forced:
+def _with_structure(curve: _Forced, structure: rom.Structure | None) -> _Forced:
     """Return the curve whose displacements include the quasi-static response to the forces."""
     return replace(curve, motion=replace(curve.motion, structure=structure))
 

@@ -49,7 +49,7 @@ def export_fmu(
         Version of the standard.
     headroom : float
         Range of the friction table relative to the range that the scene needs, 1 or more, rounded
-        up to eighths: for importers that force the model harder.
+        up to eighths: for importers that force the model harder. A saved model keeps its range.
     contacts : bool
         Adds the contacts to the outputs if the scene has no [[contact]] window.
     progress : bool
@@ -62,6 +62,10 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan = make_plan(scene.in_slow_time(), progress=progress)
+    if scene.saved_model is not None and headroom not in (1.0, HEADROOM):
+        raise SlipmodeError("range: leave it out: the model of model.file has its own")
+    if contacts and not plan.excited.reduced.n_contacts:
+        raise SlipmodeError("contacts: leave it out: the model of model.file has no contacts")
     warn(each for each in plan.decisions if each.subject == "transients")
     elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic or contacts)

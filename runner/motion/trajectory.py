@@ -54,7 +54,7 @@ def slow_trajectory(
     excited, schedule = plan.excited, plan.schedule
     steps = slice(first, first + len(outputs) - 1)
     columns = OutputColumns.of(names, excited.modes)
-    force_response = AppliedForces.of(model.reduced, excited.force_patterns, plan.structure)
+    force_response = AppliedForces.of(model.reduced, excited.force_patterns, plan.known_structure)
     script, angle = scripted(excited, schedule, steps), outputs[:, columns.angle]
     before = slice(max(first - 1, 0), steps.stop)
     start, end = excited.modal_forces(schedule, before)

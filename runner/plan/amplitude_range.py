@@ -89,10 +89,27 @@ def dry_run(
     least = np.maximum((1.0 + _MARGIN) * reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
     amplitude = tuple(round_up(float(value)) for value in least)
-    shown = ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
-    reason = f"a dry run on a coarse table reaches {shown}; {_MARGIN:.0%} margin"
-    share = np.abs(coarse.table(reached)) / np.where(reached > 0, reached, 1.0)
-    return DryRun(amplitude, reached, reason, share / excited.reduced.frequency**2, *transient)
+    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; "
+    share = _contact_share(excited, coarse, reached)
+    return DryRun(amplitude, reached, f"{reason}{_MARGIN:.0%} margin", share, *transient)
+
+
+def run_on_saved_model(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
+    """Run a schedule on a saved model; also return whether it stays inside its table."""
+    reached, transient, complete = _path(excited, model, schedule)
+    reason = f"model.file; the scene reaches {_shown(excited, reached)}"
+    share = _contact_share(excited, model, np.minimum(reached, model.table.amplitude_range))
+    amplitude = tuple(model.table.amplitude_range.tolist())
+    return DryRun(amplitude, reached, reason, share, *transient), complete
+
+
+def _shown(excited: Excited, reached: Floats) -> str:
+    return ", ".join(f"|{m}| = {r:.3g}" for m, r in zip(excited.modes, reached, strict=True))
+
+
+def _contact_share(excited: Excited, model: Model, reached: Floats) -> Floats:
+    share = np.abs(model.table(reached)) / np.where(reached > 0, reached, 1.0)
+    return np.asarray(share / excited.reduced.frequency**2)
 
 
 def _unbounded(excited: Excited) -> str:

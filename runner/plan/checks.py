@@ -64,21 +64,27 @@ def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit)
 
 
 def check_assumptions(
-    structure: Structure,
+    structure: Structure | None,
     excited: Excited,
     schedule: Schedule,
     amplitude: Floats,
     seen: DryRun | None,
 ) -> list[Finding]:
-    """Report strained assumptions, at the largest amplitudes (modes,) and forces."""
+    """Report strained assumptions, at the largest amplitudes (modes,) and forces.
+
+    Without a structure, neighbouring modes and directions of contacts are not known.
+    """
     reduced, law, names = excited.reduced, excited.law, excited.modes
     largest_force = np.abs(schedule.extremes([f"force_{m}" for m in names])).max(axis=0)
     force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
+    of_structure = []
+    if structure is not None:
+        of_structure += separation_findings(structure, reduced, names)
+        of_structure += direction_findings(structure, law)
     return [
         *_self_excited(excited, largest_force),
-        *separation_findings(structure, reduced, names),
+        *of_structure,
         *share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
-        *direction_findings(structure, law),
         *contact_findings(reduced, combination_resonances(reduced.carrier), names),
         *friction_findings(reduced, law, amplitude),
         *force_findings(AppliedForces.of(reduced, force), names),

@@ -10,6 +10,7 @@ import numpy as np
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure
 from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
+from slipmode.rom.errors import naming
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
@@ -17,10 +18,12 @@ from slipmode.rom.reduction.combination import (
     combination_resonances,
     separation,
 )
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
+from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
-from slipmode.runner.plan.amplitude_range import dry_run
+from slipmode.runner.plan.amplitude_range import dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.transients import Intervals, plan_transients
@@ -37,7 +40,9 @@ class Plan:
 
     Attributes
     ----------
-    scene, structure, schedule : Scene, Structure, Schedule
+    scene, schedule : Scene, Schedule
+    known_structure : Structure or None
+        None if the scene has a saved model.
     excited : Excited
         What is modelled: modes, reduced matrices, friction law, force patterns.
     decisions : list of Finding
@@ -50,7 +55,7 @@ class Plan:
     """
 
     scene: Scene
-    structure: Structure
+    known_structure: Structure | None
     excited: Excited
     schedule: Schedule
     decisions: list[Finding] = field(default_factory=list)
@@ -68,6 +73,11 @@ class Plan:
         )
 
     @property
+    def structure(self) -> Structure:
+        """The structure of the scene; refused if the scene has a saved model."""
+        return self.scene.build() if self.known_structure is None else self.known_structure
+
+    @property
     def warnings(self) -> list[str]:
         """The decisions that are warnings, each as one line."""
         return [each.line() for each in self.decisions if each.level != "info"]
@@ -76,7 +86,7 @@ class Plan:
     def may_be_integrated(self) -> bool:
         """Whether the scene has a table, and `model.table = "none"` is possible instead."""
         scene = self.scene
-        fixed = scene.limit_scale is None
+        fixed = scene.limit_scale is None and scene.saved_model is None
         return scene.tabulated and fixed and scene.model.formulation != "paper"
 
     def model(
@@ -87,7 +97,9 @@ class Plan:
         detuning: bool = False,
         progress: bool = False,
     ) -> tuple[Model, bool]:
-        """Return the model of the scene, and whether it came from the cache.
+        """Return the model of the scene, and whether it was not computed: cached or saved.
+
+        A saved model is returned as it is.
 
         Parameters
         ----------
@@ -99,6 +111,8 @@ class Plan:
             Let friction follow frequencies off the carriers, even if they are constant.
         """
         self.scene.check_tabulated()
+        if self.scene.saved_model is not None:
+            return self.scene.saved_model, True
         low, high = self.schedule.frequency_range(self.excited.modes)
         consistent = self.scene.model.formulation == "consistent"
         return cached_model(
@@ -133,20 +147,25 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
         Whether to report the work on a large structure on standard error.
     """
     modes, mode_decisions = _modes(scene)
-    structure = scene.structure.build() if structure is None else structure
-    scene = scene.located(structure)
-    law = law_of(scene, structure.n_contacts)
-    rest = preloaded(scene, structure, law)
-    law = law if rest is None else rest.law
-    check_scale(scene, law, structure.n_contacts)
-    reduced = kept_reduction(
-        structure,
-        [scene.modes.numbers[mode] for mode in modes],
-        scene.model.formulation,
-        None if isinstance(law, RigidFriction) else law,
-        [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
-        progress=progress,
-    )
+    rest, saved = None, scene.saved_model
+    if saved is not None:
+        scene, law, reduced = scene.located(None), saved.law, saved.reduced
+        check_scale(scene, law, reduced.n_contacts)
+    else:
+        structure = scene.build() if structure is None else structure
+        scene = scene.located(structure)
+        law = law_of(scene, structure.n_contacts)
+        rest = preloaded(scene, structure, law)
+        law = law if rest is None else rest.law
+        check_scale(scene, law, structure.n_contacts)
+        reduced = kept_reduction(
+            structure,
+            [scene.modes.numbers[mode] for mode in modes],
+            scene.model.formulation,
+            None if isinstance(law, RigidFriction) else law,
+            [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
+            progress=progress,
+        )
     initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
     patterns = tuple(_force_pattern(scene, mode, reduced, j) for j, mode in enumerate(modes))
     excited = Excited(modes, reduced, law, patterns, initial, initial)
@@ -158,6 +177,8 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
     check_time_scales(scene, excited, schedule)
     plan = Plan(scene, structure, excited, schedule, mode_decisions + _preload_decisions(rest))
+    if saved is not None:
+        return _on_saved_model(plan, saved)
     return _tabulated(plan, progress) if scene.tabulated else _integrated(plan)
 
 
@@ -171,7 +192,7 @@ def _integrated(plan: Plan) -> Plan:
         *(_fast_motion_decisions(scene) if scene.windows else ()),
         _recording_decision(scene),
         *check_frequencies(plan.excited, plan.schedule, scene.units.frequency),
-        *frictionless_findings(plan.excited.law, plan.structure.n_contacts),
+        *frictionless_findings(plan.excited.law, plan.excited.reduced.n_contacts),
     ]
     return replace(plan, decisions=decisions)
 
@@ -197,11 +218,10 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
     full_order, transients = plan_transients(
         scene, excited.modes, seen, largest, excited.reduced.carrier
     )
-    ranges = ", ".join(f"|{m}| <= {a:g}" for m, a in zip(excited.modes, amplitude, strict=True))
     decisions = [
         *plan.decisions,
         _other_modes(excited.reduced),
-        Finding("friction table", ranges, reason),
+        Finding("friction table", _ranges(excited.modes, amplitude), reason),
         *_combination_decisions(combinations),
         transients,
         *_fast_motion_decisions(scene),
@@ -221,6 +241,48 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
     )
 
 
+def _on_saved_model(plan: Plan, model: Model) -> Plan:
+    """Add the decisions of a scene with a saved model, and run it once on this model."""
+    scene, excited, schedule = plan.scene, plan.excited, plan.schedule
+    if scene.model.formulation == "consistent":
+        excited = excited.started(schedule)
+    with naming("initial"):
+        excited.component(model, scene.run.tolerance)  # refuses a start outside the table
+    with naming("forcing"):
+        check_force_patterns(model, AppliedForces.of(model.reduced, excited.force_patterns))
+    seen, inside = run_on_saved_model(excited, schedule, model)
+    found = [Finding("friction table", _ranges(excited.modes, seen.amplitude), seen.reason)]
+    if not inside:
+        reason = "the run ends there; force it less, or save a model with a larger range"
+        found.append(Finding("model.file", "amplitudes leave its range", reason, "warning"))
+    if excited.reduced.n_contacts:
+        found += [_other_modes(excited.reduced), *_combination_decisions(model.combinations)]
+    else:
+        found.append(Finding("contacts", "none", "model.file has damping and frequency alone"))
+    largest = np.array(seen.amplitude)
+    _, transients = plan_transients(scene, excited.modes, seen, largest, excited.reduced.carrier)
+    decisions = [
+        *plan.decisions,
+        *found,
+        transients,
+        *_fast_motion_decisions(scene),
+        _recording_decision(scene),
+        *check_frequencies(excited, schedule, scene.units.frequency),
+        *check_assumptions(None, excited, schedule, seen.reached, seen),
+    ]
+    return replace(
+        plan,
+        excited=excited,
+        decisions=decisions,
+        amplitude=seen.amplitude,
+        combinations=model.combinations,
+    )
+
+
+def _ranges(modes: Sequence[Mode], amplitude: Sequence[float]) -> str:
+    return ", ".join(f"|{m}| <= {a:g}" for m, a in zip(modes, amplitude, strict=True))
+
+
 def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
     """Return the modes that move at all, with the reason for each."""
     modes: list[Mode] = []
@@ -235,6 +297,10 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
             modes.append(mode)
             why = "forcing" if forced else "initial" if moved else "aerodynamics"
             decisions.append(Finding(f"mode {mode}", "modelled", f"moved by {why}.{mode}"))
+        elif scene.saved_model is not None:
+            modes.append(mode)
+            reason = "part of model.file; neither forced nor moving at t = 0"
+            decisions.append(Finding(f"mode {mode}", "modelled", reason))
         else:
             reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
             decisions.append(Finding(f"mode {mode}", "left out", reason))

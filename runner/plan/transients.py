@@ -50,7 +50,9 @@ def plan_transients(
 def slow_time_error(scene: Scene, error: str) -> Finding:
     """Return the warning that slow time has a larger transient error than allowed."""
     model = scene.model
-    if model.transients == "slow":
+    if scene.saved_model is not None:
+        advice = "model.file has no structure to integrate at full order"
+    elif model.transients == "slow":
         advice = 'runs with model.transients = "auto" integrate such stretches at full order'
     elif model.formulation == "paper":
         advice = 'model.formulation = "paper" allows slow time only'

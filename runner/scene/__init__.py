@@ -2,6 +2,7 @@
 
 keys.py         every key with its kind, unit, default and meaning. Start here.
 scene.py        reading a file; contacts.py: the laws of its contacts
+saved_model.py  a saved model instead of a structure with contacts
 sections.py     a scene in Python
 toml_table.py   tables of declared keys, read and written; values.py: kinds of values
 reference.py    the keys as documentation

@@ -142,7 +142,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
             "load"),
     )),
     Section("modes",
-        "Which modes are retained, counted from 0 by frequency, with the contacts stuck.", (
+        "Which modes are retained, counted from 0 by frequency, with the contacts stuck. A saved "
+        "model (`model.file`) has its own.", (
         Key("A", integer(), "-", MISSING, "Number of the first mode."),
         Key("B", integer(), "-", None,
             "Number of the second mode, another one; absent: a model of one mode."),
@@ -183,7 +184,10 @@ SCENE = Section("", "At the top of the file, before any table.", (
         Key("tolerance", number(POSITIVE), "-", SLOW_FLOW,
             "Relative tolerance of the slow flow's solver."),
     )),
-    Section("model", "How the reduced model is made.", (
+    Section("model", "How the reduced model is made, or the file of a saved one.", (
+        Key("file", text(), "-", None,
+            "A model saved by `Model.save`, relative to the scene. It replaces `[structure]`, "
+            "`[friction]`, `[[contacts]]`, `[modes]` and the other keys of this table."),
         Key("tolerance", number(POSITIVE), "-", 1e-3, "Relative tolerance of the friction table."),
         Key("formulation", choice("consistent", "paper"), "-", "consistent",
             "The source paper's, or with the terms that its expansion neglects at first order."),

@@ -29,6 +29,7 @@ from slipmode.runner.scene.contacts import (
     read_preload,
 )
 from slipmode.runner.scene.keys import SCENE
+from slipmode.runner.scene.saved_model import options_of, read_saved_model
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import (
     Forcing,
@@ -115,7 +116,9 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     """Return the scene of parsed TOML; see `parse_scene`."""
     root = Table(content, SCENE)
     tables: dict[str, Any] = {section.name: root[section.name] for section in SCENE.sections}
-    modes = _modes(tables["modes"])
+    folder = Path(folder)
+    saved = read_saved_model(root, folder)
+    modes = _modes(tables["modes"]) if saved is None else Modes(*saved.reduced.modes)
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
@@ -130,10 +133,13 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         raise root.error(
             "contacts", f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
         )
-    if not ("friction" in root or tables["contacts"]):
+    if not ("friction" in root or tables["contacts"] or saved):
         raise root.error("friction", "is missing: give [friction] or [[contacts]]")
     laws = read_contacts(tables["contacts"])
-    model = _model(tables["model"], modes, bool(laws), bool(aerodynamics))
+    if saved is None:
+        model = _model(tables["model"], modes, bool(laws), bool(aerodynamics))
+    else:
+        model = options_of(saved)
     limit_scale = tables["limits"]["scale"]
     if limit_scale is not None:
         fixed = "with limits.scale; full order has fixed limits"
@@ -141,10 +147,10 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
             raise tables["model"].error("transients", f'must be "auto" or "slow" {fixed}')
         if model.table == "none":
             raise tables["model"].error("table", f'must be "whole" {fixed}')
-    folder = Path(folder)
     return Scene(
         title=root["title"],
-        structure=_structure(tables["structure"], folder),
+        structure=_structure(tables["structure"], folder) if saved is None else None,
+        saved_model=saved,
         friction=read_friction(tables["friction"]) if "friction" in root else None,
         contacts=laws,
         preload=read_preload(tables["preload"], laws, folder) if "preload" in root else None,
@@ -198,7 +204,7 @@ def _modes(table: Table) -> Modes:
 def _present_modes(table: Table, modes: Modes) -> list[str]:
     """Return the modes that have a key in a table; refuse one that is not retained."""
     if "B" in table and modes.B is None:
-        raise table.error("B", "there is no mode B in [modes]; allowed: A")
+        raise table.error("B", "there is no mode B in [modes], or in model.file; allowed: A")
     return [mode for mode in MODES if mode in table]
 
 
@@ -247,7 +253,9 @@ def _run(table: Table) -> Run:
 
 
 def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> ModelOptions:
-    model = ModelOptions(**table.values())
+    values = table.values()
+    del values["file"]
+    model = ModelOptions(**values)
     paper, integrated = model.formulation == "paper", model.table == "none"
     slow_only = 'must be "auto" or "slow" with model.formulation = "paper"'
     conflicts = [

@@ -20,6 +20,7 @@ from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.rom.table.model import Model
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.script import Script
 
@@ -31,8 +32,10 @@ class NodeDof:
     node: int
     direction: str
 
-    def dof(self, key: str, structure: Structure) -> int:
+    def dof(self, key: str, structure: Structure | None) -> int:
         """Return the number of the DOF in a structure; a refusal names the key."""
+        if structure is None:
+            raise SlipmodeError(f"{key}: the model of model.file names no nodes; give DOFs")
         if structure.labels is None:
             raise SlipmodeError(f"{key}: the matrices name no nodes; give DOFs")
         with naming(key):
@@ -112,7 +115,7 @@ class Modes:
     """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional."""
 
     A: int
-    B: int | None
+    B: int | None = None
 
     @property
     def numbers(self) -> dict[Mode, int]:
@@ -206,6 +209,8 @@ class Scene:
     structure, friction, contacts, preload
         Its matrices; the law of rigid contacts, or None; groups of elastic contacts, or (); the
         force that presses contacts together, or opens them, at rest, or None.
+    saved_model : Model or None
+        A saved model instead of these four; `structure` is None then.
     limit_scale : Script or None
         Factor on limits and preloads over time; None: they are constant.
     modes : Modes
@@ -223,7 +228,8 @@ class Scene:
     """
 
     title: str
-    structure: TwoMass | MatrixFile
+    structure: TwoMass | MatrixFile | None
+    saved_model: Model | None
     friction: RigidFriction | None
     contacts: tuple[ContactGroup, ...]
     preload: StaticForce | None
@@ -274,7 +280,16 @@ class Scene:
                 'table; give "whole"'
             )
 
-    def located(self, structure: Structure) -> Self:
+    def build(self) -> Structure:
+        """Build the structure; refuse a scene with a saved model, which has none."""
+        if self.structure is None:
+            raise SlipmodeError(
+                "model.file: a saved model has no structure, and this needs one; give [structure] "
+                "and its contacts instead"
+            )
+        return self.structure.build()
+
+    def located(self, structure: Structure | None) -> Self:
         """Return the same scene with DOFs of the structure instead of nodes."""
         forcing = dict(self.forcing)
         for mode, each in forcing.items():

@@ -88,7 +88,9 @@ class SceneModel:
     # Those anywhere between the samples; steady states have none
     combinations: tuple[CombinationResonance, ...]
     detuned: bool  # Whether forcing frequencies differ between the samples
-    may_grow: bool  # Whether there are larger tables: not if the scene gives model.amplitude
+    # Whether there are larger tables: not of a saved model, nor if the scene gives model.amplitude
+    may_grow: bool
+    saved_model: Model | None  # The model, if the scene has a saved one
 
     @classmethod
     def of(cls, samples: Samples, design: Design) -> SceneModel:
@@ -114,6 +116,7 @@ class SceneModel:
             combinations=combinations,
             detuned=detuned,
             may_grow=model.amplitude is None,
+            saved_model=plan.scene.saved_model,
         )
 
     def model(self, step: int) -> Model:
@@ -121,6 +124,8 @@ class SceneModel:
 
         Raises SlipmodeError if the contact problem has no solution at such amplitudes.
         """
+        if self.saved_model is not None:
+            return self.saved_model
         model, _ = cached_model(
             self.excited.reduced,
             self.excited.law,
@@ -138,7 +143,7 @@ def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:
     for content in contents:
         try:
             scene = samples.scene(content)
-            return make_plan(scene, structure=_built(scene.structure))
+            return make_plan(scene, structure=_built(scene))
         except SlipmodeError as refusal:
             refused.append(refusal)
     raise refused[0]
@@ -200,11 +205,14 @@ def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationReso
 _last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []
 
 
-def _built(section: TwoMass | MatrixFile) -> Structure:
+def _built(scene: Scene) -> Structure | None:
     """Return the structure of a scene, the same object as before if the section is equal.
 
     The structure keeps its modes, and consecutive scenes of a study often have the same one.
     """
+    section = scene.structure
+    if section is None:
+        return None
     if not (_last_built and _last_built[0][0] == section):
         _last_built[:] = [(section, section.build())]
     return _last_built[0][1]

@@ -181,7 +181,7 @@ class Study:
     def _files(self) -> list[Path]:
         """Return the files that scenes of the study read, in a fixed order."""
         found = []
-        for key in ("structure.matrices", "structure.mass", "preload.vector"):
+        for key in ("structure.matrices", "structure.mass", "preload.vector", "model.file"):
             names = [get(self.content, key)]
             for each in self.varied:
                 if each.key == key and not isinstance(each.values, Distribution):

@@ -80,7 +80,7 @@ def validate(
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
     started = time.perf_counter()
-    plan = with_window(make_plan(scene, progress=progress))
+    plan = with_window(make_plan(scene, structure=scene.build(), progress=progress))
     model = plan.model(progress=progress)[0] if scene.tabulated else None
     tabulated = time.perf_counter()
     if model is None:

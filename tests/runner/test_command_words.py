@@ -60,7 +60,7 @@ def test_a_design_whose_table_ends_too_early_names_the_key_of_the_scene(tmp_path
     [
         ("amplitude: 3 counts as more, outside the friction table; tabulate further",
          "model.amplitude: 3 counts as more, outside the friction table; give a larger "
-         "model.amplitude"),
+         "model.amplitude (or a model.file with a larger range)"),
         ("mode: A is self-excited; rom.limit_cycles is for that", "mode: A is self-excited"),
         ("contacts: integrate in time (rom.full)",
          'contacts: integrate in time (model.table = "none")'),

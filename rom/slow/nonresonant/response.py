@@ -131,6 +131,8 @@ def _displacement_by(
     secant stiffness friction_i / P_i, where `force` balances stiffness and friction. A contact
     that sticks does not move.
     """
+    if not P.size:  # no contacts
+        return P
     friction = force - (stiffness @ P[..., np.newaxis])[..., 0]
     elastic = np.abs(np.einsum("...cc->...c", stiffness) * P)
     reach = np.abs(force).max(axis=-1, keepdims=True)

@@ -37,7 +37,9 @@ class Checks:
         """Add the points that the table needs; return the relative errors at all points."""
         sampling, norm = self._sampling, self._sampling.known_norm(table)
         indicator = in_cells(in_cells(indicators.max(axis=0), 0), 1)
-        blocks = Blocks.of(table.axes, grid.block, np.maximum(indicator, grid.expected_error.max(axis=0)))
+        blocks = Blocks.of(
+            table.axes, grid.block, np.maximum(indicator, grid.expected_error.max(axis=0))
+        )
 
         def add(points: Floats) -> tuple[Floats, NDArray[np.int64]]:
             """Add points and samples there; return the errors at all points, and their blocks.

@@ -228,7 +228,7 @@ REFUSED = [
     ("phase = 0.5", "phase = []", "forcing.A.phase: must have at least one breakpoint"),
     # modes and forcing
     ("B = 1\n", "B = 0\n", "modes.B: must be another mode than A"),
-    ("B = 1\n", "", "forcing.B: there is no mode B in [modes]; allowed: A"),
+    ("B = 1\n", "", "forcing.B: there is no mode B in [modes], or in model.file; allowed: A"),
     ("A = 0\n", "A = -1\n", "modes.A: must be an integer (>= 0), got -1"),
     ("dof = 1\n", "", "forcing.B.dof: give exactly one of dof and vector"),
     ("dof = 1", "dof = 1\nvector = [1.0]", "forcing.B.dof: give exactly one of dof and vector"),

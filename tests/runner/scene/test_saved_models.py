@@ -1,0 +1,381 @@
+"""Scenes with a saved model, `model.file`: against closed forms, and what they refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from elastic.l_frame import LAW, l_frame
+from rates.saved_models import (
+    DROP,
+    GROWTH,
+    NATURAL,
+    ONE_SHAPE,
+    RANGE,
+    REST,
+    TWO_SHAPES,
+    one_mode,
+    one_rate,
+    steady_sizes,
+    two_modes,
+    two_rates,
+)
+from scipy.integrate import cumulative_trapezoid
+
+from slipmode import fmu, rom, runner
+from slipmode.rom import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.curves.scene_curves import scene_response_curve
+from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner.fmi.load import open_fmu
+from slipmode.runner.scene.scene import load_scene, parse_scene
+
+REST_OF_SCENE = """[run]
+duration = 2.0
+step = 0.005
+[log]
+rerun = false
+"""
+DECAY = f"""[model]
+file = "one.npz"
+[initial]
+A = [{0.95 * RANGE}, 0.0]
+{REST_OF_SCENE}[[elastic]]
+window = [0.5, 0.6]
+[output]
+elastic = [0, 1]
+"""
+FORCED = f"""[model]
+file = "one.npz"
+[forcing.A]
+dof = 0
+amplitude = 8.0
+frequency = {0.995 * NATURAL}
+{REST_OF_SCENE}"""
+BOTH = f"""[model]
+file = "two.npz"
+[forcing.A]
+dof = 0
+amplitude = 4.0
+frequency = 121.6
+[forcing.B]
+vector = [0.0, 1.0, 0.5]
+amplitude = [[0.0, 0.0], [1.0, 5.0]]
+frequency = 242.6
+{REST_OF_SCENE}[units]
+frequency = "Hz"
+""".replace("duration = 2.0", "duration = 9.0")
+CONTACTS = """[model]
+file = "contacts.npz"
+[forcing.A]
+dof = 0
+amplitude = 0.15
+frequency = 0.98
+[run]
+duration = 300.0
+step = 1.0
+[log]
+rerun = false
+[[contact]]
+window = [250.0, 260.0]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("models")
+    one_mode().save(path / "one.npz")
+    two_modes().save(path / "two.npz")
+    reduced = rom.reduce(rom.two_mass(beta=0.01), modes=(0,))
+    contacts = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2, harmonics=5)
+    contacts.save(path / "contacts.npz")
+    damaged = bytearray((path / "one.npz").read_bytes())
+    damaged[len(damaged) // 2] ^= 0xFF
+    (path / "damaged.npz").write_bytes(damaged)
+    np.savez(path / "older.npz", header=np.array('{"format": 1, "hash": ""}'))
+    return path
+
+
+def recorded(text, folder, output, name="scene"):
+    scene = replace(parse_scene(text, folder), name=name)
+    return runner.run(scene, output).read().channels
+
+
+def refusal(text, folder):
+    with pytest.raises(SlipmodeError) as refused:
+        runner.make_plan(parse_scene(text, folder))
+    (line,) = str(refused.value).splitlines()
+    return line
+
+
+# Runs
+
+
+def test_a_decay_has_its_closed_form(folder, tmp_path):
+    """r' = -d r - g r^2, theta' = w - h r: r and its integral in closed form."""
+    data = recorded(DECAY, folder, tmp_path)
+    start, g, h = 0.95 * RANGE, GROWTH / RANGE, DROP / RANGE
+
+    def size(t):
+        left = np.exp(-REST * t)
+        return start * left / (1.0 + g / REST * start * (1.0 - left))
+
+    def angle(t):
+        return NATURAL * t - h / g * np.log1p(g / REST * start * (1.0 - np.exp(-REST * t)))
+
+    modes, elastic = data["/modes"], data["/elastic"]
+    np.testing.assert_allclose(modes.column("A_abs"), size(modes.time), rtol=1e-4)  # 4.4e-5
+    t = elastic.time
+    for k in range(2):
+        moved = 2.0 * ONE_SHAPE[k, 0] * size(t) * np.cos(angle(t))
+        error = np.abs(elastic.column(f"x_{k}") - moved).max() / np.abs(moved).max()
+        assert error <= 2e-4  # measured 7.4e-5
+    energy = data["/energy"].column("dissipated_energy")  # without the damping at rest
+    frequency = NATURAL - h * size(modes.time)
+    power = 4.0 * NATURAL * frequency * g * size(modes.time) ** 3
+    lost = cumulative_trapezoid(power, modes.time, initial=0.0)
+    assert np.abs(energy - lost).max() <= 0.01 * lost[-1]  # measured 0.0073
+    assert not [topic for topic in data if topic.startswith(("/contact", "/torus", "/phases"))]
+
+
+def test_two_modes_become_steady_as_written_out(folder, tmp_path):
+    data = recorded(BOTH, folder, tmp_path)
+    modal = [4.0 * TWO_SHAPES[0, 0], 5.0 * abs(TWO_SHAPES[1, 1] + 0.5 * TWO_SHAPES[2, 1])]
+    exact = steady_sizes(two_rates, modal, 2.0 * np.pi * np.array([121.6, 242.6]))
+    found = [data["/modes"].column(f"{mode}_abs")[-1] for mode in "AB"]
+    np.testing.assert_allclose(found, exact, rtol=1e-5)  # measured 1.2e-6
+    assert data["/forcing"].column("B_force")[-1] == 5.0
+    supplied, lost = (data["/energy"].column(f"{n}_power")[-1] for n in ("input", "dissipated"))
+    at_rest = 2.0 * two_rates(np.zeros((1, 2)))[0][0]  # modal damping [1/s]
+    by_damping = 2.0 * at_rest @ (2.0 * np.pi * np.array([121.6, 242.6]) * exact) ** 2
+    assert supplied == pytest.approx(lost + by_damping, rel=1e-5)  # measured 6.8e-7
+
+
+def test_an_unforced_mode_is_part_of_the_model(folder, tmp_path):
+    head, _, tail = BOTH.partition("[forcing.B]")
+    text = head + tail[tail.index("[run]") :]
+    decisions = {d.subject: d for d in runner.make_plan(parse_scene(text, folder)).decisions}
+    assert decisions["mode B"].reason == "part of model.file; neither forced nor moving at t = 0"
+    data = recorded(text, folder, tmp_path)
+    exact = steady_sizes(
+        lambda a: [each[:, :1] for each in two_rates(np.hstack((a, 0.0 * a)))],
+        [4.0 * TWO_SHAPES[0, 0]],
+        [2.0 * np.pi * 121.6],
+    )
+    assert data["/modes"].column("A_abs")[-1] == pytest.approx(exact[0], rel=1e-3)
+    assert data["/modes"].column("B_abs")[-1] <= 1e-6 * RANGE
+
+
+def test_the_plan_says_what_the_file_has_and_how_far_the_scene_goes(folder, tmp_path):
+    plan = runner.make_plan(parse_scene(DECAY, folder))
+    said = {d.subject: (d.choice, d.reason) for d in plan.decisions}
+    assert said["friction table"] == (
+        "|A| <= 0.002",
+        "model.file; the scene reaches |A| = 0.0019",
+    )
+    assert said["contacts"] == ("none", "model.file has damping and frequency alone")
+    assert said["transients"][0] == "slow time" and not plan.warnings
+    assert not plan.may_be_integrated
+    loud = parse_scene(FORCED.replace("8.0", "80.0"), folder)
+    (warning,) = runner.make_plan(loud).warnings
+    assert warning.startswith("model.file amplitudes leave its range: the run ends there")
+    with pytest.raises(SlipmodeError, match=r"\|A\| leaves the friction table"):
+        runner.run(loud, tmp_path)
+
+
+RIGID = """[friction]
+law = "coulomb"
+limit = 2.0
+"""
+FRICTIONAL = """[[contacts]]
+law = "frictional"
+mu = 0.5
+preload = 0.5
+tangential_stiffness = 20.0
+normal_stiffness = 20.0
+"""
+
+
+@pytest.mark.parametrize("contacts", [RIGID, FRICTIONAL], ids=["rigid", "frictional"])
+def test_a_saved_model_of_a_scene_runs_as_the_scene_does(tmp_path, contacts):
+    """Bit for bit: the model is the same."""
+    head = '[structure]\nmodel = "two-mass"\n[modes]\nA = 0\n[model]\ntransients = "slow"\n'
+    text = CONTACTS.replace('[model]\nfile = "contacts.npz"\n', head + contacts)
+    made = runner.run(replace(parse_scene(text, "."), name="structure"), tmp_path)
+    made.model.save(tmp_path / "contacts.npz")
+    data, expected = recorded(CONTACTS, tmp_path, tmp_path), made.read().channels
+    assert list(data) == list(expected)
+    for topic, signals in expected.items():
+        np.testing.assert_array_equal(data[topic].values, signals.values, err_msg=topic)
+
+
+def test_a_force_that_the_table_does_not_know_is_refused(tmp_path):
+    """It moves the contacts of a frame directly too."""
+    reduced = rom.reduce(l_frame(), modes=(0,), law=LAW, warned=False)
+    rom.tabulate(reduced, LAW, (2.0,), 1e-2, warned=False).save(tmp_path / "frame.npz")
+    text = CONTACTS.replace("contacts.npz", "frame.npz").replace("dof = 0", "dof = 15")
+    text = text.replace("0.98", f"{reduced.frequency[0]}")
+    line = refusal(text, tmp_path)
+    assert line.startswith("forcing: force_patterns: the forces also move the contacts directly")
+
+
+# Curves, FMUs
+
+
+def table(path):
+    with path.open() as file:
+        names = file.readline().strip().split(",")
+        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+
+
+def test_curve_and_backbone_commands_have_the_rates(folder, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    (folder / "forced.toml").write_text(FORCED, encoding="utf-8")
+    ends = [str(end * NATURAL) for end in (0.985, 1.005)]
+    of_scene = [str(folder / "forced.toml"), "-o", str(tmp_path), "--dof", "1"]
+    assert main(["curve", *of_scene, "--span", *ends]) == 0
+    found = table(tmp_path / "forced.curve.csv")
+    size = np.hypot(found["A_re"], found["A_im"])
+    for k in (0, size.argmax(), -1):
+        (exact,) = steady_sizes(one_rate, [8.0 * ONE_SHAPE[0, 0]], [found["frequency_A"][k]])
+        assert size[k] == pytest.approx(exact, rel=1e-4)
+        moved = 2.0 * ONE_SHAPE[1, 0] * exact
+        assert found["A at DOF 1 [m]"][k] == pytest.approx(moved, rel=1e-4)
+    assert main(["backbone", *of_scene]) == 0
+    found = table(tmp_path / "forced.backbone.csv")
+    assert not capsys.readouterr().err
+    damping, frequency = one_rate(found["amplitude"])
+    np.testing.assert_allclose(found["frequency"], frequency, rtol=1e-4)
+    np.testing.assert_allclose(found["damping"], damping / frequency, rtol=1e-3)
+
+
+def test_a_curve_that_leaves_the_table_says_so(folder):
+    scene = parse_scene(FORCED, folder)
+    with pytest.warns(rom.ValidityWarning, match="the steady states go on beyond"):
+        scene_response_curve(scene, "force_A", (0.5, 10.0))
+
+
+@pytest.mark.parametrize(("text", "name"), [(FORCED, "one"), (CONTACTS, "contacts")])
+def test_an_fmu_takes_the_steps_of_the_component(folder, tmp_path, text, name):
+    scene = parse_scene(text, folder)
+    path = export_fmu(scene, tmp_path / "scene.fmu")
+    plan = runner.make_plan(scene)
+    model = rom.Model.load(folder / f"{name}.npz")
+    component = fmu.Component(
+        model, plan.excited.force_patterns, tolerance=scene.run.tolerance, warned=False
+    )
+    component.reset(amplitude=plan.excited.amplitude)
+    script = scene.forcing["A"]
+    component.set_inputs(
+        force_A=float(script.amplitude.value(0.0)), frequency_A=float(script.frequency.value(0.0))
+    )
+    component.do_step(0.0, scene.run.step)
+    with open_fmu(path, plan, model) as imported:
+        imported.do_step(0.0, scene.run.step)
+        stepped = imported.outputs()
+    assert stepped["A_re"] != 0.0
+    for output in ("A_re", "A_im", "theta_A", "dissipated_power"):
+        assert stepped[output] == component.outputs()[output]
+
+
+# Refusals
+
+
+def with_table(name, keys=""):
+    return f"{FORCED}[{name}]\n{keys}\n"
+
+
+REFUSED = {
+    "structure": (
+        with_table("structure", 'model = "two-mass"'),
+        "structure: leave it out: the mo",
+    ),
+    "friction": (with_table("friction", 'law = "coulomb"\nlimit = 2.0'), "friction: leave it out"),
+    "contacts": (with_table("[contacts]", 'law = "jenkins"'), "contacts: leave it out: the model"),
+    "preload": (with_table("preload", "dof = 0\nforce = 1.0"), "preload: leave it out: the model"),
+    "modes": (with_table("modes", "A = 0"), "modes: leave it out: the model of model.file has it"),
+    "aerodynamics": (with_table("aerodynamics", "A = [0.0, 1.0]"), "aerodynamics: leave it out"),
+    "limits": (with_table("limits", "scale = 2.0"), "limits: leave it out: the model of model.fi"),
+    "contact": (
+        with_table("[contact]", "window = [0.0, 1.0]"),
+        "contact: leave it out: the model of model.file has no contacts; [[elastic]] windows",
+    ),
+    "B": (
+        FORCED + "[forcing.B]\ndof = 0\namplitude = 1.0\nfrequency = 2.0\n",
+        "forcing.B: there is no mode B in [modes], or in model.file; allowed: A",
+    ),
+    "dof": (FORCED.replace("dof = 0", "dof = 2"), "forcing.A.dof: must be 0 to 1, got 2"),
+    "node": (
+        FORCED.replace("dof = 0", 'node = 3\ndirection = "x"'),
+        "forcing.A: the model of model.file names no nodes; give DOFs",
+    ),
+    "output": (DECAY.replace("[0, 1]", "[2]"), "output.elastic: DOF 2 is out of range, allowed"),
+    "initial": (
+        DECAY.replace(f"[{0.95 * RANGE}", f"[{1.05 * RANGE}"),
+        "initial: amplitude: mode A reaches 0.0021 kg^1/2 m",
+    ),
+    "missing": (FORCED.replace("one.npz", "none.npz"), "model.file: no such model file: "),
+    "impossible": (FORCED.replace("one.npz", 300 * "x"), "model.file: no such model file: "),
+    "damaged": (FORCED.replace("one.npz", "damaged.npz"), "model.file: "),
+    "older": (FORCED.replace("one.npz", "older.npz"), "model.file: "),
+} | {
+    key: (FORCED.replace("[forcing", f"{key} = {value}\n[forcing", 1), f"model.{key}: leave it ou")
+    for key, value in {
+        "tolerance": "1e-3",
+        "formulation": '"paper"',
+        "amplitude": "[1.0]",
+        "budget": "1.0",
+        "table": '"none"',
+        "transients": '"auto"',
+    }.items()
+}
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_the_model_has_or_cannot_do_is_refused_by_its_key(folder, text, said):
+    assert refusal(text, folder).startswith(said)
+
+
+def test_a_damaged_file_and_one_of_another_version_are_named(folder):
+    line = refusal(REFUSED["damaged"][0], folder)
+    assert "damaged.npz: " in line and ("not a readable model file" in line or "damaged: " in line)
+    assert "older.npz: model format 1 is not " in refusal(REFUSED["older"][0], folder)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            ["validate"],
+            "model.file: a saved model has no structure, and this needs one; give [str",
+        ),
+        (["design"], "model.file: a saved model has no structure"),
+        (["modes"], "model.file: a saved model has no structure"),
+        (
+            ["fmu", "--contacts"],
+            "--contacts: leave it out: the model of model.file has no contacts",
+        ),
+        (["fmu", "--range", "2"], "--range: leave it out: the model of model.file has its own"),
+        (["curve", "--vary", "limit", "--span", "1", "2"], "--vary: limits vary with factors > 0"),
+    ],
+)
+def test_commands_that_need_more_than_a_model_say_so(folder, tmp_path, capsys, arguments, said):
+    path = tmp_path / "forced.toml"
+    path.write_text(FORCED.replace("one.npz", str(folder / "one.npz")), encoding="utf-8")
+    assert main([arguments[0], str(path), *arguments[1:]]) == 1
+    assert capsys.readouterr().err.startswith(f"slipmode: {said}")
+
+
+def test_limits_of_a_model_with_contacts_scale(folder, tmp_path):
+    text = CONTACTS + "[limits]\nscale = 1.5\n"
+    assert runner.make_plan(parse_scene(text, folder)).scene.limit_scale is not None
+
+
+def test_a_file_that_changes_is_read_again(folder, tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(FORCED, encoding="utf-8")
+    one_mode().save(tmp_path / "one.npz")
+    assert load_scene(path).saved_model is load_scene(path).saved_model
+    other = rom.model_of_rates(one_rate, (0.5 * RANGE,), mode_shapes=ONE_SHAPE)
+    other.save(tmp_path / "one.npz")
+    assert load_scene(path).saved_model.hash == other.hash
