@@ -25,40 +25,41 @@ void sm_progress_restart(sm_progress *progress) {
 
 void sm_progress_other_grid(sm_progress *progress) { progress->turn = 0.0; }
 
-static double displacement(const sm_contact *contact, int mode, double amplitude) {
+sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
+                       const double *smallest_scale) {
     const size_t n = (size_t)contact->contacts;
-    double largest = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        const double *L = contact->coupling + 2 * ((size_t)mode * n + i);
-        const double x = 2.0 * hypot(L[0], L[1]) * amplitude / contact->stiffness[i * n + i];
-        largest = fmax(largest, x);
-    }
-    return largest;
-}
-
-sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
-                                 const double *smallest_scale) {
-    sm_scales scales = {{0.0, 0.0}, 0.0};
+    const int elastic = contact->law == SM_ELASTIC;
+    sm_scales scales = {{0.0, 0.0}, 0.0, 0.0};
     for (int j = 0; j < contact->modes; j++) {
-        scales.of_mode[j] =
-            displacement(contact, j, fmax(amplitude[j], smallest_scale[j]));
-        scales.largest = fmax(scales.largest, scales.of_mode[j]);
+        const double a = fmax(amplitude[j], smallest_scale[j]);
+        double motion = 0.0;
+        for (size_t i = 0; i < n; i++) {
+            const double *L = contact->coupling + 2 * ((size_t)j * n + i);
+            const double force = (elastic ? 1.0 : 2.0) * hypot(L[0], L[1]) * a;
+            motion = fmax(motion, elastic ? force * contact->elastic->reference[i]
+                                          : force / contact->stiffness[i * n + i]);
+            scales.response = fmax(scales.response, force);
+        }
+        scales.of_mode[j] = elastic ? 0.0 : motion;
+        scales.motion = fmax(scales.motion, motion);
     }
     return scales;
 }
 
 /* A mode's own harmonics are measured by its own displacement, or they would be lost next to a
  * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
-static double scale_of(const sm_scales *scales, int32_t n, int32_t m) {
-    const double own = m == 0 ? scales->of_mode[0] : n == 0 ? scales->of_mode[1] : 0.0;
-    return own > 0.0 ? own : scales->largest;
+double sm_scale_of(const sm_scales *scales, const int32_t *order) {
+    const double own = order[1] == 0   ? scales->of_mode[0]
+                       : order[0] == 0 ? scales->of_mode[1]
+                                       : 0.0;
+    return own > 0.0 ? own : fmax(scales->motion, 1e-300);
 }
 
 double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
                             const int32_t *orders, const double *one, const double *other) {
     double largest = 0.0;
-    for (int q = 0; q < orders_count && scales->largest > 0.0; q++) {
-        const double scale = scale_of(scales, orders[2 * q], orders[2 * q + 1]);
+    for (int q = 0; q < orders_count && scales->motion > 0.0; q++) {
+        const double scale = sm_scale_of(scales, orders + 2 * q);
         for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
             largest = fmax(largest, fabs(one[k] - other[k]) / scale);
     }
@@ -80,7 +81,7 @@ double sm_distance_by_halves(sm_progress *progress, double turn) {
 
 double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
                                  double by_halves, int halves, double tolerance) {
-    double distance = scales->largest == 0.0 ? 0.0 : by_halves;
+    double distance = scales->motion == 0.0 ? 0.0 : by_halves;
     if (halves >= 4 && distance > 0.0) { /* the first whole period ended after two */
         double *before = &progress->change[halves % 2];
         const double ratio = ratio_of(change, *before, UNKNOWN);

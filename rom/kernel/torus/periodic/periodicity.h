@@ -16,17 +16,21 @@ typedef struct {
     int done;
 } sm_progress;
 
-/* Frictionless contact displacement that each mode alone would cause: the scale of its harmonics.
- * The larger of the one at the point's amplitudes and the one at smallest_scale. */
+/* Sizes of the contact motion and of the forces (elastic contacts: displacements) that the modes alone
+ * cause, at a point's amplitudes or at smallest_scale, whichever are larger. Rigid contacts move by
+ * 2 |L_j| a_j / K_ii without friction; elastic contacts that stick have half the peak of the force. */
 typedef struct {
-    double of_mode[SM_MODES], largest;
+    double of_mode[SM_MODES]; /* motion by each mode; elastic contacts: 0 */
+    double motion, response;  /* largest motion, largest force (displacement) */
 } sm_scales;
 
 void sm_progress_start(sm_progress *progress);
 /* What follows does not continue the series of changes. */
 void sm_progress_restart(sm_progress *progress);
-sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
-                                 const double *smallest_scale);
+sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
+                       const double *smallest_scale);
+/* The size that harmonic (n, m) is measured by. */
+double sm_scale_of(const sm_scales *scales, const int32_t *order);
 /* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
 double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
                             const int32_t *orders, const double *one, const double *other);

@@ -3,7 +3,7 @@
 #define SLIPMODE_SLIDERS_H
 
 #include "contact/elastic/law.h"
-#include "torus/fixed_point/phase_lines.h"
+#include "torus/elastic/phase_lines.h"
 
 typedef struct {
     size_t lines, remembered; /* doubles that each line remembers */

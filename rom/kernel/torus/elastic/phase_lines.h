@@ -11,7 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "torus/grid.h"
+#include "torus/rigid/grid.h"
 
 typedef struct {
     size_t contacts, orders, lines;
@@ -24,7 +24,7 @@ typedef struct {
     double *turn;         /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
     double *phase;        /* (2, lines): cos and sin of t_B0 */
     double *across;       /* (turns, 2, stride): cos and sin of m t_B0 */
-    double *drawn;        /* (orders, 2, row): harmonics of u */
+    double *drawn;        /* (orders, 2, row): harmonics q of u = Re sum_q q exp(i (n t_A + m t_B)) */
     double *sums;         /* (orders, 2, row): of y exp(-i (n t_A + m t_B)) over steps and lines */
     double *by_turn;      /* (SM_TOGETHER, turns, 2, row): sums over harmonics, or lines */
     double *u, *y;        /* (SM_TOGETHER, N_c, stride), at some steps */
@@ -46,41 +46,13 @@ void sm_phase_lines_start(sm_phase_lines *lines);
 /* t_B0 of lines that begin where these are at the end of a period of mode A; or, `half` of one
  * further and with t_A and t_B back by pi, where odd motion has the same with another sign. */
 void sm_phase_lines_turn(sm_phase_lines *lines, int half);
-/* u is Re sum_q harmonic_q exp(i (n t_A + m t_B)), of harmonics (orders, N_c, 2). */
-void sm_phase_lines_draw(sm_phase_lines *lines, const double *harmonics);
 /* u at the ends of up to SM_TOGETHER steps from `first` on. */
 void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
-/* Sums begin at nothing; y_of_line at the ends of steps adds to them by weights (count). */
+/* Sums begin at nothing; y_of_line at the ends of steps adds to them, times `weight`. */
 void sm_phase_lines_clear(sm_phase_lines *lines);
-void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, const double *weights);
+void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, double weight);
 /* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0, 0):
  * of two conjugates one half. */
 void sm_phase_lines_collect(const sm_phase_lines *lines, size_t steps, double *Y);
-
-/* Values along lines by the places where these began: line p is where p + turned did. */
-typedef struct {
-    size_t lines, size; /* values of a line; 0: nothing is kept by places */
-    size_t turned;
-} sm_places;
-
-static inline size_t sm_places_size(const sm_places *places) {
-    return places->lines * places->size;
-}
-
-static inline void sm_places_take(const sm_places *places, const double *by_line,
-                                  double *by_place) {
-    const size_t size = places->size;
-    for (size_t p = 0; p < places->lines; p++)
-        memcpy(by_place + (p + places->turned) % places->lines * size, by_line + p * size,
-               size * sizeof(double));
-}
-
-static inline void sm_places_give(const sm_places *places, const double *by_place,
-                                  double *by_line) {
-    const size_t size = places->size;
-    for (size_t p = 0; p < places->lines; p++)
-        memcpy(by_line + p * size, by_place + (p + places->turned) % places->lines * size,
-               size * sizeof(double));
-}
 
 #endif

@@ -1,4 +1,4 @@
-#include "torus/fixed_point/phase_lines.h"
+#include "torus/elastic/phase_lines.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -67,15 +67,6 @@ void sm_phase_lines_turn(sm_phase_lines *l, int half) {
         l->phase[l->lines + p] = re * s + im * c;
     }
     set_across(l);
-}
-
-void sm_phase_lines_draw(sm_phase_lines *l, const double *harmonics) {
-    for (size_t q = 0; q < l->orders; q++, harmonics += 2 * l->contacts)
-        for (size_t i = 0; i < l->contacts; i++) {
-            double *to = l->drawn + 2 * q * l->row + i;
-            to[0] = harmonics[2 * i];
-            to[l->row] = harmonics[2 * i + 1];
-        }
 }
 
 /* Of a step, sums over the harmonics of each |m|: u = Re sum_m by_turn_m exp(i m t_B0). */
@@ -153,7 +144,7 @@ SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, dou
 
 /* Adds what WIDTH contacts have at `count` steps, a literal, to their sums of each harmonic. */
 SM_INLINE void add_steps(const size_t count, const sm_phase_lines *l, const double *turn,
-                         const double *weights, const double *by_turn, double *sums) {
+                         double weight, const double *by_turn, double *sums) {
     const size_t step = 2 * l->turns * l->row;
     for (size_t q = 0; q < l->orders; q++, turn += 2, sums += 2 * l->row) {
         const int m = l->order[2 * q + 1];
@@ -163,8 +154,8 @@ SM_INLINE void add_steps(const size_t count, const sm_phase_lines *l, const doub
         memcpy(re, sums, sizeof re);
         memcpy(im, sums + l->row, sizeof im);
         for (size_t k = 0; k < count; k++) {
-            const double c = weights[k] * turn[2 * k * l->orders];
-            const double s = weights[k] * turn[2 * k * l->orders + 1];
+            const double c = weight * turn[2 * k * l->orders];
+            const double s = weight * turn[2 * k * l->orders + 1];
             const double *restrict y = from + k * step;
             SM_SIMD
             for (size_t i = 0; i < WIDTH; i++) {
@@ -177,8 +168,7 @@ SM_INLINE void add_steps(const size_t count, const sm_phase_lines *l, const doub
     }
 }
 
-SM_HOT void sm_phase_lines_add(sm_phase_lines *l, size_t first, size_t count,
-                               const double *weights) {
+SM_HOT void sm_phase_lines_add(sm_phase_lines *l, size_t first, size_t count, double weight) {
     const double *turn = l->turn + 2 * first * l->orders;
     const size_t step = 2 * l->turns * l->row;
     for (size_t i = 0; i < l->row; i += WIDTH) {
@@ -187,10 +177,10 @@ SM_HOT void sm_phase_lines_add(sm_phase_lines *l, size_t first, size_t count,
             for (size_t m = 0; m < l->turns; m += TURNS)
                 add_lines(l, m, l->y_of_line + k * l->lines * l->row + i, by_turn + k * step);
         if (count == TOGETHER)
-            add_steps(TOGETHER, l, turn, weights, by_turn, sums);
+            add_steps(TOGETHER, l, turn, weight, by_turn, sums);
         else
             for (size_t k = 0; k < count; k++)
-                add_steps(1, l, turn + 2 * k * l->orders, weights + k, by_turn + k * step, sums);
+                add_steps(1, l, turn + 2 * k * l->orders, weight, by_turn + k * step, sums);
     }
 }
 

@@ -1,4 +1,4 @@
-#include "torus/periodic/sliders.h"
+#include "torus/elastic/sliders.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "torus/grid.h"
+#include "torus/rigid/grid.h"
 
 #include <stdlib.h>
 

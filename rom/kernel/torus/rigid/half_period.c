@@ -1,12 +1,10 @@
-#include "torus/group.h"
+#include "torus/rigid/group.h"
 
 #include <stdlib.h>
 
 #include "base/check.h"
 #include "base/exact_sum.h"
 #include "contact/stage/chebyshev.h"
-
-/* ---- a half period ------------------------------------------------------------------- */
 
 /* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
@@ -190,94 +188,7 @@ SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
         }
 }
 
-sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
-    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
-    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
-    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
-    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
-    for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = march_block(grid, g, block, half);
-        if (status != SM_OK) return status;
-    }
-    collect(grid, g, g->half[half]);
-    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
-    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
-}
-
-/* ---- between halves ------------------------------------------------------------------ */
-
-void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
-    const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
-    for (int block = 0; block < g->blocks; block++) {
-        double *pc = g->phase + block * 2 * grid->lanes, *ps = pc + grid->lanes;
-        for (int l = 0; l < grid->lanes; l++) {
-            const double t = pc[l] * c - ps[l] * s;
-            ps[l] = pc[l] * s + ps[l] * c;
-            pc[l] = t;
-        }
-    }
-    sm_torus_group_turn(grid, g);
-}
-
-/* Copies the lanes of point p of the group into line_state, or back. */
-static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
-    const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
-    const size_t lanes = (size_t)grid->lanes;
-    double *x = g->line_state, *angle = x + n * lines;
-    for (size_t line = 0; line < lines; line++) {
-        const size_t lane = p * lines + line, block = lane / lanes, l = lane % lanes;
-        for (size_t i = 0; i < n; i++) {
-            double *in_lane = g->lanes[block].x + i * lanes + l;
-            double *in_line = x + i * lines + line;
-            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
-        }
-        angle[line] = g->phase[block * 2 * lanes + l];
-        angle[lines + line] = g->phase[(block * 2 + 1) * lanes + l];
-    }
-}
-
-static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
-    const double *angle = g->line_state + (size_t)(grid->contact->contacts * grid->lines);
-    for (size_t p = 0; p < points; p++) {
-        if (g->track[p].done) continue;
-        exchange_lines(grid, g, p, 0);
-        if (sm_accelerate(&g->faster[p], g->track[p].slow, angle, angle + grid->lines,
-                          g->line_state)) {
-            exchange_lines(grid, g, p, 1);
-            sm_progress_restart(&g->track[p]);
-        }
-    }
-}
-
-static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t per_order = 2 * (size_t)grid->contact->contacts;
-    for (size_t k = 0; k < (size_t)grid->points_per_group * grid->per_point; k++) {
-        const double part = grid->relaxation[(k / per_order) % (size_t)grid->orders_count];
-        g->responded[k] += part * (g->fresh[k] - g->responded[k]);
-    }
-}
-
-/* response = 2 (H_q P_q + held_q): the force of the modes' non-resonant response to x_c. */
-static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t n = (size_t)grid->contact->contacts;
-    const double *held = grid->contact->response->held;
-    for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
-        const double *H = grid->dynamic_stiffness + k % (size_t)grid->orders_count * n * n * 2;
-        for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *P = g->responded + k * n * 2;
-            double *force = g->response + (k * n + i) * 2;
-            const size_t at = (k % (size_t)grid->orders_count * n + i) * 2;
-            force[0] = held ? 2.0 * held[at] : 0.0;
-            force[1] = held ? 2.0 * held[at + 1] : 0.0;
-            for (size_t j = 0; j < 2 * n; j += 2) {
-                force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
-                force[1] += 2.0 * (H[j] * P[j + 1] + H[j + 1] * P[j]);
-            }
-        }
-    }
-}
-
-/* reaction = response exp(i m t_B0) */
+/* reaction = 2 R exp(i m t_B0) */
 SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
@@ -291,7 +202,7 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
                 for (size_t first = 0; first < lanes; first += own) {
                     const double *point =
                         g->response + ((size_t)block * lanes + first) / lines * grid->per_point;
-                    const double re = point[at], im = point[at + 1];
+                    const double re = 2.0 * point[at], im = 2.0 * point[at + 1];
                     SM_SIMD
                     for (size_t l = first; l < first + own; l++) {
                         const double s = back * c[lanes + l];
@@ -303,17 +214,17 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
         }
 }
 
-void sm_torus_group_react(const sm_torus_grid *grid, sm_torus_group *g) {
-    set_response(grid, g);
-    set_reaction(grid, g);
-}
-
-void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
-    if (half == 1) {
-        sm_torus_group_advance(grid, g);
-        accelerate(grid, g, points);
+sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
+    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
+    if (g->reaction) set_reaction(grid, g);
+    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
+    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
+    for (int block = 0; block < g->blocks; block++) {
+        const sm_status status = march_block(grid, g, block, half);
+        if (status != SM_OK) return status;
     }
-    if (!g->reaction) return;
-    relax(grid, g);
-    sm_torus_group_react(grid, g);
+    collect(grid, g, g->half[half]);
+    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
+    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
 }

@@ -1,4 +1,4 @@
-#include "torus/fixed_point/search.h"
+#include "torus/periodic/fixed_point.h"
 
 #include <math.h>
 #include <string.h>

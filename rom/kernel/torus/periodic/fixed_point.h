@@ -10,11 +10,6 @@
 #include "base/block.h"
 
 #define SM_ANDERSON_DEPTH 20 /* iterates that are combined */
-#define SM_ALMOST 1e-3 /* residual below which means over several periods replace single ones */
-#define SM_MOST_AVERAGED 16 /* periods of such a mean */
-/* Parts of the amplitudes through which points that do not converge are continued from rest. */
-static const double SM_LADDER[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
-#define SM_RUNGS (sizeof SM_LADDER / sizeof *SM_LADDER)
 
 typedef struct {
     size_t size;
