@@ -34,7 +34,7 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
         g->a[lane] += grid->steps * g->a_step[lane];
         g->b[lane] += grid->steps * g->b_step[lane];
     }
-    sm_torus_group_advance(grid, g);
+    sm_phases_turn(&g->phases, grid->ratio);
     return SM_OK;
 }
 
@@ -100,7 +100,7 @@ static sm_status grow_elastic_point(sm_march *m, const double *growth, double *h
         }
         sm_phase_lines_collect(&e->lines, e->lines.steps, e->Y);
         for (size_t i = 0; i < all; i++) harmonics[i] += e->Y[i];
-        sm_phase_lines_turn(&e->lines, 0);
+        sm_phases_turn(&e->lines.phases, e->lines.ratio);
     }
     return sm_all_finite(harmonics, all) ? SM_OK : SM_NOT_FINITE;
 }

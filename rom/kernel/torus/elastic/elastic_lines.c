@@ -56,7 +56,7 @@ void sm_elastic_lines_start(sm_elastic_lines *e, double displacement) {
     const size_t lines = e->lines.lines;
     e->solver.least = RESOLVED * displacement;
     e->turned = 0;
-    sm_phase_lines_start(&e->lines);
+    sm_phases_start(&e->lines.phases);
     memset(e->history, 0, SM_HISTORIES * e->lines.contacts * lines * sizeof(double));
     memset(e->slipped, 0, lines * sizeof(int32_t));
     memset(e->memory, 0, lines * e->memory_size * sizeof(double));
@@ -170,7 +170,7 @@ static void negate(double *values, size_t count) {
  * odd motion has the opposite sign. */
 static void turn(sm_elastic_lines *e) {
     const size_t lines = e->lines.lines;
-    sm_phase_lines_turn(&e->lines, e->half);
+    sm_phases_turn(&e->lines.phases, e->half ? 0.5 * (e->lines.ratio - 1.0) : e->lines.ratio);
     e->turned = (e->turned + e->shift) % lines;
     if (e->half || e->shift > 0) {
         const sm_period period = {lines, e->memory_size, e->shift, e->half, e->memory_at_start};

@@ -21,11 +21,8 @@ void sm_marched_start(sm_marched *m) {
 static void add_turned(const sm_phase_lines *l, int m, const double G[2], const double r[2],
                        double *s) {
     const double re = 2.0 * (G[0] * r[0] - G[1] * r[1]), im = 2.0 * (G[0] * r[1] + G[1] * r[0]);
-    for (size_t p = 0; p < l->lines; p++) {
-        double c, d;
-        sm_phase_lines_across(l, m, p, &c, &d);
-        s[p] += re * c - im * d;
-    }
+    const double *c = sm_phases_power(&l->phases, m), *d = c + l->phases.wide;
+    for (size_t p = 0; p < l->lines; p++) s[p] += re * c[p] - (m < 0 ? -im : im) * d[p];
 }
 
 void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *Y) {

@@ -24,8 +24,8 @@ void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
     l->turns = turns_of(l->orders, l->order);
     const size_t all = l->contacts * l->stride;
     l->turn = sm_take(block, 2 * l->steps * l->orders);
-    l->phase = sm_take(block, 2 * l->lines);
-    l->across = sm_take(block, 2 * l->turns * l->stride);
+    l->phases = (sm_phases){.lines = l->lines, .wide = l->stride, .powers = l->turns};
+    sm_phases_place(&l->phases, block);
     l->drawn = sm_take(block, 2 * l->orders * l->row);
     l->sums = sm_take(block, 2 * l->orders * l->row);
     l->by_turn = sm_take(block, TOGETHER * 2 * l->turns * l->row);
@@ -40,33 +40,6 @@ void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
             l->turn[2 * (k * l->orders + q)] = cos(angle);
             l->turn[2 * (k * l->orders + q) + 1] = sin(angle);
         }
-}
-
-static void set_across(sm_phase_lines *l) {
-    for (size_t m = 0; m < l->turns; m++)
-        for (size_t p = 0; p < l->lines; p++) {
-            double *to = l->across + 2 * m * l->stride + p;
-            sm_torus_power(l->phase[p], l->phase[l->lines + p], (int)m, to, to + l->stride);
-        }
-}
-
-void sm_phase_lines_start(sm_phase_lines *l) {
-    for (size_t p = 0; p < l->lines; p++) {
-        l->phase[p] = cos(SM_TWO_PI * (double)p / (double)l->lines);
-        l->phase[l->lines + p] = sin(SM_TWO_PI * (double)p / (double)l->lines);
-    }
-    set_across(l);
-}
-
-void sm_phase_lines_turn(sm_phase_lines *l, int half) {
-    const double angle = half ? 0.5 * SM_TWO_PI * (l->ratio - 1.0) : SM_TWO_PI * l->ratio;
-    const double c = cos(angle), s = sin(angle);
-    for (size_t p = 0; p < l->lines; p++) {
-        const double re = l->phase[p], im = l->phase[l->lines + p];
-        l->phase[p] = re * c - im * s;
-        l->phase[l->lines + p] = re * s + im * c;
-    }
-    set_across(l);
 }
 
 /* Of a step, sums over the harmonics of each |m|: u = Re sum_m by_turn_m exp(i m t_B0). */
@@ -109,7 +82,7 @@ SM_HOT void sm_phase_lines_displace(sm_phase_lines *l, size_t first, size_t coun
         add_harmonics(l, l->turn + 2 * (first + k) * l->orders, l->by_turn + k * step);
     for (size_t i = 0; i < l->contacts; i++)
         for (size_t p = 0; p < l->stride; p += WIDTH) {
-            const double *by_turn = l->by_turn + i, *across = l->across + p;
+            const double *by_turn = l->by_turn + i, *across = l->phases.across + p;
             double *u = l->u + i * l->stride + p;
             if (count == TOGETHER)
                 displace(TOGETHER, l, by_turn, across, u);
@@ -128,7 +101,7 @@ SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, dou
     double re[TURNS][WIDTH] = {{0.0}}, im[TURNS][WIDTH] = {{0.0}}; /* stay in registers */
     for (size_t p = 0; p < l->lines; p++, y += l->row)
         for (size_t j = 0; j < TURNS; j++) {
-            const double *from = l->across + 2 * (m + j) * l->stride + p;
+            const double *from = l->phases.across + 2 * (m + j) * l->stride + p;
             const double c = from[0], s = from[l->stride];
             SM_SIMD
             for (size_t i = 0; i < WIDTH; i++) {

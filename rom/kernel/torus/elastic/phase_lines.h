@@ -11,6 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "torus/phases.h"
 #include "torus/rigid/grid.h"
 
 typedef struct {
@@ -22,8 +23,7 @@ typedef struct {
     const int32_t *order; /* (orders, 2): n, m */
     double ratio;         /* omega_B / omega_A */
     double *turn;         /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
-    double *phase;        /* (2, lines): cos and sin of t_B0 */
-    double *across;       /* (turns, 2, stride): cos and sin of m t_B0 */
+    sm_phases phases;     /* t_B0, `stride` wide, and `turns` powers */
     double *drawn;        /* (orders, 2, row): harmonics q of u = Re sum_q q exp(i (n t_A + m t_B)) */
     double *sums;         /* (orders, 2, row): of y exp(-i (n t_A + m t_B)) over steps and lines */
     double *by_turn;      /* (SM_TOGETHER, turns, 2, row): sums over harmonics, or lines */
@@ -31,21 +31,8 @@ typedef struct {
     double *y_of_line;    /* (SM_TOGETHER, lines, row): y once more */
 } sm_phase_lines;
 
-/* exp(i m t_B0) of line p, for m of the orders. */
-static inline void sm_phase_lines_across(const sm_phase_lines *lines, int m, size_t p, double *re,
-                                         double *im) {
-    const double *from = lines->across + 2 * (size_t)(m < 0 ? -m : m) * lines->stride + p;
-    *re = from[0];
-    *im = m < 0 ? -from[lines->stride] : from[lines->stride];
-}
-
 /* Takes the memory; sizes, orders and ratio are set. */
 void sm_phase_lines_place(sm_phase_lines *lines, sm_block *block);
-/* t_B0 = 2 pi p / lines. */
-void sm_phase_lines_start(sm_phase_lines *lines);
-/* t_B0 of lines that begin where these are at the end of a period of mode A; or, `half` of one
- * further and with t_A and t_B back by pi, where odd motion has the same with another sign. */
-void sm_phase_lines_turn(sm_phase_lines *lines, int half);
 /* u at the ends of up to SM_TOGETHER steps from `first` on. */
 void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
 /* Sums begin at nothing; y_of_line at the ends of steps adds to them, times `weight`. */

@@ -34,11 +34,13 @@ void sm_place_sliders(const sm_phase_lines *l, const double *reference, const do
                       double *memory) {
     const size_t n = l->contacts;
     memset(memory, 0, l->lines * n * sizeof(double));
-    for (size_t q = 0; q < l->orders; q++, Y += 2 * n)
-        for (size_t p = 0; p < l->lines; p++) {
-            double c, s;
-            sm_phase_lines_across(l, l->order[2 * q + 1], p, &c, &s);
+    for (size_t q = 0; q < l->orders; q++, Y += 2 * n) {
+        const int m = l->order[2 * q + 1];
+        const double *c = sm_phases_power(&l->phases, m), *s = c + l->phases.wide;
+        const double back = m < 0 ? -1.0 : 1.0;
+        for (size_t p = 0; p < l->lines; p++)
             for (size_t i = 0; i < n; i++)
-                memory[p * n + i] += 2.0 * (Y[2 * i] * c - Y[2 * i + 1] * s) / reference[i];
-        }
+                memory[p * n + i] +=
+                    2.0 * (Y[2 * i] * c[p] - back * Y[2 * i + 1] * s[p]) / reference[i];
+    }
 }

@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "torus/periodic/acceleration.h"
-
 /* Half periods without progress after which a change is put down to the discretisation: phases
  * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
 #define IDLE_HALVES 80

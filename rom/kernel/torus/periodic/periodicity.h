@@ -4,6 +4,8 @@
 
 #include "slipmode.h"
 
+#define SM_SLOW_RATIO 0.5 /* of successive changes, from which marching alone takes too long */
+
 /* How the harmonics of one point converge. */
 typedef struct {
     double change[2]; /* last change over a period, relative to the displacement scale; the

@@ -25,8 +25,9 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
     for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
         *of_lanes[k] = sm_take(block, wide);
-    g->phase = sm_take(block, 2 * wide);
-    g->turn = sm_take(block, 2 * wide * (size_t)(grid->highest + 1));
+    g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide,
+                            .powers = grid->highest > 1 ? (size_t)grid->highest + 1 : 2};
+    sm_phases_place(&g->phases, block);
     g->sums = sm_take(block, wide * grid->per_point);
     if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
     for (int half = 0; half < 2; half++) g->squares[half] = sm_take(block, wide * n);
@@ -36,9 +37,12 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
                             &g->last[1], &g->stalled_sum, &g->response};
     for (size_t k = 0; k < sizeof of_points / sizeof *of_points; k++)
         *of_points[k] = sm_take(block, harmonics);
-    for (size_t p = 0; p < points; p++)
-        sm_acceleration_place(&g->faster[p], grid->contact->contacts, grid->lines, block);
-    g->line_state = sm_take(block, (n + 2) * (size_t)grid->lines);
+    for (size_t p = 0; p < points; p++) {
+        const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
+        g->faster[p].spectrum = sm_take(block, size);
+        g->faster[p].change = sm_take(block, size);
+        g->faster[p].fresh = sm_take(block, size);
+    }
     g->stalled_squares = sm_take(block, points * n);
     g->mean_squares = sm_take(block, points * n);
     g->next_response = sm_take(block, grid->per_point);
@@ -66,25 +70,6 @@ void sm_torus_group_release(sm_torus_group *g) {
     free(g->faster);
 }
 
-/* The powers exp(i m t_B) in the lanes, where the phases have changed. */
-static void set_turns(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t lanes = (size_t)grid->lanes;
-    double *turn = g->turn;
-    for (int block = 0; block < g->blocks; block++, turn += 2 * lanes) {
-        const double *c = g->phase + (size_t)block * 2 * lanes, *s = c + lanes;
-        for (size_t l = 0; l < lanes; l++) {
-            turn[l] = 1.0;
-            turn[lanes + l] = 0.0;
-        }
-        for (int m = 0; m < grid->highest; m++, turn += 2 * lanes)
-            for (size_t l = 0; l < lanes; l++) {
-                const double re = turn[l], im = turn[lanes + l];
-                turn[2 * lanes + l] = re * c[l] - im * s[l];
-                turn[3 * lanes + l] = re * s[l] + im * c[l];
-            }
-    }
-}
-
 static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         const double *amplitude = sm_march_amplitudes(m, (size_t)(lane / grid->lines));
@@ -97,27 +82,8 @@ void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, const sm
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
     memset(g->half[1], 0, (size_t)grid->points_per_group * grid->per_point * sizeof(double));
-    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
-        const int block = lane / grid->lanes, l = lane % grid->lanes;
-        const double t_b0 = SM_TWO_PI * (lane % grid->lines) / grid->lines;
-        g->phase[block * 2 * grid->lanes + l] = cos(t_b0);
-        g->phase[(block * 2 + 1) * grid->lanes + l] = sin(t_b0);
-    }
-    set_turns(grid, g);
+    sm_phases_start(&g->phases);
     set_amplitudes(grid, g, m);
-}
-
-void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
-    const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
-    for (int block = 0; block < g->blocks; block++) {
-        double *pc = g->phase + block * 2 * grid->lanes, *ps = pc + grid->lanes;
-        for (int l = 0; l < grid->lanes; l++) {
-            const double t = pc[l] * c - ps[l] * s;
-            ps[l] = pc[l] * s + ps[l] * c;
-            pc[l] = t;
-        }
-    }
-    set_turns(grid, g);
 }
 
 void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
@@ -152,7 +118,7 @@ static sm_status march_period(sm_march *m) {
         sm_torus_group_mean_square(&r->grid, &r->group, p, 0, 1,
                                    r->group.mean_squares + p * (size_t)m->contact->contacts);
     m->steps = r->grid.steps;
-    sm_torus_group_advance(&r->grid, &r->group);
+    sm_phases_turn(&r->group.phases, r->grid.ratio);
     return SM_OK;
 }
 

@@ -3,8 +3,9 @@
 #define SLIPMODE_GROUP_H
 
 #include "torus/march.h"
-#include "torus/periodic/acceleration.h"
+#include "torus/rigid/acceleration.h"
 #include "torus/periodic/periodicity.h"
+#include "torus/phases.h"
 #include "torus/rigid/grid.h"
 
 /* The lanes of one point, or of several points when it has fewer lines than a block lanes. */
@@ -13,8 +14,7 @@ typedef struct {
     sm_lanes *lanes;         /* (blocks) */
     double *a, *b;           /* (blocks * lanes) amplitudes of each lane as the period starts */
     double *a_step, *b_step; /* the same shape: what they grow by in a step */
-    double *phase;           /* (blocks, 2, lanes) cos and sin of t_B at t_A = 0 */
-    double *turn;            /* (blocks, highest + 1, 2, lanes) the same of m t_B */
+    sm_phases phases;        /* t_B at t_A = 0 in all lanes */
     double *sums;            /* (blocks, orders, N_c, 2, lanes) */
     double *reaction;            /* the same shape: modal response on the contacts at t_A = 0 */
     double *squares[2];      /* (blocks, N_c, lanes): sum of x^2 over the steps of each half */
@@ -29,7 +29,6 @@ typedef struct {
     double *forcing, *moved; /* (2 SM_TOGETHER, N_c, lanes), (SM_TOGETHER, N_c, lanes) */
     sm_progress *track;      /* (points_per_group) */
     sm_acceleration *faster; /* (points_per_group) */
-    double *line_state;      /* (N_c + 2, lines): x, cos and sin of t_B of one point's lines */
     double *memory;
 } sm_torus_group;
 
@@ -52,8 +51,9 @@ void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group 
 /* The first or second half of a period of mode A under the response; the harmonics over this and the
  * half before are in `fresh`. */
 sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *group, int half);
-/* After a period: the phases of the next. */
-void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *group);
+/* After a period, with the phases of the next: moves the displacements of point p to their limit if that
+ * is due; returns whether it did. */
+int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *group, size_t p);
 
 /* Whether relaxed responses may take too long to converge, or diverge. */
 int sm_rigid_is_soft(const sm_march *march);

@@ -12,7 +12,8 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
                             double *restrict u) {
     const double *restrict a = g->a + at, *restrict b = g->b + at;
     const double *restrict a_step = g->a_step + at, *restrict b_step = g->b_step + at;
-    const double *restrict phase = g->phase + 2 * at;
+    const double *restrict c = sm_phases_power(&g->phases, 1) + at;
+    const double *restrict s = c + g->phases.wide;
     const int n = contact->contacts;
     for (int i = 0; i < n; i++) {
         const double *L = contact->coupling + 2 * i;
@@ -27,7 +28,7 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
         SM_SIMD
         for (int l = 0; l < lanes; l++)
             u[i * lanes + l] += (b[l] + steps * b_step[l])
-                                * (p * phase[l] - q * phase[lanes + l]);
+                                * (p * c[l] - q * s[l]);
     }
 }
 
@@ -143,12 +144,6 @@ static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g,
     return few ? march_few(grid, g, block, half) : march_many(grid, g, block, half);
 }
 
-/* cos and sin of |m| t_B in the lanes of a block. */
-static const double *turn_of(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                             int m) {
-    return g->turn + (size_t)(block * (grid->highest + 1) + abs(m)) * 2 * (size_t)grid->lanes;
-}
-
 /* Sum of `count`, a power of two: by halves, in the same order whatever the vectors. */
 SM_INLINE double sum_of(size_t count, double *restrict x) {
     for (size_t half = count / 2; half > 0; half /= 2) {
@@ -167,14 +162,15 @@ SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
     for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
-            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
+            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 const double *restrict sum =
                     g->sums + (size_t)block * lanes * grid->per_point + at * lanes;
                 double re[SM_LANES], im[SM_LANES];
                 SM_SIMD
                 for (size_t l = 0; l < lanes; l++) {
-                    const double s = back * c[lanes + l];
+                    const double s = back * sine[l];
                     re[l] = c[l] * sum[l] + s * sum[lanes + l];
                     im[l] = c[l] * sum[lanes + l] - s * sum[l];
                 }
@@ -195,7 +191,8 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
-            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
+            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 double *restrict reaction =
                     g->reaction + (size_t)block * lanes * grid->per_point + at * lanes;
@@ -205,7 +202,7 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
                     const double re = 2.0 * point[at], im = 2.0 * point[at + 1];
                     SM_SIMD
                     for (size_t l = first; l < first + own; l++) {
-                        const double s = back * c[lanes + l];
+                        const double s = back * sine[l];
                         reaction[l] = re * c[l] - im * s;
                         reaction[lanes + l] = re * s + im * c[l];
                     }

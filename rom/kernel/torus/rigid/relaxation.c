@@ -93,36 +93,6 @@ static void store(const sm_march *m, const sm_torus_grid *grid, sm_torus_group *
 
 /* ---- between halves ------------------------------------------------------------------------ */
 
-/* Copies the lanes of point p of the group into line_state, or back. */
-static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
-    const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
-    const size_t lanes = (size_t)grid->lanes;
-    double *x = g->line_state, *angle = x + n * lines;
-    for (size_t line = 0; line < lines; line++) {
-        const size_t lane = p * lines + line, block = lane / lanes, l = lane % lanes;
-        for (size_t i = 0; i < n; i++) {
-            double *in_lane = g->lanes[block].x + i * lanes + l;
-            double *in_line = x + i * lines + line;
-            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
-        }
-        angle[line] = g->phase[block * 2 * lanes + l];
-        angle[lines + line] = g->phase[(block * 2 + 1) * lanes + l];
-    }
-}
-
-static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
-    const double *angle = g->line_state + (size_t)(grid->contact->contacts * grid->lines);
-    for (size_t p = 0; p < points; p++) {
-        if (g->track[p].done) continue;
-        exchange_lines(grid, g, p, 0);
-        if (sm_accelerate(&g->faster[p], g->track[p].slow, angle, angle + grid->lines,
-                          g->line_state)) {
-            exchange_lines(grid, g, p, 1);
-            sm_progress_restart(&g->track[p]);
-        }
-    }
-}
-
 /* R += a part of (H Y + held - R) for each harmonic. */
 static void respond(const sm_torus_grid *grid, sm_torus_group *g, const double *relaxation) {
     const size_t all = grid->per_point, each = 2 * (size_t)grid->contact->contacts;
@@ -141,7 +111,7 @@ static void start(const sm_march *m, const sm_torus_grid *grid, sm_torus_group *
     memset(g->fresh, 0, m->points * grid->per_point * sizeof(double));
     for (size_t p = 0; p < m->points; p++) {
         sm_progress_start(&g->track[p]);
-        sm_acceleration_start(&g->faster[p]);
+        g->faster[p].recorded = 0;
         if (at_start)
             memcpy(g->fresh + p * grid->per_point, at_start, grid->per_point * sizeof(double));
         if (g->reaction)
@@ -171,8 +141,10 @@ static sm_status relax(sm_march *m) {
         }
         if (!open) return SM_OK;
         if (half == 1) {
-            sm_torus_group_advance(&r->grid, g);
-            accelerate(&r->grid, g, m->count);
+            sm_phases_turn(&g->phases, r->grid.ratio);
+            for (size_t p = 0; p < m->count; p++)
+                if (!g->track[p].done && sm_accelerate(&r->grid, g, p))
+                    sm_progress_restart(&g->track[p]);
         }
         if (g->reaction) respond(&r->grid, g, r->grid.relaxation);
     }

@@ -8,23 +8,17 @@
 #ifndef SLIPMODE_ACCELERATION_H
 #define SLIPMODE_ACCELERATION_H
 
-#include "base/block.h"
-
-#define SM_SLOW_RATIO 0.5 /* of successive changes, from which marching alone takes too long */
+#include <stddef.h>
 
 typedef struct {
-    int contacts, lines;
     int recorded;             /* periods since the start or the last extrapolation, up to 2 */
     double *spectrum;         /* (coefficients, N_c, 2) at the end of the last period */
     double *change, *fresh;   /* the same shape: last change, present spectrum */
 } sm_acceleration;
 
-void sm_acceleration_place(sm_acceleration *acceleration, int contacts, int lines,
-                           sm_block *block);
-void sm_acceleration_start(sm_acceleration *acceleration);
-/* End of a period: displacements x (N_c, lines) at phases (cosine, sine)(lines) of t_B. Where it is
- * wanted, replaces x by its extrapolation if that is due; returns whether it did. */
-int sm_accelerate(sm_acceleration *acceleration, int wanted, const double *cosine,
-                  const double *sine, double *x);
+/* Doubles of each of these arrays. */
+static inline size_t sm_acceleration_size(size_t contacts, size_t lines) {
+    return 2 * contacts * (lines < 2 ? 1 : lines / 2);
+}
 
 #endif
