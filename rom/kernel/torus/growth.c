@@ -6,9 +6,7 @@
  */
 #include "base/check.h"
 #include "torus/elastic/elastic_lines.h"
-#include "torus/periodic/periodicity.h"
 #include "torus/rigid/group.h"
-#include "torus/torus.h"
 
 #define PERIODS_BEFORE 2 /* periods from rest to the first that counts */
 
@@ -39,23 +37,24 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
 }
 
 /* The points of a group: `growth` is that of the points of the task. */
-static sm_status grow_group(sm_march *m, const sm_torus_grid hat[2], const double *growth) {
-    const int modes = hat->contact->modes;
-    const size_t points = m->task->points->count, all = hat->per_point;
+static sm_status grow_group(sm_march *m, const double *growth) {
+    sm_rigid_lines *r = m->lines;
+    sm_torus_group *g = &r->group;
+    const int modes = m->contact->modes, steps = r->grid.steps;
+    const size_t points = m->task->points->count, all = r->grid.per_point;
     const double before = PERIODS_BEFORE + 1.0; /* periods until the amplitudes are as given */
-    sm_torus_group *g = &((sm_rigid_lines *)m->lines)->group;
-    sm_torus_group_start(hat, g, m);
-    for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
-        size_t point = m->first + (size_t)(lane / hat->lines);
+    m->law->start(m, NULL);
+    for (int lane = 0; lane < g->blocks * r->grid.lanes; lane++) {
+        size_t point = m->first + (size_t)(lane / r->grid.lines);
         point = point < points ? point : points - 1;
         const double *of = growth + point * (size_t)modes;
-        g->a_step[lane] = of[0] / hat->steps;
-        g->b_step[lane] = modes == 2 ? of[1] / hat->steps : 0.0;
+        g->a_step[lane] = of[0] / steps;
+        g->b_step[lane] = modes == 2 ? of[1] / steps : 0.0;
         g->a[lane] -= before * of[0];
         if (modes == 2) g->b[lane] -= before * of[1];
     }
     for (int k = -PERIODS_BEFORE; k < 2; k++) {
-        const sm_status status = period(k < 0 ? hat : &hat[k], g);
+        const sm_status status = period(k < 1 ? &r->grid : &r->coarse, g);
         if (status != SM_OK) return status;
         for (size_t p = 0; k >= 0 && p < m->points && m->first + p < points; p++)
             for (size_t i = 0; i < all; i++)
@@ -65,16 +64,15 @@ static sm_status grow_group(sm_march *m, const sm_torus_grid hat[2], const doubl
 }
 
 static sm_status grow_rigid(sm_march *m, const double *growth) {
-    sm_torus_grid hat[2] = {{.memory = NULL}, {.memory = NULL}};
-    sm_status status = SM_OK;
-    for (int k = 0; k < 2 && status == SM_OK; k++) {
-        status = sm_torus_grid_make(&hat[k], m->contact, m->task->grid, m->task->points->count);
-        if (status == SM_OK) weigh(&hat[k], k);
-    }
+    sm_rigid_lines *r = m->lines;
+    sm_torus_grid *hat[2] = {&r->grid, &r->coarse};
+    sm_torus_grid_release(&r->coarse);
+    r->coarse = (sm_torus_grid){.memory = NULL};
+    sm_status status =
+        sm_torus_grid_make(&r->coarse, m->contact, m->task->grid, m->task->points->count);
+    for (int k = 0; k < 2 && status == SM_OK; k++) weigh(hat[k], k);
     for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
-        status = grow_group(m, hat, growth);
-    sm_torus_grid_release(&hat[1]);
-    sm_torus_grid_release(&hat[0]);
+        status = grow_group(m, growth);
     return status;
 }
 
@@ -125,7 +123,9 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
     const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
     const sm_torus_motion motion = {.harmonics = harmonics};
-    const sm_torus_task task = {grid, &through, &motion};
+    sm_discretisation given = *grid;
+    given.tolerance = 0.0;
+    const sm_torus_task task = {&given, &through, &motion};
     sm_march march = {.contact = contact, .task = &task, .part = 1.0};
     const int elastic = contact->law == SM_ELASTIC;
     status = elastic ? sm_elastic_make(&march) : sm_rigid_make(&march);

@@ -1,5 +1,6 @@
 #include "torus/march.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/lanes.h"
@@ -37,4 +38,45 @@ SM_HOT void sm_respond(const sm_contact *contact, const double *Y, double *R) {
         memset(R, 0, 2 * orders * n * sizeof(double));
     for (size_t q = 0; q < orders; q++, Y += 2 * n)
         for (size_t i = 0; i < n; i++, H += 2 * n, R += 2) add_product(2 * n, H, Y, R);
+}
+
+sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
+                       const double *smallest_scale) {
+    const size_t n = (size_t)contact->contacts;
+    const int elastic = contact->law == SM_ELASTIC;
+    sm_scales scales = {{0.0, 0.0}, 0.0, 0.0};
+    for (int j = 0; j < contact->modes; j++) {
+        const double a = fmax(amplitude[j], smallest_scale[j]);
+        double motion = 0.0;
+        for (size_t i = 0; i < n; i++) {
+            const double *L = contact->coupling + 2 * ((size_t)j * n + i);
+            const double force = (elastic ? 1.0 : 2.0) * hypot(L[0], L[1]) * a;
+            motion = fmax(motion, elastic ? force * contact->elastic->reference[i]
+                                          : force / contact->stiffness[i * n + i]);
+            scales.response = fmax(scales.response, force);
+        }
+        scales.of_mode[j] = elastic ? 0.0 : motion;
+        scales.motion = fmax(scales.motion, motion);
+    }
+    return scales;
+}
+
+/* A mode's own harmonics are measured by its own displacement, or they would be lost next to a
+ * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
+double sm_scale_of(const sm_scales *scales, const int32_t *order) {
+    const double own = order[1] == 0   ? scales->of_mode[0]
+                       : order[0] == 0 ? scales->of_mode[1]
+                                       : 0.0;
+    return own > 0.0 ? own : fmax(scales->motion, 1e-300);
+}
+
+double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
+                            const int32_t *orders, const double *one, const double *other) {
+    double largest = 0.0;
+    for (int q = 0; q < orders_count && scales->motion > 0.0; q++) {
+        const double scale = sm_scale_of(scales, orders + 2 * q);
+        for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
+            largest = fmax(largest, fabs(one[k] - other[k]) / scale);
+    }
+    return largest;
 }

@@ -61,6 +61,22 @@ static inline const double *sm_march_amplitudes(const sm_march *march, size_t p)
     return points->amplitudes + at * (size_t)march->contact->modes;
 }
 
+/* Sizes of the contact motion and of the forces (elastic contacts: displacements) that the modes alone
+ * cause, at a point's amplitudes or at smallest_scale, whichever are larger. Rigid contacts move by
+ * 2 |L_j| a_j / K_ii without friction; elastic contacts that stick have half the peak of the force. */
+typedef struct {
+    double of_mode[SM_MODES]; /* motion by each mode; elastic contacts: 0 */
+    double motion, response;  /* largest motion, largest force (displacement) */
+} sm_scales;
+
+sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
+                       const double *smallest_scale);
+/* The size that harmonic (n, m) is measured by. */
+double sm_scale_of(const sm_scales *scales, const int32_t *order);
+/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
+double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
+                            const int32_t *orders, const double *one, const double *other);
+
 /* R = H Y + held, of so many harmonics Y (orders, N_c, 2). */
 void sm_respond(const sm_contact *contact, const double *Y, double *R);
 
@@ -68,5 +84,14 @@ void sm_respond(const sm_contact *contact, const double *Y, double *R);
  * failure. */
 sm_status sm_rigid_make(sm_march *march);
 sm_status sm_elastic_make(sm_march *march);
+
+/* Solves all points of the task by Anderson's acceleration: periodic/search.c. */
+sm_status sm_torus_search(sm_march *march);
+
+/* Checks of arguments: the contacts and how finely they are resolved; finite amplitudes or growths
+ * (points, modes), and that the results at so many points fit. */
+sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid);
+sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,
+                                int32_t orders_count);
 
 #endif

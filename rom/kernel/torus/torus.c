@@ -7,9 +7,7 @@
  * contacts, and periodic/search.c for elastic ones and where the modes respond strongly.
  */
 #include "base/check.h"
-#include "torus/periodic/search.h"
 #include "torus/rigid/group.h"
-#include "torus/torus.h"
 
 #define MAX_STEPS 65536
 #define MAX_LINES 4096

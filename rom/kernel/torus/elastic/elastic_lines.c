@@ -5,8 +5,6 @@
 
 #include "base/check.h"
 #include "contact/elastic/reversal.h"
-#include "torus/elastic/sliders.h"
-#include "torus/periodic/periodicity.h"
 
 #define RESOLVED 1e-3 /* of the displacement of contacts that stick: the solver resolves no less */
 
@@ -70,8 +68,7 @@ static void start(sm_march *m, const double *Y) {
     sm_elastic_lines_start(e, scales.response);
     if (!Y) return;
     sm_marched_begin(&e->marched, &e->lines, Y);
-    if (e->solver.jenkins)
-        sm_place_sliders(&e->lines, e->contact->elastic->reference, Y, e->memory);
+    if (e->solver.jenkins) sm_place_sliders(e, Y);
 }
 
 /* ---- steps ----------------------------------------------------------------------------- */
@@ -172,10 +169,7 @@ static void turn(sm_elastic_lines *e) {
     const size_t lines = e->lines.lines;
     sm_phases_turn(&e->lines.phases, e->half ? 0.5 * (e->lines.ratio - 1.0) : e->lines.ratio);
     e->turned = (e->turned + e->shift) % lines;
-    if (e->half || e->shift > 0) {
-        const sm_period period = {lines, e->memory_size, e->shift, e->half, e->memory_at_start};
-        sm_carry_sliders_over(e->contact->elastic, &period, e->memory);
-    }
+    if (e->half || e->shift > 0) sm_carry_sliders_over(e);
     if (!e->half) return;
     negate(e->history, SM_HISTORIES * e->lines.contacts * lines);
     negate(e->memory, lines * e->memory_size);

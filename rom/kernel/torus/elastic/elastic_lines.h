@@ -44,4 +44,12 @@ void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, con
 /* Steps `first` to `first + count`, SM_TOGETHER at most; adds y times `weight` to the sums of harmonics. */
 sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count, double weight);
 
+/* At the end of a period of closed phase lines: a slider that has not moved on a line continues from the
+ * last line before on which it has, or else, as it could rest anywhere, from the mean of all lines,
+ * which is 0 of odd motion. */
+void sm_carry_sliders_over(sm_elastic_lines *e);
+/* One slider at each contact, of its reference stiffness: where it is at t = 0 for harmonics Y of the
+ * force deficit, y = k s. */
+void sm_place_sliders(sm_elastic_lines *e, const double *Y);
+
 #endif

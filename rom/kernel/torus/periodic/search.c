@@ -3,12 +3,11 @@
  * response H Y + held. Where the harmonics keep changing by the error of the grid, Y is the mean over
  * several periods.
  */
-#include "torus/periodic/search.h"
+#include "torus/march.h"
 
 #include <math.h>
 
 #include "torus/periodic/fixed_point.h"
-#include "torus/periodic/periodicity.h"
 
 #define ALMOST 1e-3 /* residual below which means over several periods replace single ones */
 #define MOST_AVERAGED 16 /* periods of such a mean */

@@ -4,9 +4,20 @@
 
 #include "torus/march.h"
 #include "torus/rigid/acceleration.h"
-#include "torus/periodic/periodicity.h"
 #include "torus/phases.h"
 #include "torus/rigid/grid.h"
+
+/* How the harmonics of one point converge. */
+typedef struct {
+    double change[2];   /* last change over a period, relative to the displacement scale; the
+                           first after even halves, the second after odd ones */
+    double half_change; /* last difference of half periods, one with opposite sign, */
+    double half_ratio;  /* and by which it fell */
+    double best;        /* smallest change so far */
+    int stalled;        /* half periods since `best` last fell noticeably */
+    int slow;           /* whether the changes hardly fall from period to period */
+    int done;
+} sm_progress;
 
 /* The lanes of one point, or of several points when it has fewer lines than a block lanes. */
 typedef struct {

@@ -14,6 +14,11 @@
 #define COARSE_HALVES 3 /* marched in larger steps: a half to forget the start, and a whole period */
 #define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
 #define SOFTEST 0.5 /* relaxation below which passes are slow */
+/* Half periods without progress after which a change is put down to the discretisation: phases
+ * drift from period to period, so the harmonics of a coarse grid keep moving by its error. */
+#define IDLE_HALVES 80
+#define PROGRESS 0.8
+#define UNKNOWN 0.9 /* ratio of successive changes before there are two */
 
 int sm_rigid_is_soft(const sm_march *m) {
     const sm_torus_grid *grid = &((const sm_rigid_lines *)m->lines)->grid;
@@ -28,7 +33,7 @@ int sm_rigid_is_soft(const sm_march *m) {
 typedef struct {
     int halves, fine; /* half periods; of these, since the last change of the grid */
     int32_t steps;    /* along each line */
-} progress;
+} march_state;
 
 /* Distance of harmonics (orders, N_c, 2) of a point. */
 static double distance(const sm_torus_grid *grid, const sm_scales *scales, const double *one,
@@ -37,19 +42,51 @@ static double distance(const sm_torus_grid *grid, const sm_scales *scales, const
                                 one, other);
 }
 
-/* See sm_distance_by_halves. */
-static double distance_by_halves(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
-                                 const sm_scales *scales, const progress *at) {
-    if (at->fine == 1) sm_progress_other_grid(&g->track[p]);
+static void start_progress(sm_progress *track) {
+    *track = (sm_progress){.half_ratio = UNKNOWN, .best = INFINITY};
+}
+
+/* The series of changes begins anew. */
+static void restart_progress(sm_progress *track) {
+    track->change[0] = track->change[1] = track->half_change = 0.0;
+    track->half_ratio = UNKNOWN;
+}
+
+static double ratio_of(double now, double before, double unknown) {
+    return before > 0.0 ? fmin(fmax(now / before, 0.3), 0.97) : unknown;
+}
+
+/* The changes to come, as a geometric series. */
+static double to_come(double now, double ratio) { return now * ratio / (1.0 - ratio); }
+
+/* Distance of the last half period from those to come, when its harmonics differ by `change` from the
+ * half before with opposite sign. */
+static double distance_by_halves(const sm_torus_grid *grid, sm_progress *track, double change,
+                                 const march_state *at) {
+    if (at->fine == 1) track->half_change = 0.0; /* the half before is of another grid */
     if (at->halves < 2 || at->fine == 1) return INFINITY;
-    const size_t from = p * grid->per_point;
-    const double turn = 2.0 * distance(grid, scales, g->half[0] + from, g->half[1] + from);
-    const double by_halves = sm_distance_by_halves(&g->track[p], turn);
+    track->half_ratio = ratio_of(change, track->half_change, track->half_ratio);
+    track->half_change = change;
     if (at->fine < 2 || at->halves < 3) return INFINITY; /* the first half began at rest */
+    const double by_halves = to_come(change, track->half_ratio);
     if (grid->lines == 1) return by_halves;
     /* lines drift against the grid, and harmonics move by its error, which does not fall: the mean
      * of two halves counts, the earlier of them not that after another grid */
-    return at->fine < 3 ? INFINITY : fmax(by_halves, DRIFT * turn);
+    return at->fine < 3 ? INFINITY : fmax(by_halves, DRIFT * change);
+}
+
+/* Distance from periodicity: the smaller of `by_halves` and the estimate from the change of the
+ * harmonics over a whole period. */
+static double distance_by_periods(sm_progress *track, double change, double by_halves,
+                                  int halves) {
+    if (halves < 4 || by_halves <= 0.0) return by_halves; /* the first whole period ended after two */
+    double *before = &track->change[halves % 2];
+    const double ratio = ratio_of(change, *before, UNKNOWN);
+    *before = change;
+    track->slow = ratio > SM_SLOW_RATIO;
+    track->stalled = change < PROGRESS * track->best ? 0 : track->stalled + 1;
+    track->best = fmin(track->best, change);
+    return fmin(by_halves, to_come(change, ratio));
 }
 
 /* sum += fresh over the halves since the change of a point last fell noticeably. */
@@ -61,7 +98,7 @@ static void add_stalled(const sm_progress *track, size_t count, const double *fr
  * to periodicity, stands for both. Harmonics that keep moving by the error of the grid while the
  * phases drift are stored as means, with their distance from these. */
 static void store(const sm_march *m, const sm_torus_grid *grid, sm_torus_group *g, size_t p,
-                  const progress *at) {
+                  const march_state *at) {
     const sm_torus_motion *motion = m->task->motion;
     const size_t all = grid->per_point, n = (size_t)grid->contact->contacts, point = m->first + p;
     const double tolerance = m->task->grid->tolerance;
@@ -73,9 +110,12 @@ static void store(const sm_march *m, const sm_torus_grid *grid, sm_torus_group *
     const sm_scales scales =
         sm_scales_at(m->contact, sm_march_amplitudes(m, p), m->task->grid->smallest_scale);
     const double change = distance(grid, &scales, fresh, last);
-    const double by_halves = distance_by_halves(grid, g, p, &scales, at);
-    motion->residual[point] =
-        sm_distance_from_periodic(track, &scales, change, by_halves, at->halves, tolerance);
+    const double half_change = 2.0 * distance(grid, &scales, g->half[0] + p * all,
+                                              g->half[1] + p * all);
+    const double by_halves = distance_by_halves(grid, track, half_change, at);
+    motion->residual[point] = scales.motion == 0.0 ? 0.0
+        : distance_by_periods(track, change, by_halves, at->halves);
+    track->done = motion->residual[point] <= tolerance || track->stalled >= IDLE_HALVES;
     motion->marched[point] = at->steps;
     memcpy(last, fresh, sizeof(double) * all);
     memcpy(harmonics, fresh, sizeof(double) * all);
@@ -110,7 +150,7 @@ static void start(const sm_march *m, const sm_torus_grid *grid, sm_torus_group *
     m->law->start((sm_march *)m, NULL);
     memset(g->fresh, 0, m->points * grid->per_point * sizeof(double));
     for (size_t p = 0; p < m->points; p++) {
-        sm_progress_start(&g->track[p]);
+        start_progress(&g->track[p]);
         g->faster[p].recorded = 0;
         if (at_start)
             memcpy(g->fresh + p * grid->per_point, at_start, grid->per_point * sizeof(double));
@@ -124,7 +164,7 @@ static sm_status relax(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     sm_torus_group *g = &r->group;
     const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
-    progress at = {.steps = 0};
+    march_state at = {.steps = 0};
     start(m, &r->grid, g);
     for (int halves = 1; halves <= 2 * m->task->grid->max_periods; halves++) {
         const int half = (halves - 1) % 2;
@@ -144,7 +184,7 @@ static sm_status relax(sm_march *m) {
             sm_phases_turn(&g->phases, r->grid.ratio);
             for (size_t p = 0; p < m->count; p++)
                 if (!g->track[p].done && sm_accelerate(&r->grid, g, p))
-                    sm_progress_restart(&g->track[p]);
+                    restart_progress(&g->track[p]);
         }
         if (g->reaction) respond(&r->grid, g, r->grid.relaxation);
     }
