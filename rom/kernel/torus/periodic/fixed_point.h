@@ -13,19 +13,15 @@
 
 typedef struct {
     size_t size;
-    int count;                        /* iterates seen since the start */
-    double *z_last, *g_last;          /* (size) */
-    double *dz, *dg;                  /* (SM_ANDERSON_DEPTH, size) */
-    double gram[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH];
-} sm_anderson;
-
-typedef struct {
-    sm_anderson faster;
-    double *nearest, *change;  /* (size) z of the least residual, and G(z) - z there */
-    double best;               /* that residual */
+    int count;                 /* iterates since the start */
+    double *z_last, *g_last;   /* (size) last iterate, and its residual g = G(z) - z */
+    double *dz, *dg;           /* (SM_ANDERSON_DEPTH, size) differences of successive ones */
+    double gram[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH]; /* products of dg */
+    double *nearest, *change;  /* (size) z of the least residual, and g there */
+    double best;               /* norm of that residual */
     double fallen;             /* what it last fell to noticeably */
+    int stalled;               /* evaluations since then */
     double part;               /* of the change that a fresh start from there takes */
-    int stalled;                  /* evaluations since then */
 } sm_fixed_point;
 
 void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block);
