@@ -4,7 +4,11 @@
 
 #include "base/exact_sum.h"
 
-void sm_phases_place(sm_phases *f, sm_block *block) {
+void sm_phases_place(sm_phases *f, size_t orders, const int32_t *order, sm_block *block) {
+    int highest = 0;
+    for (size_t q = 0; q < orders; q++)
+        if (abs(order[2 * q + 1]) > highest) highest = abs(order[2 * q + 1]);
+    f->powers = ((size_t)highest + SM_POWERS) / SM_POWERS * SM_POWERS;
     f->across = sm_take(block, 2 * f->powers * f->wide);
 }
 

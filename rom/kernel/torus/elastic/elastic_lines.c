@@ -76,7 +76,7 @@ static void start(sm_march *m, const double *Y) {
 void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, const double *R) {
     const size_t n = e->lines.contacts, row = e->lines.row;
     for (size_t q = 0; q < e->lines.orders; q++) {
-        double *re = e->lines.drawn + 2 * q * row, *im = re + row;
+        double *re = e->lines.harmonics + 2 * q * row, *im = re + row;
         for (size_t i = 0; i < n; i++) {
             re[i] = R ? 2.0 * R[2 * (q * n + i)] : 0.0;
             im[i] = R ? 2.0 * R[2 * (q * n + i) + 1] : 0.0;
@@ -145,7 +145,7 @@ sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count,
     sm_phase_lines_displace(&e->lines, first, count);
     for (size_t k = 0; k < count; k++) {
         double *u = e->lines.u + k * all, *y = e->lines.y + k * all;
-        double *y_mean = e->lines.y_of_line + k * e->lines.lines * row;
+        double *y_mean = e->lines.y_mean + k * e->lines.lines * row;
         sm_marched_displace(&e->marched, u);
         for (size_t p = 0; p < e->lines.lines; p++) {
             const sm_status status = step_line(e, p, u + p, y + p, y_mean + p * row);

@@ -25,9 +25,8 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
     for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
         *of_lanes[k] = sm_take(block, wide);
-    g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide,
-                            .powers = grid->highest > 1 ? (size_t)grid->highest + 1 : 2};
-    sm_phases_place(&g->phases, block);
+    g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide};
+    sm_phases_place(&g->phases, (size_t)grid->orders_count, grid->orders, block);
     g->sums = sm_take(block, wide * grid->per_point);
     if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
     for (int half = 0; half < 2; half++) g->squares[half] = sm_take(block, wide * n);
