@@ -24,16 +24,13 @@ static void weigh(sm_torus_grid *grid, int falling) {
 
 /* One period, and the amplitudes and phases of the next. */
 static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
-    for (int half = 0; half < 2; half++) {
-        const sm_status status = sm_torus_group_half(grid, g, half);
-        if (status != SM_OK) return status;
-    }
+    const sm_status status = sm_torus_group_march(grid, g, grid->steps);
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         g->a[lane] += grid->steps * g->a_step[lane];
         g->b[lane] += grid->steps * g->b_step[lane];
     }
     sm_phases_turn(&g->phases, grid->ratio);
-    return SM_OK;
+    return status;
 }
 
 /* The points of a group: `growth` is that of the points of the task. */
@@ -58,7 +55,7 @@ static sm_status grow_group(sm_march *m, const double *growth) {
         if (status != SM_OK) return status;
         for (size_t p = 0; k >= 0 && p < m->points && m->first + p < points; p++)
             for (size_t i = 0; i < all; i++)
-                m->task->motion->harmonics[(m->first + p) * all + i] += g->fresh[p * all + i];
+                m->task->motion->harmonics[(m->first + p) * all + i] += g->Y[p * all + i];
     }
     return SM_OK;
 }

@@ -70,13 +70,18 @@ double sm_scale_of(const sm_scales *scales, const int32_t *order) {
     return own > 0.0 ? own : fmax(scales->motion, 1e-300);
 }
 
-double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
-                            const int32_t *orders, const double *one, const double *other) {
+double sm_relative_distance(const sm_march *m, const sm_scales *scales, const double *one,
+                            const double *other) {
+    const size_t each = 2 * (size_t)m->contact->contacts, all = sm_march_harmonics(m);
     double largest = 0.0;
-    for (int q = 0; q < orders_count && scales->motion > 0.0; q++) {
-        const double scale = sm_scale_of(scales, orders + 2 * q);
-        for (int k = 2 * contacts * q; k < 2 * contacts * (q + 1); k++)
-            largest = fmax(largest, fabs(one[k] - other[k]) / scale);
-    }
+    for (size_t k = 0; k < all && scales->motion > 0.0; k++)
+        largest = fmax(largest, fabs(one[k] - other[k])
+                                    / sm_scale_of(scales, m->task->grid->orders + k / each * 2));
     return largest;
+}
+
+int sm_is_odd(const sm_discretisation *grid) {
+    for (int q = 0; q < grid->orders_count; q++)
+        if ((grid->orders[2 * q] + grid->orders[2 * q + 1]) % 2 == 0) return 0;
+    return grid->steps % 2 == 0;
 }

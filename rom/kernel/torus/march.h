@@ -25,10 +25,13 @@ typedef struct {
     void (*start)(sm_march *march, const double *Y);
     /* Marches through a period, or half of one. */
     sm_status (*period)(sm_march *march);
-    /* Chooses half periods, if `half` and they suffice, or whole ones; returns which. */
+    /* Chooses half periods, if `half` and they suffice, or whole ones, and sets `plain`; returns which. */
     int (*by_halves)(sm_march *march, int half);
-    /* Copies the memory of the contacts there, or back. */
+    /* Copies the memory of the contacts there, or back. NULL if `memory` is 0. */
     void (*exchange_memory)(sm_march *march, double *memory, int back);
+    /* After a period of point p: extrapolates displacements that converge slowly, if that is `wanted` and
+     * enough is known; returns whether it did. NULL: does not. */
+    int (*extrapolate)(sm_march *march, size_t p, int wanted);
     void (*release)(sm_march *march);
 } sm_torus_law;
 
@@ -40,6 +43,9 @@ struct sm_march {
     size_t points;       /* that are marched side by side */
     size_t memory;       /* doubles of a point's memory, if it is an unknown, or 0 */
     size_t requested;    /* the first harmonics, whose tolerance is not relaxed */
+    int plain;           /* half periods of rigid contacts: the response takes a part of its change
+                            after each, not a combination of several */
+    const double *relaxation; /* (orders) that part */
     size_t first, count; /* points of the task that are marched now */
     double part;         /* of their amplitudes */
     double *response;    /* (points, orders N_c 2 + memory) R */
@@ -47,6 +53,7 @@ struct sm_march {
     const double *Y;      /* (points, orders, N_c, 2) */
     const double *square; /* (points, N_c) mean square of the motion */
     int32_t steps;        /* along each line */
+    int marches, fine;    /* if `plain`: since the start; of these, on the grid itself */
 };
 
 /* Doubles of the harmonics of a point. */
@@ -73,9 +80,12 @@ sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
                        const double *smallest_scale);
 /* The size that harmonic (n, m) is measured by. */
 double sm_scale_of(const sm_scales *scales, const int32_t *order);
+
 /* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
-double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
-                            const int32_t *orders, const double *one, const double *other);
+double sm_relative_distance(const sm_march *march, const sm_scales *scales, const double *one,
+                            const double *other);
+/* Whether all orders are odd and the steps even, as half periods with opposite sign need. */
+int sm_is_odd(const sm_discretisation *grid);
 
 /* R = H Y + held, of so many harmonics Y (orders, N_c, 2). */
 void sm_respond(const sm_contact *contact, const double *Y, double *R);
@@ -85,7 +95,7 @@ void sm_respond(const sm_contact *contact, const double *Y, double *R);
 sm_status sm_rigid_make(sm_march *march);
 sm_status sm_elastic_make(sm_march *march);
 
-/* Solves all points of the task by Anderson's acceleration: periodic/search.c. */
+/* Solves all points of the task: periodic/search.c. */
 sm_status sm_torus_search(sm_march *march);
 
 /* Checks of arguments: the contacts and how finely they are resolved; finite amplitudes or growths

@@ -3,11 +3,12 @@
  * Along t_B = t_B0 + (omega_B / omega_A) t_A the partial differential equation is ordinary.
  * `lines` phase lines with t_B0 = 2 pi p / lines are marched period by period of mode A, side by
  * side in lanes; P_nm is the plain mean of x exp(-i (n t_A + m t_B)) over steps and lines,
- * spectrally accurate in t_B. The march ends when they repeat: see rigid/relaxation.c for rigid
- * contacts, and periodic/search.c for elastic ones and where the modes respond strongly.
+ * spectrally accurate in t_B. The march ends when they repeat (periodic/search.c).
  */
+#include <string.h>
+
 #include "base/check.h"
-#include "torus/rigid/group.h"
+#include "torus/march.h"
 
 #define MAX_STEPS 65536
 #define MAX_LINES 4096
@@ -100,11 +101,8 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation 
     if (status == SM_OK && fine->max_periods < 1) status = SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
     sm_march march = {.contact = contact, .task = &task, .part = 1.0};
-    const int elastic = contact->law == SM_ELASTIC;
-    status = elastic ? sm_elastic_make(&march) : sm_rigid_make(&march);
-    if (status == SM_OK)
-        status = elastic || sm_rigid_is_soft(&march) ? sm_torus_search(&march)
-                                                     : sm_rigid_relax(&march);
+    status = contact->law == SM_ELASTIC ? sm_elastic_make(&march) : sm_rigid_make(&march);
+    if (status == SM_OK) status = sm_torus_search(&march);
     march.law->release(&march);
     return status;
 }

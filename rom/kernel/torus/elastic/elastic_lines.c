@@ -23,17 +23,11 @@ static size_t shift_of(const sm_elastic_lines *e, int half) {
     return (size_t)(fmod(by, lines) + lines) % e->lines.lines;
 }
 
-/* Under forces with odd harmonics alone, sliders repeat half a period with opposite sign. */
-static int is_odd(const sm_elastic_lines *e) {
-    if (!e->solver.slides) return 0;
-    for (size_t q = 0; q < e->lines.orders; q++)
-        if ((e->lines.order[2 * q] + e->lines.order[2 * q + 1]) % 2 == 0) return 0;
-    return e->lines.steps % 2 == 0;
-}
-
 static int by_halves(sm_march *m, int half) {
     sm_elastic_lines *e = m->lines;
-    e->half = half && is_odd(e) && (e->contact->modes == 1 || shift_of(e, 1) > 0);
+    /* under forces with odd harmonics alone, sliders repeat half a period with opposite sign */
+    e->half = half && e->solver.slides && sm_is_odd(m->task->grid)
+              && (e->contact->modes == 1 || shift_of(e, 1) > 0);
     e->shift = shift_of(e, e->half);
     return e->half;
 }
@@ -239,7 +233,7 @@ static void release(sm_march *m) {
 }
 
 sm_status sm_elastic_make(sm_march *m) {
-    static const sm_torus_law law = {start, march_period, by_halves, exchange_memory, release};
+    static const sm_torus_law law = {start, march_period, by_halves, exchange_memory, NULL, release};
     const sm_contact *contact = m->contact;
     const sm_discretisation *grid = m->task->grid;
     const size_t n = (size_t)contact->contacts;

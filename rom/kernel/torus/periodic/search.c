@@ -1,13 +1,18 @@
-/* The unknowns of a point are the response R of the modes and, where the contacts forget slowly, their
+/* The search for periodic motion, of all contact laws.
+ *
+ * The unknowns of a point are the response R of the modes and, where the contacts forget slowly, their
  * memory at the start of a period. A march under R gives harmonics Y of the motion, and these the next
- * response H Y + held. Where the harmonics keep changing by the error of the grid, Y is the mean over
- * several periods.
+ * response H Y + held. Where the modes respond weakly to rigid contacts, it takes (a part of) that
+ * change after every half period: see periodicity.c. Else Anderson's acceleration combines several
+ * changes, and where the harmonics keep changing by the error of the grid, Y is the mean over several
+ * periods.
  */
 #include "torus/march.h"
 
 #include <math.h>
 
 #include "torus/periodic/fixed_point.h"
+#include "torus/periodic/periodicity.h"
 
 #define ALMOST 1e-3 /* residual below which means over several periods replace single ones */
 #define MOST_AVERAGED 16 /* periods of such a mean */
@@ -26,6 +31,7 @@ typedef struct {
     double *square;     /* (N_c) mean square */
     double *change;     /* (orders N_c 2 + memory) next unknowns less these */
     sm_scales scales;
+    sm_progress progress; /* of half periods */
     double residual;
     int done, open;     /* it is periodic; it is not, and the residual falls */
 } search_point;
@@ -47,6 +53,7 @@ static void place(const search *s, sm_block *block) {
         point->last_Y = sm_take(block, s->harmonics);
         point->square = sm_take(block, n);
         point->change = sm_take(block, s->unknowns);
+        sm_progress_place(&point->progress, s->harmonics, n, block);
     }
 }
 
@@ -66,7 +73,9 @@ static void start(search *s, const double *Y, size_t stride) {
         else
             memset(point->Y, 0, s->harmonics * sizeof(double));
         memset(response_of(s, p), 0, s->harmonics * sizeof(double));
-        if (Y && m->contact->response) sm_respond(m->contact, point->Y, response_of(s, p));
+        if ((Y || m->plain) && m->contact->response)
+            sm_respond(m->contact, point->Y, response_of(s, p));
+        sm_progress_start(&point->progress, s->harmonics, (size_t)m->contact->contacts);
     }
 }
 
@@ -132,6 +141,27 @@ static void store(const search *s, size_t p) {
     motion->marched[at] = s->steps;
 }
 
+/* After a half period: tests a point for periodicity, stores it and sets its next response. Returns
+ * whether it goes on. */
+static int next_half(const search *s, size_t p) {
+    sm_march *m = s->march;
+    search_point *point = &s->point[p];
+    sm_progress *progress = &point->progress;
+    const size_t each = 2 * (size_t)m->contact->contacts;
+    double *R = response_of(s, p);
+    point->residual = sm_progress_next(progress, m, &point->scales, point->Y, point->square);
+    point->done = progress->done;
+    store(s, p);
+    if (m->marches % 2 == 0 && !point->done && m->law->extrapolate(m, p, progress->slow))
+        sm_progress_restart(progress);
+    if (m->contact->response) {
+        sm_respond(m->contact, progress->mean[m->marches % 2], point->change);
+        for (size_t k = 0; k < s->harmonics; k++)
+            R[k] += m->relaxation[k / each] * (point->change[k] - R[k]);
+    }
+    return !point->done;
+}
+
 /* Iterates evaluations of so many periods until every point repeats or its residual stops falling. At
  * a part of the amplitudes the result is only an initial guess for a larger part. */
 static sm_status iterate(search *s, int periods, double part) {
@@ -143,7 +173,8 @@ static sm_status iterate(search *s, int periods, double part) {
         s->point[p].open = !s->point[p].done;
     }
     int open = 1;
-    for (int marches = 0; open && marches < grid->max_periods; marches += periods) {
+    const int most = m->plain ? 2 * grid->max_periods : grid->max_periods;
+    for (int marches = 0; open && marches < most; marches += periods) {
         const int first = s->steps == 0; /* the first period forgets the start */
         if (m->memory > 0) m->law->exchange_memory(m, m->response + s->harmonics, 0);
         const sm_status status = evaluate(s, periods);
@@ -152,6 +183,11 @@ static sm_status iterate(search *s, int periods, double part) {
         for (size_t p = 0; p < m->count; p++) {
             search_point *point = &s->point[p];
             if (!point->open) continue;
+            if (m->plain) {
+                point->open = next_half(s, p);
+                open |= point->open;
+                continue;
+            }
             find_residual(s, p);
             const int repeats = !first && point->residual <= grid->tolerance;
             point->open = !repeats;
@@ -220,15 +256,19 @@ static sm_status continue_from_rest(search *s) {
 static sm_status solve(search *s) {
     sm_march *m = s->march;
     const sm_modal_response *response = m->contact->response;
+    const double *at_start = response ? response->start : NULL;
     sm_status status;
-    if (m->law->by_halves && m->law->by_halves(m, 1)) {
+    if (m->law->by_halves(m, 1)) {
+        if (m->plain) {
+            start(s, at_start, 0);
+            return iterate(s, 1, 1.0);
+        }
         status = iterate_from_guesses(s);
         if (status != SM_OK || !any_open(s)) return status;
         m->law->by_halves(m, 0);
     }
     status = iterate_from_guesses(s);
-    if (status == SM_OK && any_far(s) && !(response && response->start))
-        status = continue_from_rest(s);
+    if (status == SM_OK && any_far(s) && !at_start) status = continue_from_rest(s);
     for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
         if (any_open(s)) status = iterate(s, periods, 1.0);
     if (status != SM_OK || !any_open(s)) return status;

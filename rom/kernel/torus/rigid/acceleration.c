@@ -2,6 +2,7 @@
 
 #include "torus/rigid/group.h"
 
+#define SMALLEST_RATIO 0.5 /* of successive changes; faster ones need no extrapolation */
 /* Closer to 1 than these the limit is ill-determined. */
 #define LARGEST_RATIO 1.02
 #define SMALLEST_GAP 0.02
@@ -53,7 +54,7 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
         re = norm > 0.0 ? re / norm : 0.0;
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
-        const int slow = size2 > SM_SLOW_RATIO * SM_SLOW_RATIO && size2 < LARGEST_RATIO * LARGEST_RATIO
+        const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO && size2 < LARGEST_RATIO * LARGEST_RATIO
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
         /* change r / (1 - r) */
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;
@@ -68,11 +69,11 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
     return due;
 }
 
-int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t p) {
+int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int wanted) {
     sm_acceleration *a = &g->faster[p];
     const size_t size = 2 * coefficients(grid) * (size_t)grid->contact->contacts;
     transform(grid, g, p, 0);
-    if (a->recorded == 2 && g->track[p].slow) {
+    if (a->recorded == 2 && wanted) {
         if (extrapolate(grid, a)) {
             transform(grid, g, p, 1);
             a->recorded = 0;

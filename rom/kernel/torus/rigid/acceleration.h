@@ -10,8 +10,6 @@
 
 #include <stddef.h>
 
-#define SM_SLOW_RATIO 0.5 /* of successive changes, from which marching alone takes too long */
-
 typedef struct {
     int recorded;             /* periods since the start or the last extrapolation, up to 2 */
     double *spectrum;         /* (coefficients, N_c, 2) at the end of the last period */

@@ -23,15 +23,6 @@ typedef struct {
     double *memory;
 } sm_torus_grid;
 
-/* The steps of the first and second half of a period, from the start to before the end. */
-static inline int sm_torus_half_start(const sm_torus_grid *grid, int half) {
-    return half == 0 ? 0 : grid->steps / 2;
-}
-
-static inline int sm_torus_half_end(const sm_torus_grid *grid, int half) {
-    return half == 0 ? grid->steps / 2 : grid->steps;
-}
-
 /* Where in a period a stage is, in steps. */
 static inline double sm_stage_place(size_t stage) {
     return (double)(stage / 2) + (stage % 2 == 0 ? SM_GAMMA : 1.0);

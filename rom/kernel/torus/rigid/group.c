@@ -10,6 +10,8 @@
  * steps of one mode (benchmarks/contact_solves.py). */
 #define COARSER 4
 #define FEWEST_STEPS 16
+#define COARSE_HALVES 3 /* a half to forget the start, and a whole period */
+#define SOFTEST 0.5 /* relaxation below which passes are slow */
 /* Residual of stages relative to the tolerance; it moves the harmonics by a few times as much. */
 #define STAGE_RESIDUAL 1e-3
 #define LARGEST_STAGE_RESIDUAL 1e-6
@@ -29,22 +31,18 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     sm_phases_place(&g->phases, (size_t)grid->orders_count, grid->orders, block);
     g->sums = sm_take(block, wide * grid->per_point);
     if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
-    for (int half = 0; half < 2; half++) g->squares[half] = sm_take(block, wide * n);
+    g->squares = sm_take(block, wide * n);
     g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
     g->moved = sm_take(block, SM_TOGETHER * row);
-    double **of_points[] = {&g->half[0], &g->half[1],     &g->fresh,     &g->last[0],
-                            &g->last[1], &g->stalled_sum, &g->response};
-    for (size_t k = 0; k < sizeof of_points / sizeof *of_points; k++)
-        *of_points[k] = sm_take(block, harmonics);
+    g->Y = sm_take(block, harmonics);
+    g->response = sm_take(block, harmonics);
+    g->mean_square = sm_take(block, points * n);
     for (size_t p = 0; p < points; p++) {
         const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
         g->faster[p].spectrum = sm_take(block, size);
         g->faster[p].change = sm_take(block, size);
         g->faster[p].fresh = sm_take(block, size);
     }
-    g->stalled_squares = sm_take(block, points * n);
-    g->mean_squares = sm_take(block, points * n);
-    g->next_response = sm_take(block, grid->per_point);
 }
 
 sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
@@ -52,9 +50,8 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     sm_block block = {NULL, 0};
     g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
-    g->track = calloc(points, sizeof(sm_progress));
     g->faster = calloc(points, sizeof(sm_acceleration));
-    if (!g->lanes || !g->track || !g->faster) return SM_NO_MEMORY;
+    if (!g->lanes || !g->faster) return SM_NO_MEMORY;
     place(grid, g, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
     g->memory = block.memory;
@@ -65,7 +62,6 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
 void sm_torus_group_release(sm_torus_group *g) {
     free(g->memory);
     free(g->lanes);
-    free(g->track);
     free(g->faster);
 }
 
@@ -77,48 +73,62 @@ static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const s
     }
 }
 
-void sm_torus_group_start(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
-    for (int block = 0; block < g->blocks; block++)
-        memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
-    memset(g->half[1], 0, (size_t)grid->points_per_group * grid->per_point * sizeof(double));
-    sm_phases_start(&g->phases);
-    set_amplitudes(grid, g, m);
-}
-
-void sm_torus_group_mean_square(const sm_torus_grid *grid, const sm_torus_group *g, size_t p,
-                                int one, int other, double *mean_square) {
-    const int n = grid->contact->contacts, lines = grid->lines;
-    for (int i = 0; i < n; i++) {
-        double sum = 0.0;
-        for (int lane = (int)p * lines; lane < ((int)p + 1) * lines; lane++) {
-            const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
-            sum += g->squares[one][at] + g->squares[other][at];
-        }
-        mean_square[i] = sum / ((double)grid->steps * lines);
-    }
-}
-
 /* ---- the march ------------------------------------------------------------------------- */
 
 static void start(sm_march *m, const double *Y) {
     sm_rigid_lines *r = m->lines;
+    sm_torus_group *g = &r->group;
     (void)Y;
-    sm_torus_group_start(&r->grid, &r->group, m);
+    for (int block = 0; block < g->blocks; block++)
+        memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
+    for (size_t p = 0; p < m->points; p++) g->faster[p].recorded = 0;
+    sm_phases_start(&g->phases);
+    set_amplitudes(&r->grid, g, m);
+    r->marched = 0;
+}
+
+/* Friction is odd: half a period repeats the one before with opposite sign. */
+static void turn_round(const sm_rigid_lines *r) {
+    const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
+    for (int block = 0; block < r->group.blocks; block++) {
+        const sm_lanes *l = &r->group.lanes[block];
+        double *odd[] = {l->x, l->y, l->v, l->stage_v[0], l->stage_v[1]};
+        for (size_t k = 0; k < sizeof odd / sizeof *odd; k++)
+            for (size_t i = 0; i < size; i++) odd[k][i] = -odd[k][i];
+    }
 }
 
 static sm_status march_period(sm_march *m) {
     sm_rigid_lines *r = m->lines;
+    const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
+    const sm_torus_grid *now = r->half && r->marched < coarse_halves ? &r->coarse : &r->grid;
+    m->steps = now->steps / (r->half ? 2 : 1);
+    m->marches = ++r->marched;
+    m->fine = r->marched - coarse_halves;
     set_amplitudes(&r->grid, &r->group, m);
-    for (int half = 0; half < 2; half++) {
-        const sm_status status = sm_torus_group_half(&r->grid, &r->group, half);
-        if (status != SM_OK) return status;
-    }
-    for (size_t p = 0; p < m->count; p++)
-        sm_torus_group_mean_square(&r->grid, &r->group, p, 0, 1,
-                                   r->group.mean_squares + p * (size_t)m->contact->contacts);
-    m->steps = r->grid.steps;
-    sm_phases_turn(&r->group.phases, r->grid.ratio);
-    return SM_OK;
+    const sm_status status = sm_torus_group_march(now, &r->group, m->steps);
+    sm_phases_turn(&r->group.phases, r->half ? 0.5 * (r->grid.ratio - 1.0) : r->grid.ratio);
+    if (r->half) turn_round(r);
+    return status;
+}
+
+/* Whether relaxed responses may take too long to converge, or diverge. */
+static int is_soft(const sm_torus_grid *grid) {
+    for (int q = 0; grid->relaxation && q < grid->orders_count; q++)
+        if (grid->relaxation[q] < SOFTEST) return 1;
+    return 0;
+}
+
+static int by_halves(sm_march *m, int half) {
+    sm_rigid_lines *r = m->lines;
+    r->half = half && sm_is_odd(m->task->grid) && !is_soft(&r->grid);
+    m->relaxation = r->grid.relaxation;
+    return m->plain = r->half;
+}
+
+static int extrapolate(sm_march *m, size_t p, int wanted) {
+    sm_rigid_lines *r = m->lines;
+    return r->half && sm_accelerate(&r->grid, &r->group, p, wanted);
 }
 
 static void release(sm_march *m) {
@@ -131,14 +141,14 @@ static void release(sm_march *m) {
 }
 
 sm_status sm_rigid_make(sm_march *m) {
-    static const sm_torus_law law = {start, march_period, NULL, NULL, release};
+    static const sm_torus_law law = {start, march_period, by_halves, NULL, extrapolate, release};
     const sm_discretisation *fine = m->task->grid;
     const size_t points = m->task->points->count;
     sm_rigid_lines *r = m->lines = calloc(1, sizeof *r);
     m->law = &law;
     if (!r) return SM_NO_MEMORY;
     sm_discretisation few = *fine;
-    if (fine->steps / COARSER >= FEWEST_STEPS) few.steps = fine->steps / COARSER;
+    if (fine->steps / COARSER >= FEWEST_STEPS) few.steps = fine->steps / COARSER / 2 * 2;
     sm_status status = sm_torus_grid_make(&r->grid, m->contact, fine, points);
     if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &few, points);
     if (status == SM_OK) status = sm_torus_group_make(&r->group, &r->grid);
@@ -147,7 +157,7 @@ sm_status sm_rigid_make(sm_march *m) {
     m->points = (size_t)r->grid.points_per_group;
     m->requested = (size_t)fine->orders_count;
     m->response = r->group.response;
-    m->Y = r->group.fresh;
-    m->square = r->group.mean_squares;
+    m->Y = r->group.Y;
+    m->square = r->group.mean_square;
     return status;
 }

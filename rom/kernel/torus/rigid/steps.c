@@ -103,16 +103,15 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
 }
 
 SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
-                          int block, int half) {
-    const int first = sm_torus_half_start(grid, half), end = sm_torus_half_end(grid, half);
+                          int block, int steps) {
     const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
     double *sums = g->sums + (size_t)block * (size_t)lanes * grid->per_point;
-    double *squares = g->squares[half] + (size_t)block * row;
+    double *squares = g->squares + (size_t)block * row;
     sm_lanes m = g->lanes[block];
-    for (int k = first; k < end; k += SM_TOGETHER) {
+    for (int k = 0; k < steps; k += SM_TOGETHER) {
         memset(g->moved, 0, SM_TOGETHER * row * sizeof(double));
         force(lanes, grid, g, block, k, g->forcing);
-        for (int step = 0; step < SM_TOGETHER && k + step < end; step++) {
+        for (int step = 0; step < SM_TOGETHER && k + step < steps; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
                 const sm_status status = sm_stage_lanes(&grid->stepper, &m, stage);
@@ -127,21 +126,21 @@ SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_t
 }
 
 SM_HOT static sm_status march_few(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                                  int half) {
-    return march(SM_FEW_LANES, grid, g, block, half);
+                                  int steps) {
+    return march(SM_FEW_LANES, grid, g, block, steps);
 }
 
 SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                                   int half) {
-    return march(SM_LANES, grid, g, block, half);
+                                   int steps) {
+    return march(SM_LANES, grid, g, block, steps);
 }
 
-/* Marches a block through one half of the steps: adds x exp(-i (n + m ratio) t_A) / steps to the sums
- * of its lanes, and x^2 to the squares of that half. */
+/* Marches a block through so many steps: adds x exp(-i (n + m ratio) t_A) / grid->steps to the sums of
+ * its lanes, and x^2 to their squares. */
 static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                             int half) {
+                             int steps) {
     const int few = grid->lanes == SM_FEW_LANES;
-    return few ? march_few(grid, g, block, half) : march_many(grid, g, block, half);
+    return few ? march_few(grid, g, block, steps) : march_many(grid, g, block, steps);
 }
 
 /* Sum of `count`, a power of two: by halves, in the same order whatever the vectors. */
@@ -153,12 +152,11 @@ SM_INLINE double sum_of(size_t count, double *restrict x) {
     return x[0];
 }
 
-/* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
-SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
-                           double *harmonics) {
+/* Mean over lines and steps: Y = sum over lanes of sums exp(-i m t_B0) weight. */
+SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double weight) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
-    memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
+    memset(g->Y, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
     for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
@@ -175,10 +173,9 @@ SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
                     im[l] = c[l] * sum[lanes + l] - s * sum[l];
                 }
                 for (size_t l = 0; l < lanes; l += own) {
-                    double *point =
-                        harmonics + ((size_t)block * lanes + l) / lines * grid->per_point;
-                    point[at] += sum_of(own, re + l) / (double)lines;
-                    point[at + 1] += sum_of(own, im + l) / (double)lines;
+                    double *point = g->Y + ((size_t)block * lanes + l) / lines * grid->per_point;
+                    point[at] += weight * sum_of(own, re + l);
+                    point[at + 1] += weight * sum_of(own, im + l);
                 }
             }
         }
@@ -211,17 +208,28 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
         }
 }
 
-sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
+/* Mean squares of all points, over so many steps. */
+static void collect_squares(const sm_torus_grid *grid, const sm_torus_group *g, int steps) {
+    const int n = grid->contact->contacts, lines = grid->lines, points = grid->points_per_group;
+    memset(g->mean_square, 0, sizeof(double) * (size_t)(points * n));
+    for (int lane = 0; lane < points * lines; lane++)
+        for (int i = 0; i < n; i++) {
+            const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
+            g->mean_square[lane / lines * n + i] += g->squares[at] / ((double)steps * lines);
+        }
+}
+
+sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *g, int steps) {
     const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
-    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
     if (g->reaction) set_reaction(grid, g);
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
-    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
+    memset(g->squares, 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
     for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = march_block(grid, g, block, half);
+        const sm_status status = march_block(grid, g, block, steps);
         if (status != SM_OK) return status;
     }
-    collect(grid, g, g->half[half]);
-    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
-    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
+    collect(grid, g, (double)grid->steps / steps / grid->lines);
+    collect_squares(grid, g, steps);
+    return sm_all_finite(g->Y, (size_t)grid->points_per_group * grid->per_point) ? SM_OK
+                                                                                 : SM_NOT_FINITE;
 }
