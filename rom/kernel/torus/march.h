@@ -21,9 +21,10 @@ typedef struct sm_march sm_march;
 
 /* A contact law on phase lines. */
 typedef struct {
-    /* Contacts at rest; or, where the law can, as in motion with harmonics Y (orders, N_c, 2). */
+    /* Contacts at rest at the points; elastic ones as in motion with harmonics Y (orders, N_c, 2), if it is
+     * not NULL. */
     void (*start)(sm_march *march, const double *Y);
-    /* Marches through a period, or half of one. */
+    /* Marches through a period, or half of one, under the response: sets what is `of the last period`. */
     sm_status (*period)(sm_march *march);
     /* Chooses half periods, if `half` and they suffice, or whole ones, and sets `plain`; returns which. */
     int (*by_halves)(sm_march *march, int half);

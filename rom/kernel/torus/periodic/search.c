@@ -48,12 +48,14 @@ static void place(const search *s, sm_block *block) {
     const size_t n = (size_t)s->march->contact->contacts;
     for (size_t p = 0; p < s->march->points; p++) {
         search_point *point = &s->point[p];
-        sm_fixed_point_place(&point->fixed_point, s->unknowns, block);
+        if (s->march->plain)
+            sm_progress_place(&point->progress, s->harmonics, n, block);
+        else
+            sm_fixed_point_place(&point->fixed_point, s->unknowns, block);
         point->Y = sm_take(block, s->harmonics);
         point->last_Y = sm_take(block, s->harmonics);
         point->square = sm_take(block, n);
         point->change = sm_take(block, s->unknowns);
-        sm_progress_place(&point->progress, s->harmonics, n, block);
     }
 }
 
@@ -75,7 +77,8 @@ static void start(search *s, const double *Y, size_t stride) {
         memset(response_of(s, p), 0, s->harmonics * sizeof(double));
         if ((Y || m->plain) && m->contact->response)
             sm_respond(m->contact, point->Y, response_of(s, p));
-        sm_progress_start(&point->progress, s->harmonics, (size_t)m->contact->contacts);
+        if (m->plain)
+            sm_progress_start(&point->progress, s->harmonics, (size_t)m->contact->contacts);
     }
 }
 
@@ -141,8 +144,8 @@ static void store(const search *s, size_t p) {
     motion->marched[at] = s->steps;
 }
 
-/* After a half period: tests a point for periodicity, stores it and sets its next response. Returns
- * whether it goes on. */
+/* After a half period by plain iterations: tests a point for periodicity, stores it and sets its next
+ * response. Returns whether it goes on. */
 static int next_half(const search *s, size_t p) {
     sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -162,47 +165,46 @@ static int next_half(const search *s, size_t p) {
     return !point->done;
 }
 
-/* Iterates evaluations of so many periods until every point repeats or its residual stops falling. At
- * a part of the amplitudes the result is only an initial guess for a larger part. */
+/* The same after an evaluation, by Anderson's acceleration. `first`: it only forgets the start. At a part
+ * of the amplitudes the result is an initial guess for a larger part. */
+static int next_iterate(const search *s, size_t p, int first) {
+    sm_march *m = s->march;
+    search_point *point = &s->point[p];
+    double *unknown = response_of(s, p), *change = point->change;
+    find_residual(s, p);
+    const int repeats = !first && point->residual <= m->task->grid->tolerance;
+    if (m->part == 1.0) {
+        point->done = repeats;
+        store(s, p);
+    }
+    if (repeats || first) return first;
+    if (m->memory > 0) m->law->exchange_memory(m, change + s->harmonics, 0);
+    for (size_t k = s->harmonics; k < s->unknowns; k++) change[k] -= unknown[k];
+    const int falls = sm_fixed_point_next(&point->fixed_point, point->residual, change, unknown);
+    if (m->memory > 0) m->law->exchange_memory(m, unknown + s->harmonics, 1);
+    return falls;
+}
+
+/* Iterates evaluations of so many periods, at a part of the amplitudes, until every point repeats or its
+ * residual stops falling. */
 static sm_status iterate(search *s, int periods, double part) {
     sm_march *m = s->march;
-    const sm_discretisation *grid = m->task->grid;
+    const int most = (m->plain ? 2 : 1) * m->task->grid->max_periods;
     m->part = part;
     for (size_t p = 0; p < m->count; p++) {
         sm_fixed_point_start(&s->point[p].fixed_point);
         s->point[p].open = !s->point[p].done;
     }
     int open = 1;
-    const int most = m->plain ? 2 * grid->max_periods : grid->max_periods;
     for (int marches = 0; open && marches < most; marches += periods) {
-        const int first = s->steps == 0; /* the first period forgets the start */
+        const int first = s->steps == 0;
         if (m->memory > 0) m->law->exchange_memory(m, m->response + s->harmonics, 0);
         const sm_status status = evaluate(s, periods);
         if (status != SM_OK) return status;
         open = 0;
         for (size_t p = 0; p < m->count; p++) {
             search_point *point = &s->point[p];
-            if (!point->open) continue;
-            if (m->plain) {
-                point->open = next_half(s, p);
-                open |= point->open;
-                continue;
-            }
-            find_residual(s, p);
-            const int repeats = !first && point->residual <= grid->tolerance;
-            point->open = !repeats;
-            if (part == 1.0) {
-                point->done = repeats;
-                store(s, p);
-            }
-            if (point->open && !first) {
-                double *unknown = response_of(s, p), *change = point->change;
-                if (m->memory > 0) m->law->exchange_memory(m, change + s->harmonics, 0);
-                for (size_t k = s->harmonics; k < s->unknowns; k++) change[k] -= unknown[k];
-                point->open =
-                    sm_fixed_point_next(&point->fixed_point, point->residual, change, unknown);
-                if (m->memory > 0) m->law->exchange_memory(m, unknown + s->harmonics, 1);
-            }
+            if (point->open) point->open = m->plain ? next_half(s, p) : next_iterate(s, p, first);
             open |= point->open;
         }
     }
@@ -303,6 +305,7 @@ static sm_status solve_all(search *s) {
 }
 
 sm_status sm_torus_search(sm_march *m) {
+    m->law->by_halves(m, 1);
     search s = {.march = m, .harmonics = sm_march_harmonics(m),
                 .unknowns = sm_march_harmonics(m) + m->memory,
                 .point = calloc(m->points, sizeof(search_point))};
