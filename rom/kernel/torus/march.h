@@ -2,8 +2,9 @@
  *
  * The modes act on the contacts with forces (elastic contacts: displacements)
  *   2 Re (-sum_j L_j a_j exp(i t_j) + sum_nm R_nm exp(i (n t_A + m t_B))).
- * A march of one period of mode A under the response R gives the harmonics Y of the motion (elastic
- * contacts: of the force deficit); periodic motion has R = H Y + held, see sm_modal_response.
+ * A march of one period of mode A under the response R gives the harmonics Y of the motion
+ * (elastic contacts: of the force deficit); periodic motion has R = H Y + held, see
+ * sm_modal_response.
  */
 #ifndef SLIPMODE_MARCH_H
 #define SLIPMODE_MARCH_H
@@ -21,17 +22,19 @@ typedef struct sm_march sm_march;
 
 /* A contact law on phase lines. */
 typedef struct {
-    /* Contacts at rest at the points; elastic ones as in motion with harmonics Y (orders, N_c, 2), if it is
-     * not NULL. */
+    /* Contacts at rest at the points; elastic ones as in motion with harmonics Y (orders, N_c, 2),
+     * if it is not NULL. */
     void (*start)(sm_march *march, const double *Y);
-    /* Marches through a period, or half of one, under the response: sets what is `of the last period`. */
+    /* Marches through a period, or half of one, under the response: sets what is `of the last
+     * period`. */
     sm_status (*period)(sm_march *march);
-    /* Chooses half periods, if `half` and they suffice, or whole ones, and sets `plain`; returns which. */
+    /* Chooses half periods, if `half` and they suffice, or whole ones, and sets `plain`; returns
+     * which. */
     int (*by_halves)(sm_march *march, int half);
     /* Copies the memory of the contacts there, or back. NULL if `memory` is 0. */
     void (*exchange_memory)(sm_march *march, double *memory, int back);
-    /* After a period of point p: extrapolates displacements that converge slowly, if that is `wanted` and
-     * enough is known; returns whether it did. NULL: does not. */
+    /* After a period of point p: extrapolates displacements that converge slowly, if that is
+     * `wanted` and enough is known; returns whether it did. NULL: does not. */
     int (*extrapolate)(sm_march *march, size_t p, int wanted);
     void (*release)(sm_march *march);
 } sm_torus_law;
@@ -69,9 +72,10 @@ static inline const double *sm_march_amplitudes(const sm_march *march, size_t p)
     return points->amplitudes + at * (size_t)march->contact->modes;
 }
 
-/* Sizes of the contact motion and of the forces (elastic contacts: displacements) that the modes alone
- * cause, at a point's amplitudes or at smallest_scale, whichever are larger. Rigid contacts move by
- * 2 |L_j| a_j / K_ii without friction; elastic contacts that stick have half the peak of the force. */
+/* Sizes of the contact motion and of the forces (elastic contacts: displacements) that the modes
+ * alone cause, at a point's amplitudes or at smallest_scale, whichever are larger. Rigid contacts
+ * move by 2 |L_j| a_j / K_ii without friction; elastic contacts that stick have half the peak of
+ * the force. */
 typedef struct {
     double of_mode[SM_MODES]; /* motion by each mode; elastic contacts: 0 */
     double motion, response;  /* largest motion, largest force (displacement) */
@@ -82,7 +86,8 @@ sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
 /* The size that harmonic (n, m) is measured by. */
 double sm_scale_of(const sm_scales *scales, const int32_t *order);
 
-/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
+/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without
+ * any. */
 double sm_relative_distance(const sm_march *march, const sm_scales *scales, const double *one,
                             const double *other);
 /* Whether all orders are odd and the steps even, as half periods with opposite sign need. */
@@ -91,8 +96,8 @@ int sm_is_odd(const sm_discretisation *grid);
 /* R = H Y + held, of so many harmonics Y (orders, N_c, 2). */
 void sm_respond(const sm_contact *contact, const double *Y, double *R);
 
-/* Makes the march of a law: `points`, `memory`, `requested` and the arrays. Release it also after a
- * failure. */
+/* Makes the march of a law: `points`, `memory`, `requested` and the arrays. Release it also after
+ * a failure. */
 sm_status sm_rigid_make(sm_march *march);
 sm_status sm_elastic_make(sm_march *march);
 

@@ -97,8 +97,8 @@ static void reverse(sm_elastic_lines *e, size_t p) {
     sm_elastic_reverse(e->contact->elastic, &reversal, e->memory + p * e->memory_size);
 }
 
-/* Solves a step of line p: its force deficit under u. u and y are `stride` doubles apart from contact to
- * contact; y_mean (N_c) has the corrections that means over steps need. */
+/* Solves a step of line p: its force deficit under u. u and y are `stride` doubles apart from
+ * contact to contact; y_mean (N_c) has the corrections that means over steps need. */
 static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, double *y,
                            double *y_mean) {
     const size_t n = e->lines.contacts, stride = e->lines.stride, at = p * n;
@@ -157,8 +157,8 @@ static void negate(double *values, size_t count) {
     for (size_t k = 0; k < count; k++) values[k] = -values[k];
 }
 
-/* Begins the next period: phases, and sliders that moved on the line before only. Half a period later
- * odd motion has the opposite sign. */
+/* Begins the next period: phases, and sliders that moved on the line before only. Half a period
+ * later odd motion has the opposite sign. */
 static void turn(sm_elastic_lines *e) {
     const size_t lines = e->lines.lines;
     sm_phases_turn(&e->lines.phases, e->half ? 0.5 * (e->lines.ratio - 1.0) : e->lines.ratio);
@@ -196,8 +196,8 @@ static sm_status march_period(sm_march *m) {
 
 /* ---- memory ---------------------------------------------------------------------------- */
 
-/* A slider forgets its position as soon as it slides. One that slides in two directions keeps a part
- * of it for many periods: then the memory of the contacts is among the unknowns. */
+/* A slider forgets its position as soon as it slides. One that slides in two directions keeps a
+ * part of it for many periods: then the memory of the contacts is among the unknowns. */
 static size_t memory_unknowns(const sm_elastic_lines *e) {
     const int closed = e->contact->modes == 1 || shift_of(e, 0) > 0;
     return closed && sm_elastic_slides_in_two(e->contact->elastic) ? e->lines.lines * e->memory_size

@@ -1,7 +1,8 @@
 /* Elastic contacts along the phase lines of one point.
  *
  * Modes are integrated with them (marched.h); the other modes act through the harmonics of their
- * response. Where sliders turn back or begin to slide between two steps is corrected, see reversal.h.
+ * response. Where sliders turn back or begin to slide between two steps is corrected, see
+ * reversal.h.
  */
 #ifndef SLIPMODE_ELASTIC_LINES_H
 #define SLIPMODE_ELASTIC_LINES_H
@@ -39,17 +40,19 @@ typedef struct {
 
 /* Contacts at rest; displacements up to this size are to be resolved [m]. */
 void sm_elastic_lines_start(sm_elastic_lines *e, double displacement);
-/* The displacements along the lines: of modes with these amplitudes, and of the response R or NULL. */
+/* The displacements along the lines: of modes with these amplitudes, and of the response R or
+ * NULL. */
 void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, const double *R);
-/* Steps `first` to `first + count`, SM_TOGETHER at most; adds y times `weight` to the sums of harmonics. */
+/* Steps `first` to `first + count`, SM_TOGETHER at most; adds y times `weight` to the sums of
+ * harmonics. */
 sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count, double weight);
 
-/* At the end of a period of closed phase lines: a slider that has not moved on a line continues from the
- * last line before on which it has, or else, as it could rest anywhere, from the mean of all lines,
- * which is 0 of odd motion. */
+/* At the end of a period of closed phase lines: a slider that has not moved on a line continues
+ * from the last line before on which it has, or else, as it could rest anywhere, from the mean of
+ * all lines, which is 0 of odd motion. */
 void sm_carry_sliders_over(sm_elastic_lines *e);
-/* One slider at each contact, of its reference stiffness: where it is at t = 0 for harmonics Y of the
- * force deficit, y = k s. */
+/* One slider at each contact, of its reference stiffness: where it is at t = 0 for harmonics Y of
+ * the force deficit, y = k s. */
 void sm_place_sliders(sm_elastic_lines *e, const double *Y);
 
 #endif

@@ -1,8 +1,8 @@
-/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: the forcing at the steps
- * of a period from its harmonics, and the harmonics of the result.
+/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: the forcing at the
+ * steps of a period from its harmonics, and the harmonics of the result.
  *
- * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over harmonics of one |m| are
- * formed once a step, for all lines.
+ * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over harmonics of one |m|
+ * are formed once a step, for all lines.
  */
 #ifndef SLIPMODE_PHASE_LINES_H
 #define SLIPMODE_PHASE_LINES_H
@@ -32,8 +32,8 @@ void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
 /* Sums begin at nothing; y_mean at the ends of steps adds to them, times `weight`. */
 void sm_phase_lines_clear(sm_phase_lines *lines);
 void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, double weight);
-/* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0, 0):
- * of two conjugates one half. */
+/* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0,
+ * 0): of two conjugates one half. */
 void sm_phase_lines_collect(const sm_phase_lines *lines, size_t steps, double *Y);
 
 #endif

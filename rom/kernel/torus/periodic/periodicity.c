@@ -36,7 +36,8 @@ static double ratio_of(double now, double before, double unknown) {
 /* The changes to come, as a geometric series. */
 static double to_come(double now, double ratio) { return now * ratio / (1.0 - ratio); }
 
-/* Distance of the last half period from those to come, which differs by `change` from the half before. */
+/* Distance of the last half period from those to come, which differs by `change` from the half
+ * before. */
 static double distance_by_halves(sm_progress *t, const sm_march *m, double change) {
     if (m->fine == 1) t->half_change = 0.0; /* the half before is of another grid */
     if (m->marches < 2 || m->fine == 1) return INFINITY;

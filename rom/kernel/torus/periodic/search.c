@@ -1,11 +1,11 @@
 /* The search for periodic motion, of all contact laws.
  *
- * The unknowns of a point are the response R of the modes and, where the contacts forget slowly, their
- * memory at the start of a period. A march under R gives harmonics Y of the motion, and these the next
- * response H Y + held. Where the modes respond weakly to rigid contacts, it takes (a part of) that
- * change after every half period: see periodicity.c. Else Anderson's acceleration combines several
- * changes, and where the harmonics keep changing by the error of the grid, Y is the mean over several
- * periods.
+ * The unknowns of a point are the response R of the modes and, where the contacts forget slowly,
+ * their memory at the start of a period. A march under R gives harmonics Y of the motion, and
+ * these the next response H Y + held. Where the modes respond weakly to rigid contacts, it takes
+ * (a part of) that change after every half period: see periodicity.c. Else Anderson's acceleration
+ * combines several changes, and where the harmonics keep changing by the error of the grid, Y is
+ * the mean over several periods.
  */
 #include "torus/march.h"
 
@@ -17,8 +17,8 @@
 #define ALMOST 1e-3 /* residual below which means over several periods replace single ones */
 #define MOST_AVERAGED 16 /* periods of such a mean */
 /* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
- * its bound: where a contact slips on few lines, they keep changing by the error of the grid.
- * Not for contacts that open: they have several motions, and the search would stop between them. */
+ * its bound: where a contact slips on few lines, they keep changing by the error of the grid. Not
+ * for contacts that open: they have several motions, and the search would stop between them. */
 #define NOT_REQUESTED 32.0
 #define NOT_REQUESTED_MOST 3e-3
 
@@ -63,8 +63,8 @@ static double *response_of(const search *s, size_t p) {
     return s->march->response + p * s->unknowns;
 }
 
-/* Contacts at rest without a response, or both as in motion with harmonics Y, `stride` doubles from
- * point to point. */
+/* Contacts at rest without a response, or both as in motion with harmonics Y, `stride` doubles
+ * from point to point. */
 static void start(search *s, const double *Y, size_t stride) {
     const sm_march *m = s->march;
     m->law->start(s->march, Y);
@@ -144,8 +144,8 @@ static void store(const search *s, size_t p) {
     motion->marched[at] = s->steps;
 }
 
-/* After a half period by plain iterations: tests a point for periodicity, stores it and sets its next
- * response. Returns whether it goes on. */
+/* After a half period by plain iterations: tests a point for periodicity, stores it and sets its
+ * next response. Returns whether it goes on. */
 static int next_half(const search *s, size_t p) {
     sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -165,8 +165,8 @@ static int next_half(const search *s, size_t p) {
     return !point->done;
 }
 
-/* The same after an evaluation, by Anderson's acceleration. `first`: it only forgets the start. At a part
- * of the amplitudes the result is an initial guess for a larger part. */
+/* The same after an evaluation, by Anderson's acceleration. `first`: it only forgets the start. At
+ * a part of the amplitudes the result is an initial guess for a larger part. */
 static int next_iterate(const search *s, size_t p, int first) {
     sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -185,8 +185,8 @@ static int next_iterate(const search *s, size_t p, int first) {
     return falls;
 }
 
-/* Iterates evaluations of so many periods, at a part of the amplitudes, until every point repeats or its
- * residual stops falling. */
+/* Iterates evaluations of so many periods, at a part of the amplitudes, until every point repeats
+ * or its residual stops falling. */
 static sm_status iterate(search *s, int periods, double part) {
     sm_march *m = s->march;
     const int most = (m->plain ? 2 : 1) * m->task->grid->max_periods;
@@ -211,7 +211,8 @@ static sm_status iterate(search *s, int periods, double part) {
     return SM_OK;
 }
 
-/* Whether the residual of any point is so large that means over periods will not converge either. */
+/* Whether the residual of any point is so large that means over periods will not converge
+ * either. */
 static int any_far(const search *s) {
     for (size_t p = 0; p < s->march->count; p++)
         if (!s->point[p].done && s->point[p].residual > ALMOST) return 1;

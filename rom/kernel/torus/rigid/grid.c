@@ -51,7 +51,8 @@ static void fill_angles(sm_torus_grid *grid) {
 }
 
 /* The response to one period acts in the next: a fixed-point iteration with factor H / K. Where
- * that is large it is relaxed; more so where a mode in resonance responds a quarter period late. */
+ * that is large it is relaxed; more so where a mode in resonance responds a quarter period
+ * late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
     double size = 0.0, re = 0.0, im = 0.0;

@@ -4,10 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/exact_sum.h"
 
-/* The first halves, which forget the start, are marched in larger steps: this saves up to half of the
- * steps of one mode (benchmarks/contact_solves.py). */
+/* The first halves, which forget the start, are marched in larger steps: this saves up to half of
+ * the steps of one mode (benchmarks/contact_solves.py). */
 #define COARSER 4
 #define FEWEST_STEPS 16
 #define COARSE_HALVES 3 /* a half to forget the start, and a whole period */

@@ -35,11 +35,11 @@ typedef struct {
 sm_status sm_torus_group_make(sm_torus_group *group, const sm_torus_grid *grid);
 void sm_torus_group_release(sm_torus_group *group);
 
-/* So many steps from the start of a period of mode A, under the response: Y and mean squares over them.
- * Where these are half a period, Y is that of odd motion. */
+/* So many steps from the start of a period of mode A, under the response: Y and mean squares over
+ * them. Where these are half a period, Y is that of odd motion. */
 sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *group, int steps);
-/* After a period, with the phases of the next: records the displacements of point p; moves them to their
- * limit if that is wanted and enough is known, and returns whether it did. */
+/* After a period, with the phases of the next: records the displacements of point p; moves them to
+ * their limit if that is wanted and enough is known, and returns whether it did. */
 int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *group, size_t p, int wanted);
 
 #endif

@@ -1,9 +1,6 @@
 #include "torus/rigid/group.h"
 
-#include <stdlib.h>
-
 #include "base/check.h"
-#include "base/exact_sum.h"
 #include "contact/stage/chebyshev.h"
 
 /* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
@@ -135,8 +132,8 @@ SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_gro
     return march(SM_LANES, grid, g, block, steps);
 }
 
-/* Marches a block through so many steps: adds x exp(-i (n + m ratio) t_A) / grid->steps to the sums of
- * its lanes, and x^2 to their squares. */
+/* Marches a block through so many steps: adds x exp(-i (n + m ratio) t_A) / grid->steps to the
+ * sums of its lanes, and x^2 to their squares. */
 static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g, int block,
                              int steps) {
     const int few = grid->lanes == SM_FEW_LANES;
