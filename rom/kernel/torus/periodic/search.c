@@ -107,7 +107,8 @@ static sm_status evaluate(search *s, int periods) {
 }
 
 /* The residual of a point: the change of its harmonics from the evaluation before, relative to the
- * motion that the modes cause, and of the response, relative to what the modes bring. */
+ * motion that the modes cause, and of the response, relative to their largest force or
+ * displacement. */
 static void find_residual(const search *s, size_t p) {
     const sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -211,17 +212,10 @@ static sm_status iterate(search *s, int periods, double part) {
     return SM_OK;
 }
 
-/* Whether the residual of any point is so large that means over periods will not converge
- * either. */
-static int any_far(const search *s) {
+/* Whether any point is not done, with at least this residual. */
+static int any_open(const search *s, double residual) {
     for (size_t p = 0; p < s->march->count; p++)
-        if (!s->point[p].done && s->point[p].residual > ALMOST) return 1;
-    return 0;
-}
-
-static int any_open(const search *s) {
-    for (size_t p = 0; p < s->march->count; p++)
-        if (!s->point[p].done) return 1;
+        if (!s->point[p].done && s->point[p].residual >= residual) return 1;
     return 0;
 }
 
@@ -236,7 +230,7 @@ static sm_status iterate_from_guesses(search *s) {
     else if (s->follows)
         m->law->start(s->march, NULL);
     if (near || s->follows) status = iterate(s, 1, 1.0);
-    if (status != SM_OK || !any_far(s)) return status;
+    if (status != SM_OK || !any_open(s, ALMOST)) return status;
     start(s, response ? response->start : NULL, 0);
     return iterate(s, 1, 1.0);
 }
@@ -267,14 +261,14 @@ static sm_status solve(search *s) {
             return iterate(s, 1, 1.0);
         }
         status = iterate_from_guesses(s);
-        if (status != SM_OK || !any_open(s)) return status;
+        if (status != SM_OK || !any_open(s, 0.0)) return status;
         m->law->by_halves(m, 0);
     }
     status = iterate_from_guesses(s);
-    if (status == SM_OK && any_far(s) && !at_start) status = continue_from_rest(s);
+    if (status == SM_OK && any_open(s, ALMOST) && !at_start) status = continue_from_rest(s);
     for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
-        if (any_open(s)) status = iterate(s, periods, 1.0);
-    if (status != SM_OK || !any_open(s)) return status;
+        if (any_open(s, 0.0)) status = iterate(s, periods, 1.0);
+    if (status != SM_OK || !any_open(s, 0.0)) return status;
     status = evaluate(s, MOST_AVERAGED);
     for (size_t p = 0; p < m->count && status == SM_OK; p++) {
         if (s->point[p].done) continue;
@@ -300,7 +294,8 @@ static sm_status solve_all(search *s) {
         }
         const sm_status status = solve(s);
         if (status != SM_OK) return status;
-        s->follows = m->contact->law == SM_ELASTIC && !any_far(s) && !(response && response->start);
+        s->follows = m->contact->law == SM_ELASTIC && !any_open(s, ALMOST)
+                     && !(response && response->start);
     }
     return SM_OK;
 }

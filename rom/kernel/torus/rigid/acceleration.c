@@ -1,3 +1,10 @@
+/* Faster approach to the periodic contact motion.
+ *
+ * A stuck contact remembers its start: a constant offset on each phase line that fades only by
+ * creep. Seen at fixed t_A as a function of t_B, the offset shifts by 2 pi omega_B / omega_A every
+ * period, so its Fourier coefficients over t_B form geometric sequences X_m + c r_m^k with
+ * complex r_m. Two successive changes give r_m, and the limit X_m (Aitken's extrapolation).
+ */
 #include <string.h>
 
 #include "torus/rigid/group.h"

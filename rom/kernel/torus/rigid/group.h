@@ -3,9 +3,20 @@
 #define SLIPMODE_GROUP_H
 
 #include "torus/march.h"
-#include "torus/rigid/acceleration.h"
 #include "torus/phases.h"
 #include "torus/rigid/grid.h"
+
+/* Of one point, see acceleration.c. */
+typedef struct {
+    int recorded;             /* periods since the start or the last extrapolation, up to 2 */
+    double *spectrum;         /* (coefficients, N_c, 2) at the end of the last period */
+    double *change, *fresh;   /* the same shape: last change, present spectrum */
+} sm_acceleration;
+
+/* Doubles of each of these arrays. */
+static inline size_t sm_acceleration_size(size_t contacts, size_t lines) {
+    return 2 * contacts * (lines < 2 ? 1 : lines / 2);
+}
 
 /* The lanes of one point, or of several points when it has fewer lines than a block lanes. */
 typedef struct {
