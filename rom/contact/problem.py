@@ -148,7 +148,8 @@ class TorusProblem:
         amplitudes : (points, modes) array_like
             |a_j| [kg^1/2 m], >= 0.
         initial_guess : (points, orders, N_c) complex ndarray, optional
-            Harmonics of elastic contacts. Default: the harmonics at the previous point.
+            Harmonics of elastic contacts, and of rigid ones to which the modes respond strongly.
+            Default: of elastic contacts, the harmonics at the previous point.
 
         Notes
         -----

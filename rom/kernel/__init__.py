@@ -4,9 +4,9 @@ slipmode.h is its public header: start there. The C is in the rooms of rom/:
 
 contact/   a time step of Eq. (12), sdirk2.c; friction as resolvents, friction.h, Eq. (28);
            stage/: solvers of a stage; elastic/: elastic contact laws and their solver
-torus/     Eqs. (13), (14) by characteristics: torus.c, iteration.c; growth.c: the rate correction;
-           periodic/: the test of periodicity, acceleration; fixed_point/: elastic contacts, and
-           rigid ones that are soft compared to the response of the modes
+torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact law provides, by
+           rigid/ in lanes and by elastic/; periodic/: the driver, search.c, for all laws;
+           growth.c: the rate correction
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; slow_flow.c: checked entries;
            branches/: curves of steady states; component/: the step-able component;

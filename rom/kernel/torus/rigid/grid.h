@@ -4,14 +4,12 @@
 #define SLIPMODE_GRID_H
 
 #include "contact/sdirk2.h"
-
-#define SM_TOGETHER 4 /* steps whose sums over the harmonics are formed together */
+#include "torus/phases.h"
 
 typedef struct {
     const sm_contact *contact;
     int steps, lines, orders_count;
     int lanes, points_per_group; /* of a block; of a group, which is a block or more */
-    int highest;             /* |m| of the orders */
     size_t per_point;        /* doubles: orders, N_c, 2 */
     const int32_t *orders;
     double ratio;            /* omega_B / omega_A */
@@ -25,22 +23,10 @@ typedef struct {
     double *memory;
 } sm_torus_grid;
 
-/* The steps of the first and second half of a period, from the start to before the end. */
-static inline int sm_torus_half_start(const sm_torus_grid *grid, int half) {
-    return half == 0 ? 0 : grid->steps / 2;
-}
-
-static inline int sm_torus_half_end(const sm_torus_grid *grid, int half) {
-    return half == 0 ? grid->steps / 2 : grid->steps;
-}
-
 /* Where in a period a stage is, in steps. */
 static inline double sm_stage_place(size_t stage) {
     return (double)(stage / 2) + (stage % 2 == 0 ? SM_GAMMA : 1.0);
 }
-
-/* exp(i m angle) from the number on the unit circle at the angle, for a small integer m. */
-void sm_torus_power(double c, double s, int m, double *re, double *im);
 
 /* For so many points. Takes its memory; release it also after a failure. */
 sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,

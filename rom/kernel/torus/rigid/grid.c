@@ -1,10 +1,11 @@
-#include "torus/grid.h"
+#include "torus/rigid/grid.h"
 
 #include <stdlib.h>
 
 #include "base/exact_sum.h"
 
-void sm_torus_power(double c, double s, int m, double *re, double *im) {
+/* exp(i m angle) from the number on the unit circle at the angle, for a small integer m. */
+static void power(double c, double s, int m, double *re, double *im) {
     const double signed_s = m < 0 ? -s : s;
     double pr = 1.0, pi = 0.0;
     for (int k = 0; k < abs(m); k++) {
@@ -19,8 +20,8 @@ void sm_torus_power(double c, double s, int m, double *re, double *im) {
 /* exp(i (n t_A + m t_B')) from the carriers there. */
 static void harmonic(const double *carrier, const int32_t *order, double *re, double *im) {
     double a_re, a_im, b_re, b_im;
-    sm_torus_power(carrier[0], carrier[1], order[0], &a_re, &a_im);
-    sm_torus_power(carrier[2], carrier[3], order[1], &b_re, &b_im);
+    power(carrier[0], carrier[1], order[0], &a_re, &a_im);
+    power(carrier[2], carrier[3], order[1], &b_re, &b_im);
     *re = a_re * b_re - a_im * b_im;
     *im = a_re * b_im + a_im * b_re;
 }
@@ -50,7 +51,8 @@ static void fill_angles(sm_torus_grid *grid) {
 }
 
 /* The response to one period acts in the next: a fixed-point iteration with factor H / K. Where
- * that is large it is relaxed; more so where a mode in resonance responds a quarter period late. */
+ * that is large it is relaxed; more so where a mode in resonance responds a quarter period
+ * late. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
     double size = 0.0, re = 0.0, im = 0.0;
@@ -92,9 +94,6 @@ sm_status sm_torus_grid_make(sm_torus_grid *grid, const sm_contact *contact,
     grid->lanes = points * (size_t)lines <= SM_FEW_LANES ? SM_FEW_LANES : SM_LANES;
     grid->points_per_group = lines > grid->lanes ? 1 : grid->lanes / lines;
     grid->orders_count = orders_count;
-    grid->highest = 0;
-    for (int q = 0; q < orders_count; q++)
-        if (abs(orders[2 * q + 1]) > grid->highest) grid->highest = abs(orders[2 * q + 1]);
     grid->per_point = count * n * 2;
     grid->orders = orders;
     grid->ratio = contact->modes == 2 ? rates[1] / rates[0] : 0.0;

@@ -1,4 +1,4 @@
-#include "torus/fixed_point/search.h"
+#include "torus/periodic/fixed_point.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,13 +8,6 @@
 #define ASTRAY 4.0    /* times the least residual */
 #define LEAST_PART 0.1
 #define REGULARISED 1e-13 /* of the largest pivot: differences that are multiples of others */
-
-/* Starts where one z and its residual g = G(z) - z are known. */
-static void anderson_start_from(sm_anderson *a, const double *z, const double *g) {
-    memcpy(a->z_last, z, a->size * sizeof(double));
-    memcpy(a->g_last, g, a->size * sizeof(double));
-    a->count = 1;
-}
 
 static double dot(const double *a, const double *b, size_t size) {
     double sum = 0.0;
@@ -50,7 +43,7 @@ static void least_squares(double gram[][SM_ANDERSON_DEPTH], double *right, int n
 }
 
 /* Replaces z, whose residual is g, by the next iterate. */
-static void anderson_next(sm_anderson *a, const double *g, double *z) {
+static void combine(sm_fixed_point *a, const double *g, double *z) {
     const size_t size = a->size;
     double theta[SM_ANDERSON_DEPTH] = {0.0};
     const int known = a->count < SM_ANDERSON_DEPTH ? a->count : SM_ANDERSON_DEPTH;
@@ -76,16 +69,16 @@ static void anderson_next(sm_anderson *a, const double *g, double *z) {
 }
 
 void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block) {
-    f->faster.size = size;
-    double **rows[] = {&f->faster.z_last, &f->faster.g_last, &f->nearest, &f->change};
+    f->size = size;
+    double **rows[] = {&f->z_last, &f->g_last, &f->nearest, &f->change};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, size);
-    f->faster.dz = sm_take(block, SM_ANDERSON_DEPTH * size);
-    f->faster.dg = sm_take(block, SM_ANDERSON_DEPTH * size);
+    f->dz = sm_take(block, SM_ANDERSON_DEPTH * size);
+    f->dg = sm_take(block, SM_ANDERSON_DEPTH * size);
     sm_fixed_point_start(f);
 }
 
 void sm_fixed_point_start(sm_fixed_point *f) {
-    f->faster.count = 0;
+    f->count = 0;
     f->best = f->fallen = INFINITY;
     f->part = 1.0;
     f->stalled = 0;
@@ -93,14 +86,15 @@ void sm_fixed_point_start(sm_fixed_point *f) {
 
 /* Back to the nearest z and from there a smaller way, its change the first that is known. */
 static void start_again(sm_fixed_point *f, double *z) {
-    const size_t size = f->faster.size;
     f->part = fmax(0.5 * f->part, LEAST_PART);
-    anderson_start_from(&f->faster, f->nearest, f->change);
-    for (size_t k = 0; k < size; k++) z[k] = f->nearest[k] + f->part * f->change[k];
+    f->count = 1;
+    memcpy(f->z_last, f->nearest, f->size * sizeof(double));
+    memcpy(f->g_last, f->change, f->size * sizeof(double));
+    for (size_t k = 0; k < f->size; k++) z[k] = f->nearest[k] + f->part * f->change[k];
 }
 
 int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z) {
-    const size_t bytes = f->faster.size * sizeof(double);
+    const size_t bytes = f->size * sizeof(double);
     f->stalled++;
     if (residual < BETTER * f->fallen) {
         f->fallen = residual;
@@ -116,6 +110,6 @@ int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change
     else if (residual > ASTRAY * f->best)
         start_again(f, z);
     else
-        anderson_next(&f->faster, change, z);
+        combine(f, change, z);
     return f->stalled < PATIENCE;
 }

@@ -1,4 +1,4 @@
-#include "torus/fixed_point/marched.h"
+#include "torus/elastic/marched.h"
 
 #include <string.h>
 
@@ -21,11 +21,8 @@ void sm_marched_start(sm_marched *m) {
 static void add_turned(const sm_phase_lines *l, int m, const double G[2], const double r[2],
                        double *s) {
     const double re = 2.0 * (G[0] * r[0] - G[1] * r[1]), im = 2.0 * (G[0] * r[1] + G[1] * r[0]);
-    for (size_t p = 0; p < l->lines; p++) {
-        double c, d;
-        sm_phase_lines_across(l, m, p, &c, &d);
-        s[p] += re * c - im * d;
-    }
+    const double *c = sm_phases_power(&l->phases, m), *d = c + l->phases.wide;
+    for (size_t p = 0; p < l->lines; p++) s[p] += re * c[p] - (m < 0 ? -im : im) * d[p];
 }
 
 void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *Y) {
@@ -86,37 +83,4 @@ SM_HOT void sm_marched_advance(sm_marched *m, const double *y) {
                 g[p] = force[p];
             }
         }
-}
-
-/* to += row Y of `count` real and imaginary parts: products of parts that lie side by side, and of
- * those that lie across, in sums that do not wait for each other. */
-SM_INLINE void add_product(size_t count, const double *restrict row, const double *restrict Y,
-                           double to[2]) {
-    double same[WIDTH] = {0.0}, other[WIDTH] = {0.0}; /* stay in registers */
-    size_t k = 0;
-    for (; k + WIDTH <= count; k += WIDTH)
-        for (size_t j = 0; j < WIDTH; j++) {
-            same[j] += row[k + j] * Y[k + j];
-            other[j] += row[k + j] * Y[k + (j ^ 1)];
-        }
-    for (size_t j = 0; k + j < count; j++) {
-        same[j] += row[k + j] * Y[k + j];
-        other[j] += row[k + j] * Y[k + (j ^ 1)];
-    }
-    for (size_t j = 0; j < WIDTH; j += 2) {
-        to[0] += same[j] - same[j + 1];
-        to[1] += other[j] + other[j + 1];
-    }
-}
-
-SM_HOT void sm_respond(const sm_modal_response *response, size_t orders, size_t contacts,
-                       const double *Y, double *to) {
-    const double *H = response->dynamic_stiffness;
-    const size_t each = 2 * contacts;
-    if (response->held)
-        memcpy(to, response->held, orders * each * sizeof(double));
-    else
-        memset(to, 0, orders * each * sizeof(double));
-    for (size_t q = 0; q < orders; q++, Y += each)
-        for (size_t i = 0; i < contacts; i++, H += each, to += 2) add_product(each, H, Y, to);
 }

@@ -1,12 +1,7 @@
-#include "torus/group.h"
-
-#include <stdlib.h>
+#include "torus/rigid/group.h"
 
 #include "base/check.h"
-#include "base/exact_sum.h"
 #include "contact/stage/chebyshev.h"
-
-/* ---- a half period ------------------------------------------------------------------- */
 
 /* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
@@ -14,7 +9,8 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
                             double *restrict u) {
     const double *restrict a = g->a + at, *restrict b = g->b + at;
     const double *restrict a_step = g->a_step + at, *restrict b_step = g->b_step + at;
-    const double *restrict phase = g->phase + 2 * at;
+    const double *restrict c = sm_phases_power(&g->phases, 1) + at;
+    const double *restrict s = c + g->phases.wide;
     const int n = contact->contacts;
     for (int i = 0; i < n; i++) {
         const double *L = contact->coupling + 2 * i;
@@ -29,7 +25,7 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
         SM_SIMD
         for (int l = 0; l < lanes; l++)
             u[i * lanes + l] += (b[l] + steps * b_step[l])
-                                * (p * phase[l] - q * phase[lanes + l]);
+                                * (p * c[l] - q * s[l]);
     }
 }
 
@@ -104,16 +100,15 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
 }
 
 SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
-                          int block, int half) {
-    const int first = sm_torus_half_start(grid, half), end = sm_torus_half_end(grid, half);
+                          int block, int steps) {
     const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
     double *sums = g->sums + (size_t)block * (size_t)lanes * grid->per_point;
-    double *squares = g->squares[half] + (size_t)block * row;
+    double *squares = g->squares + (size_t)block * row;
     sm_lanes m = g->lanes[block];
-    for (int k = first; k < end; k += SM_TOGETHER) {
+    for (int k = 0; k < steps; k += SM_TOGETHER) {
         memset(g->moved, 0, SM_TOGETHER * row * sizeof(double));
         force(lanes, grid, g, block, k, g->forcing);
-        for (int step = 0; step < SM_TOGETHER && k + step < end; step++) {
+        for (int step = 0; step < SM_TOGETHER && k + step < steps; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
                 const sm_status status = sm_stage_lanes(&grid->stepper, &m, stage);
@@ -128,27 +123,21 @@ SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_t
 }
 
 SM_HOT static sm_status march_few(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                                  int half) {
-    return march(SM_FEW_LANES, grid, g, block, half);
+                                  int steps) {
+    return march(SM_FEW_LANES, grid, g, block, steps);
 }
 
 SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                                   int half) {
-    return march(SM_LANES, grid, g, block, half);
+                                   int steps) {
+    return march(SM_LANES, grid, g, block, steps);
 }
 
-/* Marches a block through one half of the steps: adds x exp(-i (n + m ratio) t_A) / steps to the sums
- * of its lanes, and x^2 to the squares of that half. */
+/* Marches a block through so many steps: adds x exp(-i (n + m ratio) t_A) / grid->steps to the
+ * sums of its lanes, and x^2 to their squares. */
 static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                             int half) {
+                             int steps) {
     const int few = grid->lanes == SM_FEW_LANES;
-    return few ? march_few(grid, g, block, half) : march_many(grid, g, block, half);
-}
-
-/* cos and sin of |m| t_B in the lanes of a block. */
-static const double *turn_of(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                             int m) {
-    return g->turn + (size_t)(block * (grid->highest + 1) + abs(m)) * 2 * (size_t)grid->lanes;
+    return few ? march_few(grid, g, block, steps) : march_many(grid, g, block, steps);
 }
 
 /* Sum of `count`, a power of two: by halves, in the same order whatever the vectors. */
@@ -160,141 +149,54 @@ SM_INLINE double sum_of(size_t count, double *restrict x) {
     return x[0];
 }
 
-/* Mean over lines: P = sum over lanes of sums exp(-i m t_B0) / lines. */
-SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g,
-                           double *harmonics) {
+/* Mean over lines and steps: Y = sum over lanes of sums exp(-i m t_B0) weight. */
+SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double weight) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
-    memset(harmonics, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
+    memset(g->Y, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
     for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
-            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
+            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 const double *restrict sum =
                     g->sums + (size_t)block * lanes * grid->per_point + at * lanes;
                 double re[SM_LANES], im[SM_LANES];
                 SM_SIMD
                 for (size_t l = 0; l < lanes; l++) {
-                    const double s = back * c[lanes + l];
+                    const double s = back * sine[l];
                     re[l] = c[l] * sum[l] + s * sum[lanes + l];
                     im[l] = c[l] * sum[lanes + l] - s * sum[l];
                 }
                 for (size_t l = 0; l < lanes; l += own) {
-                    double *point =
-                        harmonics + ((size_t)block * lanes + l) / lines * grid->per_point;
-                    point[at] += sum_of(own, re + l) / (double)lines;
-                    point[at + 1] += sum_of(own, im + l) / (double)lines;
+                    double *point = g->Y + ((size_t)block * lanes + l) / lines * grid->per_point;
+                    point[at] += weight * sum_of(own, re + l);
+                    point[at + 1] += weight * sum_of(own, im + l);
                 }
             }
         }
 }
 
-sm_status sm_torus_group_half(const sm_torus_grid *grid, sm_torus_group *g, int half) {
-    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
-    const size_t harmonics = (size_t)grid->points_per_group * grid->per_point;
-    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
-    memset(g->squares[half], 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
-    for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = march_block(grid, g, block, half);
-        if (status != SM_OK) return status;
-    }
-    collect(grid, g, g->half[half]);
-    for (size_t k = 0; k < harmonics; k++) g->fresh[k] = g->half[0][k] + g->half[1][k];
-    return sm_all_finite(g->fresh, harmonics) ? SM_OK : SM_NOT_FINITE;
-}
-
-/* ---- between halves ------------------------------------------------------------------ */
-
-void sm_torus_group_advance(const sm_torus_grid *grid, sm_torus_group *g) {
-    const double c = cos(SM_TWO_PI * grid->ratio), s = sin(SM_TWO_PI * grid->ratio);
-    for (int block = 0; block < g->blocks; block++) {
-        double *pc = g->phase + block * 2 * grid->lanes, *ps = pc + grid->lanes;
-        for (int l = 0; l < grid->lanes; l++) {
-            const double t = pc[l] * c - ps[l] * s;
-            ps[l] = pc[l] * s + ps[l] * c;
-            pc[l] = t;
-        }
-    }
-    sm_torus_group_turn(grid, g);
-}
-
-/* Copies the lanes of point p of the group into line_state, or back. */
-static void exchange_lines(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int back) {
-    const size_t n = (size_t)grid->contact->contacts, lines = (size_t)grid->lines;
-    const size_t lanes = (size_t)grid->lanes;
-    double *x = g->line_state, *angle = x + n * lines;
-    for (size_t line = 0; line < lines; line++) {
-        const size_t lane = p * lines + line, block = lane / lanes, l = lane % lanes;
-        for (size_t i = 0; i < n; i++) {
-            double *in_lane = g->lanes[block].x + i * lanes + l;
-            double *in_line = x + i * lines + line;
-            *(back ? in_lane : in_line) = *(back ? in_line : in_lane);
-        }
-        angle[line] = g->phase[block * 2 * lanes + l];
-        angle[lines + line] = g->phase[(block * 2 + 1) * lanes + l];
-    }
-}
-
-static void accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t points) {
-    const double *angle = g->line_state + (size_t)(grid->contact->contacts * grid->lines);
-    for (size_t p = 0; p < points; p++) {
-        if (g->track[p].done) continue;
-        exchange_lines(grid, g, p, 0);
-        if (sm_accelerate(&g->faster[p], g->track[p].slow, angle, angle + grid->lines,
-                          g->line_state)) {
-            exchange_lines(grid, g, p, 1);
-            sm_progress_restart(&g->track[p]);
-        }
-    }
-}
-
-static void relax(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t per_order = 2 * (size_t)grid->contact->contacts;
-    for (size_t k = 0; k < (size_t)grid->points_per_group * grid->per_point; k++) {
-        const double part = grid->relaxation[(k / per_order) % (size_t)grid->orders_count];
-        g->responded[k] += part * (g->fresh[k] - g->responded[k]);
-    }
-}
-
-/* response = 2 (H_q P_q + held_q): the force of the modes' non-resonant response to x_c. */
-static void set_response(const sm_torus_grid *grid, sm_torus_group *g) {
-    const size_t n = (size_t)grid->contact->contacts;
-    const double *held = grid->contact->response->held;
-    for (size_t k = 0; k < (size_t)(grid->points_per_group * grid->orders_count); k++) {
-        const double *H = grid->dynamic_stiffness + k % (size_t)grid->orders_count * n * n * 2;
-        for (size_t i = 0; i < n; i++, H += 2 * n) {
-            const double *P = g->responded + k * n * 2;
-            double *force = g->response + (k * n + i) * 2;
-            const size_t at = (k % (size_t)grid->orders_count * n + i) * 2;
-            force[0] = held ? 2.0 * held[at] : 0.0;
-            force[1] = held ? 2.0 * held[at + 1] : 0.0;
-            for (size_t j = 0; j < 2 * n; j += 2) {
-                force[0] += 2.0 * (H[j] * P[j] - H[j + 1] * P[j + 1]);
-                force[1] += 2.0 * (H[j] * P[j + 1] + H[j + 1] * P[j]);
-            }
-        }
-    }
-}
-
-/* reaction = response exp(i m t_B0) */
+/* reaction = 2 R exp(i m t_B0) */
 SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
     for (int block = 0; block < g->blocks; block++)
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
-            const double *restrict c = turn_of(grid, g, block, m), back = m < 0 ? -1.0 : 1.0;
+            const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
+            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 double *restrict reaction =
                     g->reaction + (size_t)block * lanes * grid->per_point + at * lanes;
                 for (size_t first = 0; first < lanes; first += own) {
                     const double *point =
                         g->response + ((size_t)block * lanes + first) / lines * grid->per_point;
-                    const double re = point[at], im = point[at + 1];
+                    const double re = 2.0 * point[at], im = 2.0 * point[at + 1];
                     SM_SIMD
                     for (size_t l = first; l < first + own; l++) {
-                        const double s = back * c[lanes + l];
+                        const double s = back * sine[l];
                         reaction[l] = re * c[l] - im * s;
                         reaction[lanes + l] = re * s + im * c[l];
                     }
@@ -303,17 +205,28 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
         }
 }
 
-void sm_torus_group_react(const sm_torus_grid *grid, sm_torus_group *g) {
-    set_response(grid, g);
-    set_reaction(grid, g);
+/* Mean squares of all points, over so many steps. */
+static void collect_squares(const sm_torus_grid *grid, const sm_torus_group *g, int steps) {
+    const int n = grid->contact->contacts, lines = grid->lines, points = grid->points_per_group;
+    memset(g->mean_square, 0, sizeof(double) * (size_t)(points * n));
+    for (int lane = 0; lane < points * lines; lane++)
+        for (int i = 0; i < n; i++) {
+            const int at = (lane / grid->lanes * n + i) * grid->lanes + lane % grid->lanes;
+            g->mean_square[lane / lines * n + i] += g->squares[at] / ((double)steps * lines);
+        }
 }
 
-void sm_torus_group_next(const sm_torus_grid *grid, sm_torus_group *g, size_t points, int half) {
-    if (half == 1) {
-        sm_torus_group_advance(grid, g);
-        accelerate(grid, g, points);
+sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *g, int steps) {
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
+    if (g->reaction) set_reaction(grid, g);
+    memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
+    memset(g->squares, 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
+    for (int block = 0; block < g->blocks; block++) {
+        const sm_status status = march_block(grid, g, block, steps);
+        if (status != SM_OK) return status;
     }
-    if (!g->reaction) return;
-    relax(grid, g);
-    sm_torus_group_react(grid, g);
+    collect(grid, g, (double)grid->steps / steps / grid->lines);
+    collect_squares(grid, g, steps);
+    return sm_all_finite(g->Y, (size_t)grid->points_per_group * grid->per_point) ? SM_OK
+                                                                                 : SM_NOT_FINITE;
 }

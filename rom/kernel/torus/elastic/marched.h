@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "slipmode.h"
-#include "torus/fixed_point/phase_lines.h"
+#include "torus/elastic/phase_lines.h"
 
 typedef struct {
     const sm_modal_response *response; /* NULL: there are none */
@@ -31,9 +31,5 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
 void sm_marched_displace(const sm_marched *m, double *u);
 /* To the end of the step, where the contacts have y (N_c, stride). */
 void sm_marched_advance(sm_marched *m, const double *y);
-
-/* to = H Y + held, of so many harmonics Y (orders, N_c, 2); the response has an H. */
-void sm_respond(const sm_modal_response *response, size_t orders, size_t contacts,
-                const double *Y, double *to);
 
 #endif

@@ -1,0 +1,162 @@
+#include "torus/rigid/group.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+
+/* The first halves, which forget the start, are marched in larger steps: this saves up to half of
+ * the steps of one mode (benchmarks/contact_solves.py). */
+#define COARSER 4
+#define FEWEST_STEPS 16
+#define COARSE_HALVES 3 /* a half to forget the start, and a whole period */
+#define SOFTEST 0.5 /* relaxation below which passes are slow */
+/* Residual of stages relative to the tolerance; it moves the harmonics by a few times as much. */
+#define STAGE_RESIDUAL 1e-3
+#define LARGEST_STAGE_RESIDUAL 1e-6
+
+static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block) {
+    const size_t n = (size_t)grid->contact->contacts, points = (size_t)grid->points_per_group;
+    const size_t wide = (size_t)g->blocks * (size_t)grid->lanes, row = n * (size_t)grid->lanes;
+    const size_t harmonics = sm_whole_lines(points * grid->per_point);
+    for (int k = 0; k < g->blocks; k++) {
+        sm_lanes_place(&g->lanes[k], grid->contact->contacts, grid->lanes, block);
+        block->taken = sm_whole_lines(block->taken);
+    }
+    double **of_lanes[] = {&g->a, &g->b, &g->a_step, &g->b_step};
+    for (size_t k = 0; k < sizeof of_lanes / sizeof *of_lanes; k++)
+        *of_lanes[k] = sm_take(block, wide);
+    g->phases = (sm_phases){.lines = (size_t)grid->lines, .wide = wide};
+    sm_phases_place(&g->phases, (size_t)grid->orders_count, grid->orders, block);
+    g->sums = sm_take(block, wide * grid->per_point);
+    if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
+    g->squares = sm_take(block, wide * n);
+    g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
+    g->moved = sm_take(block, SM_TOGETHER * row);
+    g->Y = sm_take(block, harmonics);
+    g->response = sm_take(block, harmonics);
+    g->mean_square = sm_take(block, points * n);
+    for (size_t p = 0; p < points; p++) {
+        const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
+        g->faster[p].spectrum = sm_take(block, size);
+        g->faster[p].change = sm_take(block, size);
+        g->faster[p].fresh = sm_take(block, size);
+    }
+}
+
+sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
+    const size_t points = (size_t)grid->points_per_group;
+    sm_block block = {NULL, 0};
+    g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
+    g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
+    g->faster = calloc(points, sizeof(sm_acceleration));
+    if (!g->lanes || !g->faster) return SM_NO_MEMORY;
+    place(grid, g, &block);
+    if (!sm_allocate(&block)) return SM_NO_MEMORY;
+    g->memory = block.memory;
+    place(grid, g, &block);
+    return SM_OK;
+}
+
+void sm_torus_group_release(sm_torus_group *g) {
+    free(g->memory);
+    free(g->lanes);
+    free(g->faster);
+}
+
+static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
+        const double *amplitude = sm_march_amplitudes(m, (size_t)(lane / grid->lines));
+        g->a[lane] = m->part * amplitude[0];
+        g->b[lane] = grid->contact->modes == 2 ? m->part * amplitude[1] : 0.0;
+    }
+}
+
+/* ---- the march ------------------------------------------------------------------------- */
+
+static void start(sm_march *m, const double *Y) {
+    sm_rigid_lines *r = m->lines;
+    sm_torus_group *g = &r->group;
+    (void)Y;
+    for (int block = 0; block < g->blocks; block++)
+        memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
+    for (size_t p = 0; p < m->points; p++) g->faster[p].recorded = 0;
+    sm_phases_start(&g->phases);
+    set_amplitudes(&r->grid, g, m);
+    r->marched = 0;
+}
+
+/* Friction is odd: half a period repeats the one before with opposite sign. */
+static void turn_round(const sm_rigid_lines *r) {
+    const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
+    for (int block = 0; block < r->group.blocks; block++) {
+        const sm_lanes *l = &r->group.lanes[block];
+        double *odd[] = {l->x, l->y, l->v, l->stage_v[0], l->stage_v[1]};
+        for (size_t k = 0; k < sizeof odd / sizeof *odd; k++)
+            for (size_t i = 0; i < size; i++) odd[k][i] = -odd[k][i];
+    }
+}
+
+static sm_status march_period(sm_march *m) {
+    sm_rigid_lines *r = m->lines;
+    const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
+    const sm_torus_grid *now = r->half && r->marched < coarse_halves ? &r->coarse : &r->grid;
+    m->steps = now->steps / (r->half ? 2 : 1);
+    m->marches = ++r->marched;
+    m->fine = r->marched - coarse_halves;
+    set_amplitudes(&r->grid, &r->group, m);
+    const sm_status status = sm_torus_group_march(now, &r->group, m->steps);
+    sm_phases_turn(&r->group.phases, r->half ? 0.5 * (r->grid.ratio - 1.0) : r->grid.ratio);
+    if (r->half) turn_round(r);
+    return status;
+}
+
+/* Whether relaxed responses may take too long to converge, or diverge. */
+static int is_soft(const sm_torus_grid *grid) {
+    for (int q = 0; grid->relaxation && q < grid->orders_count; q++)
+        if (grid->relaxation[q] < SOFTEST) return 1;
+    return 0;
+}
+
+static int by_halves(sm_march *m, int half) {
+    sm_rigid_lines *r = m->lines;
+    r->half = half && sm_is_odd(m->task->grid) && !is_soft(&r->grid);
+    m->relaxation = r->grid.relaxation;
+    return m->plain = r->half;
+}
+
+static int extrapolate(sm_march *m, size_t p, int wanted) {
+    sm_rigid_lines *r = m->lines;
+    return r->half && sm_accelerate(&r->grid, &r->group, p, wanted);
+}
+
+static void release(sm_march *m) {
+    sm_rigid_lines *r = m->lines;
+    if (!r) return;
+    sm_torus_group_release(&r->group);
+    sm_torus_grid_release(&r->coarse);
+    sm_torus_grid_release(&r->grid);
+    free(r);
+}
+
+sm_status sm_rigid_make(sm_march *m) {
+    static const sm_torus_law law = {start, march_period, by_halves, NULL, extrapolate, release};
+    const sm_discretisation *fine = m->task->grid;
+    const size_t points = m->task->points->count;
+    sm_rigid_lines *r = m->lines = calloc(1, sizeof *r);
+    m->law = &law;
+    if (!r) return SM_NO_MEMORY;
+    sm_discretisation few = *fine;
+    if (fine->steps / COARSER >= FEWEST_STEPS) few.steps = fine->steps / COARSER / 2 * 2;
+    sm_status status = sm_torus_grid_make(&r->grid, m->contact, fine, points);
+    if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &few, points);
+    if (status == SM_OK) status = sm_torus_group_make(&r->group, &r->grid);
+    r->grid.stepper.tolerance = r->coarse.stepper.tolerance =
+        fmin(fmax(STAGE_RESIDUAL * fine->tolerance, SM_SMOOTH_TOLERANCE), LARGEST_STAGE_RESIDUAL);
+    m->points = (size_t)r->grid.points_per_group;
+    m->requested = (size_t)fine->orders_count;
+    m->response = r->group.response;
+    m->Y = r->group.Y;
+    m->square = r->group.mean_square;
+    return status;
+}
