@@ -79,7 +79,7 @@ USED_IN_PART = {
     "late blow": (blow(2.0, 0.3), "another blow", (0.0, 0.0), (1.8, 2.0)),
     "tiny blow": (blow(0.7, 0.03), "look for disturbances", (0.0, 0.0), (2.4, 2.5)),
     "before": (before_the_blow, "vibrates before the blow", (0.5, 0.52), (2.4, 2.5)),
-    "hum": (tone(50.0, 0.05), "tone at 50 Hz, 4.", (0.0, 0.0), (2.4, 2.5)),
+    "hum": (tone(50.0, 0.05), "tone at 50 Hz", (0.0, 0.0), (2.4, 2.5)),
     "hum in a band": (tone(230.0, 0.02), "tone at 230 Hz", (0.0, 0.0), (2.4, 2.5)),
     "offset": (lambda y, _: y + 0.2, "offset or drift", (0.0, 0.0), (2.4, 2.5)),
     "padded": (replaced(4500, 5000, np.nan), "500 samples, from 2.25 s on", (0, 0), (2.2, 2.25)),
