@@ -30,7 +30,6 @@ def add_identify_command(add: AddCommand) -> None:
         Argument("files", nargs="+", metavar="FILES", help=files),
         Argument(
             "--band",
-            dest="bands",
             nargs=2,
             type=float,
             action="append",
@@ -57,7 +56,7 @@ def _identify(options: Namespace) -> int:
     from slipmode.runner.identification.report import report
 
     extra("matplotlib.figure", "pictures")
-    shape_at_sensor(len(options.bands), options.modal_mass, None)
+    shape_at_sensor(len(options.band), options.modal_mass, None)
     data = rom.read_measurement(
         options.files,
         quantity="vibration",
@@ -69,7 +68,7 @@ def _identify(options: Namespace) -> int:
     with phases("identify", shown=True):
         if sum(record.signal.size for record in data) > LONG:
             phase(f"fitting laws to {len(data)} records")
-        found = rom.identify(data, bands=options.bands, law=options.law, hold_out=options.hold_out)
+        found = rom.identify(data, bands=options.band, law=options.law, hold_out=options.hold_out)
     text = report(found, options.modal_mass)
     print(text, end="\n\n")
     for path in write_files(found, text, options.output, options.modal_mass):

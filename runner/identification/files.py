@@ -10,7 +10,6 @@ import numpy as np
 
 from slipmode.rom import Identification
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
 from slipmode.rom.identification.first_look import demodulate
