@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
 
@@ -45,7 +46,8 @@ def _law(found: Identification) -> str:
     lines = [f"law: {form}"]
     if found.errors:
         errors = (f"{each} {100 * error:.2g} %" for each, error in found.errors.items())
-        lines.append(f"    errors for loud records from fits to the others: {', '.join(errors)}")
+        listed = f"errors for loud records from fits to the others: {', '.join(errors)}"
+        lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
     if form.law == "linear":
         return "\n".join(lines)
     lines.append("    damping rate delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p")
@@ -60,13 +62,23 @@ def _parameters(found: Identification) -> str:
     lines = [f"{'parameter':10}  {'value':>10}  {'95 % interval':>22}"]
     for name, value in found.parameters.items():
         low, high = found.interval[name]
-        interval = f"{low:.5g} to {high:.5g}" if np.isfinite(high) else "needs three records"
+        digits = _digits(high - low)
+        interval = "needs three records"
+        if np.isfinite(high):
+            interval = f"{low:.{digits}f} to {high:.{digits}f}"
         unit = _UNITS.get(name.rpartition("_")[0], "-")
         if "q_" in name:
             unit = f"1/s per {found.source.measurement.unit}"
-        lines.append(f"{name:10}  {value:10.5g}  {interval:>22}  {unit}")
+        lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
     lines.append(f"not identified: {', '.join(found.unidentified) or 'none'}")
     return "\n".join(lines)
+
+
+def _digits(width: float) -> int:
+    """Return the decimal places that show two digits of the width of an interval."""
+    if not 0.0 < width < np.inf:
+        return 4
+    return min(max(1 - int(np.floor(np.log10(width))), 0), 8)
 
 
 def _modes(found: Identification) -> str:
