@@ -9,7 +9,7 @@ first_look.py      Gaussian demodulation: frequency and damping against amplitud
 slow_laws.py       laws: linear, power law, cross effects, quadratic coupling
 decay_flow.py      decays by a law, and the sensor signals of these
 fit.py             the fit to the raw signals; scatter between records
-law_model.py       the law as a model that runs
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
+models/            the law as a model that runs
 """

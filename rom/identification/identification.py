@@ -14,11 +14,6 @@ from slipmode.rom.extras import extra
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook, LocalRates
 from slipmode.rom.identification.fit import LEAST_RECORDS, Fit, jackknife_variance, uncertainty
-from slipmode.rom.identification.law_model import (
-    model_of_law,
-    sensor_factors,
-    shape_at_sensor,
-)
 from slipmode.rom.identification.measurement import (
     Measurement,
     Prepared,
@@ -26,6 +21,8 @@ from slipmode.rom.identification.measurement import (
     RecordReport,
     checked_bands,
 )
+from slipmode.rom.identification.models.law_model import model_of_law
+from slipmode.rom.identification.models.sensor_units import sensor_factors, shape_at_sensor
 from slipmode.rom.identification.prediction import Prediction, predict
 from slipmode.rom.identification.preparation import (
     Plan,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipmode import rom
 from slipmode.rom.extras import extra
-from slipmode.rom.identification.law_model import sensor_unit, shape_at_sensor
+from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
 from slipmode.rom.identification.slow_laws import LAWS
 from slipmode.rom.progress import phase, phases
 from slipmode.runner.commands import AddCommand, Argument
