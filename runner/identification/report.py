@@ -70,7 +70,9 @@ def _parameters(found: Identification) -> str:
         if "q_" in name:
             unit = f"1/s per {found.source.measurement.unit}"
         lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
-    lines.append(f"not identified: {', '.join(found.unidentified) or 'none'}")
+    scattered = all(np.isfinite(each) for each in found.deviation.values())
+    nothing = "none" if scattered else "fewer than three fitted records do not show it"
+    lines.append(f"not identified: {', '.join(found.unidentified) or nothing}")
     return "\n".join(lines)
 
 

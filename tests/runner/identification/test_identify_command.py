@@ -127,6 +127,7 @@ REFUSED = {
     "clipped": ("clipped", [*BAND_A, *MS], "data: no record can be fitted .*clipp"),
     "sampling": ("sound", ["--band", "700", "900", *MS], "--band: 900 Hz needs a sampling rate"),
     "empty band": ("sound", ["--band", "140", "100", *MS], "--band .*: must be 0 < lower < upper"),
+    "three": ("sound", [*BAND_A, *BAND_B, *BAND_B, *MS], "such as --band 100 140 --band 225 260$"),
     "overlap": ("sound", [*BAND_A, "--band", "130", "260", *MS], "--band .*: must not overlap"),
     "record": ("sound", [*BAND_A, *MS, "--hold-out", "9"], "record 9 is not in the measurement"),
     "all": ("sound", [*BAND_A, *MS, "--hold-out", "1", "2", "3"], "data: no record .*held out"),
@@ -152,6 +153,16 @@ def test_bad_input_ends_in_one_line(case, tmp_path, capsys):
     assert re.search(words, line), line
     assert "bands" not in line.split(":")[1]
     assert not re.search(r"\w=(?!\w)", line)
+
+
+def test_excluded_records_and_missing_intervals_are_named(tmp_path, capsys):
+    clipped, *sound = signals("clipped")[:1] + signals("sound")[1:]
+    files = write(tmp_path, [clipped, *sound])
+    assert main(["identify", files, *BAND_A, *MS, "-o", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"hit1 +excluded\n    it is clipped", printed)
+    assert "2 fitted" in printed and "needs three records" in printed
+    assert "not identified: fewer than three fitted records do not show it" in printed
 
 
 def test_the_sampling_rate_may_be_given(tmp_path):
