@@ -11,4 +11,5 @@ decay_flow.py      decays by a law, and the sensor signals of these
 fit.py             the fit to the raw signals; scatter between records
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
+models/            the law as a model that runs
 """
