@@ -303,11 +303,13 @@ class _Task:
             made = refine(sampling, budget.interpolation, self.time_budget)
             tables.append(_Refined(torus, each, samples, *made))
             # At the onset of slip steps may be too long, and of two motions that contacts may come
-            # to, other steps may find one. Errors up to twice the tolerance are stated instead, as
-            # a finer table takes four times as long; so are errors of two modes, where it would
-            # take minutes. Errors of more than four times the tolerance are jumps of friction.
+            # to, other steps may find one. Of elastic contacts, errors up to twice the tolerance
+            # are stated instead, as a finer table takes four times as long; so are errors of two
+            # modes, where it would take minutes. Errors of more than four times the tolerance are
+            # jumps of friction.
             share = tables[0].error / budget.interpolation
-            if modes == 2 or not 2.0 < share <= 4.0:
+            stated = 1.0 if reduced.contacts is None else 2.0
+            if modes == 2 or not stated < share <= 4.0:
                 break
         return min(tables, key=lambda each: each.error)
 
