@@ -1,0 +1,137 @@
+"""Levels of a sine test: natural frequency, modal mass, damping, and phase error of the channels.
+
+With x the displacement at the sensor, F the force and a the amplitude of the sensor,
+
+    F / x = m (omega_n(a)^2 - Omega^2 + 2 i delta(a) Omega) e^{i theta}.
+
+theta is the phase error of the channels. How omega_n and delta change with the amplitude within a
+level comes from a law. A response-controlled level hardly needs it: its amplitude is constant.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.sine.reading import SineTest
+from slipmode.rom.identification.slow_laws import SlowLaw
+from slipmode.rom.short_repr import frozen
+
+
+@frozen
+class SineLevel:
+    """What was found in one level of a sine test.
+
+    Attributes
+    ----------
+    name : str
+    amplitude : float
+        At resonance [sensor unit].
+    frequency : float
+        Natural frequency at that amplitude [rad/s].
+    modal_mass : float
+        [kg], for a mode that is 1 at the sensor and at the force. Its sign is the polarity of the
+        channels.
+    damping : float
+        Damping ratio at that amplitude [-].
+    damping_without_phase : float
+        The ratio that a fit without phase error finds [-].
+    phase_error : float
+        Phase of the force channel relative to the response channel [rad], -pi/2 to pi/2. It is
+        fitted, and `damping` is corrected for it.
+    residual : float
+        RMS of the misfit of F / x relative to the RMS of F / x [-].
+    left_out_damping : float
+        The ratio that the law of the other levels predicts [-].
+    """
+
+    name: str
+    amplitude: float
+    frequency: float
+    modal_mass: float
+    damping: float
+    damping_without_phase: float
+    phase_error: float
+    residual: float
+    left_out_damping: float = np.nan
+
+    @property
+    def damping_rate(self) -> float:
+        """delta [1/s]."""
+        return self.damping * self.frequency
+
+
+def stiffness(test: SineTest, order: int) -> Complexes:
+    """Return F / x, (points,) [N/m], for a response of `order` time derivatives of x."""
+    omega = 2.0 * np.pi * test.frequency
+    return np.asarray(test.force * (1j * omega) ** order / test.response)
+
+
+def fit_level(test: SineTest, order: int, law: SlowLaw | None) -> SineLevel:
+    """Return the level of a test; `law` gives the changes with the amplitude within it.
+
+    For a given theta the fit is linear in k = m omega_n^2, m and c = 2 m delta: the real part of
+    F e^{-i theta} / x depends on k and m, the imaginary part on c. The sum of squares left is a
+    quadratic form in (cos theta, sin theta), so the best theta is its eigenvector.
+
+    Raises
+    ------
+    SlipmodeError
+        If the test has no resonance of one mode, or too few points around it.
+    """
+    omega, y = 2.0 * np.pi * test.frequency, stiffness(test, order)
+    unit = omega.mean()
+    amplitude = np.abs(test.response)
+    at = amplitude[np.argmin(np.abs(y))]
+    shape_k, shape_c = np.ones(omega.size), np.ones(omega.size)
+    if law is not None:
+        rates, here = law.rates(amplitude), law.rates(at)
+        shape_k, shape_c = (np.abs(rates / here) ** 2, rates.real / here.real)
+    elastic = np.stack([shape_k, -((omega / unit) ** 2)], axis=1)
+    damped = (shape_c * omega / unit)[:, np.newaxis]
+    # Real and imaginary part of y e^{-i theta} are these times (cos theta, sin theta).
+    real, imaginary = np.stack([y.real, y.imag], axis=1), np.stack([y.imag, -y.real], axis=1)
+    rest = [
+        values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        for basis, values in ((elastic, real), (damped, imaginary))
+    ]
+    form = sum(each.T @ each for each in rest)
+    squares, vectors = np.linalg.eigh(form)
+    turn = vectors[:, 0] * (1.0 if vectors[0, 0] >= 0.0 else -1.0)
+    k, m = np.linalg.lstsq(elastic, real @ turn, rcond=None)[0]
+    c = np.linalg.lstsq(damped, imaginary @ turn, rcond=None)[0][0]
+    plain_k, plain_m = np.linalg.lstsq(elastic, y.real, rcond=None)[0]
+    plain_c = np.linalg.lstsq(damped, y.imag, rcond=None)[0][0]
+    residual = float(np.sqrt(max(squares[0], 0.0) / np.sum(np.abs(y) ** 2)))
+    low, high = test.frequency.min(), test.frequency.max()
+    natural = unit * np.sqrt(k / m) if k * m > 0.0 else np.nan
+    # Noise alone leaves 1; a fifth is left where a second mode or noise hides the resonance.
+    if not omega.min() < natural < omega.max() or residual > 0.2:
+        raise SlipmodeError(
+            f"tests: {test.name} has no resonance of one mode between {low:g} and {high:g} Hz; "
+            "check the band, the force channel and the unit of the response"
+        )
+    if c * m < 0.0:
+        raise SlipmodeError(
+            f"tests: {test.name} has negative damping: the phase of response / force must fall "
+            "through the resonance; give the complex conjugate of the response"
+        )
+    damping = 0.5 * abs(c) / np.sqrt(k * m)
+    inside = np.abs(omega / natural - 1.0) < damping
+    if np.count_nonzero(inside) < 3:  # six numbers for the four unknowns
+        raise SlipmodeError(
+            f"tests: {test.name} has {np.count_nonzero(inside)} points within the half-power "
+            f"bandwidth of {damping * natural / np.pi:.2g} Hz around "
+            f"{natural / (2.0 * np.pi):.5g} Hz: needs 3; take smaller steps"
+        )
+    return SineLevel(
+        test.name,
+        float(at),
+        float(natural),
+        float(m / unit**2),
+        float(damping),
+        float(0.5 * abs(plain_c) / np.sqrt(plain_k * plain_m)) if plain_k * plain_m > 0 else np.nan,
+        float(np.arctan2(turn[1], turn[0])),
+        residual,
+    )
