@@ -162,7 +162,12 @@ def read_sine_tests(
     """
     stated: dict[str, str | None] = {"amplitude": unit, "force": force_unit}
     arguments = {"amplitude": "unit", "force": "force_unit"}
-    allowed = {"amplitude": tuple(ORDERS), "force": ("N",), "frequency": ("Hz",), "phase": ("rad",)}
+    allowed = {
+        "amplitude": tuple(ORDERS),
+        "force": ("N",),
+        "frequency": ("Hz",),
+        "phase": ("rad",),
+    }
     tests = []
     for path in found_files(files):
         for name, columns, units in _tests_of(path, read_arrays(path)):
