@@ -29,12 +29,12 @@ class SineLevel:
     amplitude : float
         At resonance [sensor unit].
     frequency : float
-        Natural frequency at that amplitude [rad/s].
+        omega of free vibration at that amplitude, sqrt(omega_n^2 - delta^2) [rad/s].
     modal_mass : float
         [kg], for a mode that is 1 at the sensor and at the force. Its sign is the polarity of the
         channels.
     damping : float
-        Damping ratio at that amplitude [-].
+        Damping ratio delta / omega at that amplitude [-].
     damping_without_phase : float
         The ratio that a fit without phase error finds [-].
     phase_error : float
@@ -107,9 +107,6 @@ def fit_level(test: SineTest, order: int, law: SlowLaw | None) -> SineLevel:
     turn = vectors[:, 0] * (1.0 if vectors[0, 0] >= 0.0 else -1.0)
     k, m = np.linalg.lstsq(elastic, real @ turn, rcond=None)[0]
     c = np.linalg.lstsq(damped, imaginary @ turn, rcond=None)[0][0]
-    plain_k, plain_m = np.linalg.lstsq(elastic, y.real, rcond=None)[0]
-    plain_c = np.linalg.lstsq(damped, y.imag, rcond=None)[0][0]
-    residual = float(np.sqrt(max(squares[0], 0.0) / np.sum(np.abs(y) ** 2)))
     natural = unit * np.sqrt(k / m) if k * m > 0.0 else np.nan
     if not omega.min() < natural < omega.max():
         raise no_resonance(test)
@@ -118,26 +115,32 @@ def fit_level(test: SineTest, order: int, law: SlowLaw | None) -> SineLevel:
             f"tests: {test.name} has negative damping: the phase of response / force must fall "
             "through the resonance; give the complex conjugate of the response"
         )
-    damping = 0.5 * abs(c) / np.sqrt(k * m)
+    ratio = 0.5 * abs(c) / np.sqrt(k * m)  # delta / omega_n
+    # Without phase error, relative to the same k and m: these hardly depend on it.
+    plain = abs(np.linalg.lstsq(damped, y.imag, rcond=None)[0][0] / c)
+    free = np.sqrt(max(1.0 - ratio**2, 0.0))
     return SineLevel(
-        test.name,
-        float(at),
-        float(natural),
-        float(m / unit**2),
-        float(damping),
-        float(0.5 * abs(plain_c) / np.sqrt(plain_k * plain_m))
-        if plain_k * plain_m > 0
-        else np.nan,
-        float(np.arctan2(turn[1], turn[0])),
-        residual,
+        name=test.name,
+        amplitude=float(at),
+        frequency=float(natural * free),
+        modal_mass=float(m / unit**2),
+        damping=float(ratio / free),
+        damping_without_phase=float(plain * ratio / free),
+        phase_error=float(np.arctan2(turn[1], turn[0])),
+        residual=float(np.sqrt(max(squares[0], 0.0) / np.sum(np.abs(y) ** 2))),
     )
 
 
 def check_level(test: SineTest, level: SineLevel) -> None:
-    """Refuse a level whose test does not follow one mode, or has too few points around it."""
+    """Refuse tests that do not follow one mode, in another unit, or with too few points."""
     # Noise alone leaves 1, the measured beam of tests/rom/identification/sine at most 0.17.
     if level.residual > 0.3:
         raise no_resonance(test)
+    if abs(level.phase_error) > 0.25 * np.pi:  # nearer to another derivative of the displacement
+        raise SlipmodeError(
+            f"tests: {test.name} has a phase error of {level.phase_error:.2f} rad: the unit of "
+            "the response must fit its phase (m, m/s or m/s^2)"
+        )
     frequency = level.frequency / (2.0 * np.pi)
     count = np.count_nonzero(np.abs(test.frequency / frequency - 1.0) < level.damping)
     if count < 3:  # six numbers for the four unknowns

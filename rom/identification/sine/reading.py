@@ -127,7 +127,8 @@ def _checked(test: SineTest) -> SineTest:
     for name, each in zip(("frequency", "force", "response"), arrays, strict=True):
         if not (np.isfinite(each).all() and (each != 0.0).all()):
             raise SlipmodeError(f"tests: {name} of {test.name} must be finite and not 0")
-    return SineTest(test.name, *arrays)
+    force, response = (each.astype(np.complex128) for each in arrays[1:])
+    return SineTest(test.name, arrays[0].real, force, response)
 
 
 def read_sine_tests(
