@@ -252,7 +252,7 @@ class SineIdentification:
         return float(self.law.values[1] + best.x)
 
     def _check_range(self, largest: float, extrapolate: bool) -> None:
-        # Amplitudes at resonance are read from points beside it: 1 % is their step.
+        # 1 % is less than the errors of predictions.
         if largest > 1.01 * self.range[0, 1] and not extrapolate:
             raise SlipmodeError(
                 f"amplitude: {largest:.4g} is beyond the largest measured amplitude, "

@@ -224,10 +224,11 @@ def _tests_of(
 
 def _structures(given: Any, name: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the structures with all columns, at any depth, and their names with numbers from 1."""
-    if isinstance(given, np.ndarray) and given.dtype.names:
+    if isinstance(given, np.ndarray) and given.dtype.kind in "OV":  # cells, structures
         for k, each in enumerate(given.ravel(), 1):
             number = f"_{k}" if given.size > 1 else ""
-            yield from _structures(dict(zip(given.dtype.names, each, strict=True)), name + number)
+            fields = dict(zip(given.dtype.names, each, strict=True)) if given.dtype.names else each
+            yield from _structures(fields, name + number)
     elif isinstance(given, Mapping):
         if set(COLUMNS) <= {re.split(r"\W", key)[0] for key in given}:
             yield name, dict(given)
