@@ -37,9 +37,11 @@ class SineModel:
         """Return the force amplitude [N] of steady motion, arrays that broadcast.
 
         `omega` is the forcing frequency [rad/s], `amplitude` that of the sensor, which measures
-        the displacement derived `order` times.
+        the displacement derived `order` times. Contacts follow the displacement, so the law takes
+        it as if the frequency were the natural one.
         """
-        rate = complex_rate(self.law, amplitude)
+        natural = self.law.frequencies(amplitude)[0]
+        rate = complex_rate(self.law, amplitude * (natural / omega) ** order)
         dynamic = np.abs(rate) ** 2 - omega**2 - 2.0j * rate.real * omega
         return np.asarray(self.mass * np.abs(dynamic) * amplitude / omega**order)
 

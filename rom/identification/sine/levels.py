@@ -88,8 +88,10 @@ def fit_level(test: SineTest, order: int, law: SlowLaw | None) -> SineLevel:
     """
     omega, y = 2.0 * np.pi * test.frequency, stiffness(test, order)
     unit = omega.mean()
-    amplitude = np.abs(test.response)
-    at = amplitude[np.argmin(np.abs(y))]
+    resonance = np.argmin(np.abs(y))
+    # Contacts follow the displacement, so a law of accelerations takes it at one frequency.
+    amplitude = np.abs(test.response) * (omega[resonance] / omega) ** order
+    at = amplitude[resonance]
     shape_k, shape_c = np.ones(omega.size), np.ones(omega.size)
     if law is not None:
         rates, here = complex_rate(law, amplitude), complex_rate(law, at)

@@ -1,9 +1,9 @@
 """Steady sine tests of one oscillator, by formulas and solvers that slipmode does not use.
 
-    m x'' + c x' + c3 x'^3 + k x + k3 x^3 = F cos(Omega t)
+    m x'' + (c + c3 x^2) x' + k x + k3 x^3 = F cos(Omega t)
 
-Harmonic balance gives damping (c + 3/4 c3 Omega^2 X^2) and stiffness k + 3/4 k3 X^2 at the
-displacement amplitude X: a law with the exponent 2.
+Harmonic balance gives damping c + c3 X^2 / 4 and stiffness k + 3/4 k3 X^2 at the displacement
+amplitude X: a law with the exponent 2.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Oscillator:
 
     def stiffness(self, omega, x):
         """Complex F / x at displacement amplitudes."""
-        c = 2.0 * self.zeta * self.m * self.omega + 0.75 * self.c3 * omega**2 * x**2
+        c = 2.0 * self.zeta * self.m * self.omega + 0.25 * self.c3 * x**2
         k = self.m * self.omega**2 + 0.75 * self.k3 * x**2
         return k - self.m * omega**2 + 1j * omega * c
 
@@ -42,7 +42,7 @@ class Oscillator:
         def rates(tau, y):  # tau = Omega t; v = dx / dtau
             x, v = y.reshape(2, -1)
             speed = omega * v
-            forces = force * np.cos(tau) - c * speed - self.c3 * speed**3
+            forces = force * np.cos(tau) - (c + self.c3 * x**2) * speed
             forces -= self.m * self.omega**2 * x + self.k3 * x**3
             return np.concatenate([v, forces / (self.m * omega**2)])
 
@@ -82,7 +82,7 @@ def response_controlled_set(rng, amplitudes, scatter=0.0, noise=0.0):
             m=1.8 * change[0],
             frequency=80.0 + 5.0 * scatter * rng.standard_normal(),
             zeta=0.002 * change[1],
-            c3=2.0e2 * change[1] * change[0],
+            c3=1.5e8 * change[1] * change[0],
         )
         frequency = np.linspace(79.0, 81.0, 41)
         phase = 0.1 + 0.02 * rng.standard_normal()
