@@ -21,12 +21,9 @@ from slipmode.rom.identification.identification import DecayBackbone, Identifica
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
 from slipmode.rom.identification.prediction import Prediction
 from slipmode.rom.identification.reading import read_measurement
-from slipmode.rom.identification.sine.identification import (
-    SineIdentification,
-    SinePrediction,
-    identify_sine,
-)
+from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
 from slipmode.rom.identification.sine.levels import SineLevel
+from slipmode.rom.identification.sine.prediction import SinePrediction
 from slipmode.rom.identification.sine.reading import SineTest, SineTests, read_sine_tests
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts

@@ -7,7 +7,6 @@ from dataclasses import field, replace
 from typing import Any, Literal
 
 import numpy as np
-import scipy.optimize
 import scipy.special
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
@@ -21,94 +20,10 @@ from slipmode.rom.identification.sine.levels import (
     complex_rate,
     fit_level,
 )
+from slipmode.rom.identification.sine.prediction import SineModel, SinePrediction, predicted
 from slipmode.rom.identification.sine.reading import SineTest, SineTests, checked_tests
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen, short_list
-
-
-@frozen
-class SineModel:
-    """A law and a modal mass [kg]."""
-
-    law: SlowLaw
-    mass: float
-
-    def force(self, omega: Floats, amplitude: Floats, order: int) -> Floats:
-        """Return the force amplitude [N] of steady motion, arrays that broadcast.
-
-        `omega` is the forcing frequency [rad/s], `amplitude` that of the sensor, which measures
-        the displacement derived `order` times. Contacts follow the displacement, so the law takes
-        it as if the frequency were the natural one.
-        """
-        natural = self.law.frequencies(amplitude)[0]
-        rate = complex_rate(self.law, amplitude * (natural / omega) ** order)
-        dynamic = np.abs(rate) ** 2 - omega**2 - 2.0j * rate.real * omega
-        return np.asarray(self.mass * np.abs(dynamic) * amplitude / omega**order)
-
-    def amplitude(self, test: SineTest, order: int, end: float) -> Floats:
-        """Return the steady amplitude at each frequency of a test, under its measured force.
-
-        `end` is the end of the measured amplitudes. Of several steady amplitudes at a frequency,
-        the one next to the preceding point is taken, as in a sweep.
-        """
-        omega, force = 2.0 * np.pi * test.frequency, np.abs(test.force)
-        # Above `end`, where damping grows, no amplitude is larger than with the damping at `end`.
-        loss = 2.0 * self.mass * self.law.damping_rates(np.array(end))[0]
-        largest = 1.1 * max(end, float(np.max(force * omega ** (order - 1)) / loss))
-        # Steps of 3 %: closer solutions, in narrow folds, are not distinguished.
-        grid = np.geomspace(1e-4 * largest, largest, 300)
-        above = self.force(omega[:, np.newaxis], grid, order) > force[:, np.newaxis]
-        place, last = np.empty(omega.size, int), None
-        for k, crossed in enumerate(above[:, 1:] != above[:, :-1]):
-            places = np.flatnonzero(crossed)
-            if not places.size:
-                raise SlipmodeError(
-                    f"tests: {test.name} has no steady amplitude at {test.frequency[k]:g} Hz by "
-                    "the law; its damping falls beyond the measured amplitudes"
-                )
-            last = places[0] if last is None else places[np.argmin(np.abs(places - last))]
-            place[k] = last
-        low, high = grid[place], grid[place + 1]
-        rising = above[np.arange(omega.size), place + 1]
-        for _ in range(30):  # from 3 % to 1e-11
-            middle = 0.5 * (low + high)
-            upper = (self.force(omega, middle, order) > force) == rising
-            low, high = np.where(upper, low, middle), np.where(upper, middle, high)
-        return np.asarray(0.5 * (low + high))
-
-    def shifted(self, change: float) -> SineModel:
-        """Return the model with natural frequencies that differ by a change [rad/s]."""
-        values = self.law.values.copy()
-        values[1] += change
-        return SineModel(replace(self.law, values=values), self.mass)
-
-
-@frozen
-class SinePrediction:
-    """Steady amplitudes of a sine test predicted from its measured force.
-
-    Attributes
-    ----------
-    test : SineTest
-    frequency : float
-        Natural frequency at rest, given or fitted [rad/s].
-    amplitude : (points,) ndarray
-        [sensor unit]
-    deviation : (points,) ndarray
-        Standard deviation in a further test of the same kind, by the scatter of natural
-        frequency, modal mass and damping between levels [sensor unit].
-    error : float
-        RMS of the difference from the measured amplitude, relative to its peak [-].
-    peak_error : float
-        Difference of the peaks relative to the measured one [-].
-    """
-
-    test: SineTest
-    frequency: float
-    amplitude: Floats
-    deviation: Floats
-    error: float
-    peak_error: float
 
 
 @frozen
@@ -168,12 +83,9 @@ class SineIdentification:
         SlipmodeError
             If an amplitude is not positive or beyond the range.
         """
-        a = (
-            np.geomspace(self.range[0, 0], self.range[0, 1], 200)
-            if amplitude is None
-            else amplitude
-        )
-        a = np.atleast_1d(as_floats("amplitude", a))
+        if amplitude is None:
+            amplitude = np.geomspace(self.range[0, 0], self.range[0, 1], 200)
+        a = np.atleast_1d(as_floats("amplitude", amplitude))
         if a.ndim > 1 or not a.size or not np.all(np.isfinite(a) & (a > 0.0)):
             raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
         self._check_range(float(a.max()), extrapolate)
@@ -210,7 +122,7 @@ class SineIdentification:
             Points between these frequencies are predicted [Hz].
         frequency : float, optional
             Natural frequency at rest [rad/s], the same for all tests. Default: fitted to each
-            because it differs between tests by about the half-power bandwidth.
+            test, because it differs between tests by about the half-power bandwidth.
         extrapolate : bool
             Whether amplitudes may be beyond the measured range.
 
@@ -223,35 +135,12 @@ class SineIdentification:
         if tests.unit != self.unit:
             raise SlipmodeError(f"tests: are in {tests.unit}, the identification in {self.unit}")
         parts, order = checked_tests(tests, band)
-        n, made = len(self.levels), []
+        made = []
         for part in parts:
-            end = self.range[0, 1]
-            chosen = self._fitted_frequency(part, order) if frequency is None else frequency
-            models = [each.shifted(chosen - self.law.values[1]) for each in self.models]
-            sizes = np.array([each.amplitude(part, order, end) for each in models])
-            size, measured = sizes[0], np.abs(part.response)
-            self._check_range(float(size.max()), extrapolate)
-            # The variance of the mean of n levels times n is the variance of a level.
-            deviation = size * np.sqrt((1 + n) * jackknife_variance(np.log(sizes[1:])))
-            error = float(np.sqrt(np.mean((size - measured) ** 2)) / measured.max())
-            peak = float(size.max() / measured.max() - 1.0)
-            made.append(SinePrediction(part, chosen, size, deviation, error, peak))
+            each = predicted(part, order, self.models, float(self.range[0, 1]), frequency)
+            self._check_range(float(each.amplitude.max()), extrapolate)
+            made.append(each)
         return tuple(made)
-
-    def _fitted_frequency(self, test: SineTest, order: int) -> float:
-        """Return the natural frequency at rest with the least error of the amplitudes."""
-        level, measured = fit_level(test, order, self.law), np.abs(test.response)
-        near = level.frequency - complex_rate(self.law, level.amplitude).imag
-
-        def squares(shift: float) -> float:
-            model = self.models[0].shifted(shift)
-            size = model.amplitude(test, order, self.range[0, 1])
-            return float(np.mean((size - measured) ** 2))
-
-        reach = level.damping_rate  # half the half-power bandwidth
-        ends = (float(near - reach), float(near + reach))
-        best = scipy.optimize.minimize_scalar(squares, bounds=ends, method="bounded")
-        return float(self.law.values[1] + best.x)
 
     def _check_range(self, largest: float, extrapolate: bool) -> None:
         # 1 % is less than the errors of predictions.
@@ -310,12 +199,12 @@ def identify_sine(
             f"{short_list(kinds['response'])} response-controlled; identify one kind, and predict "
             "the other"
         )
-    levels, models = _fitted(parts, order, form, shift=law == "power")
+    fitted, shifts = _with_shift(parts, order, form) if law == "power" else (None, np.zeros(0))
+    if fitted is None:
+        fitted = _fitted(parts, order, form, shift=False)
+    levels, models = fitted
     for part, level in zip(parts, levels, strict=True):
         check_level(part, level)
-    shifts = np.array([x.law.values[3] for x in models])
-    if _half_width(shifts) > abs(shifts[0]):
-        levels, models = _fitted(parts, order, form, shift=False)
     values = {
         name: np.array([x.law.values[k] for x in models])
         for k, name in enumerate(form.names)
@@ -324,6 +213,7 @@ def identify_sine(
     values["modal_mass"] = np.array([x.mass for x in models])
     # An interval that contains h_A = 0 is that of the estimate, which the law does not have.
     estimates = {**values, "h_A": shifts} if "h_A" in values else values
+    deviation = {name: _deviation(each) for name, each in estimates.items()}
     half = {name: _half_width(each) for name, each in estimates.items()}
     left_out = [
         complex_rate(model.law, x.amplitude) for x, model in zip(levels, models[1:], strict=True)
@@ -334,7 +224,7 @@ def identify_sine(
     return SineIdentification(
         law=whole,
         parameters={name: float(each[0]) for name, each in values.items()},
-        deviation={k: float(np.sqrt(jackknife_variance(v[1:]))) for k, v in estimates.items()},
+        deviation=deviation,
         interval={k: (float(v[0] - half[k]), float(v[0] + half[k])) for k, v in estimates.items()},
         unidentified=tuple(k for k, v in estimates.items() if half[k] > abs(v[0])),
         levels=tuple(
@@ -347,6 +237,20 @@ def identify_sine(
         control="force" if kinds["force"] else "response",
         models=models,
     )
+
+
+def _with_shift(
+    tests: Sequence[SineTest], order: int, form: LawForm
+) -> tuple[tuple[list[SineLevel], tuple[SineModel, ...]] | None, Floats]:
+    """Return the fit with a frequency shift, None if that may be 0, and estimates of h."""
+    try:
+        levels, models = _fitted(tests, order, form, shift=True)
+    except SlipmodeError:  # some levels, without one of them, are too few for a shift
+        return None, np.array([0.0] + [np.inf] * len(tests))
+    shifts = np.array([each.law.values[3] for each in models])
+    if _half_width(shifts) > abs(shifts[0]):
+        return None, shifts
+    return (levels, models), shifts
 
 
 def _fitted(
@@ -371,50 +275,68 @@ def _fitted_once(
     levels = [fit_level(test, order, None) for test in tests]
     law = _law_of(levels, form, shift)
     # Levels depend on the law by the change of damping within them. Response-controlled ones
-    # converge in 3 passes, force-controlled ones, whose amplitudes vary, in about 10.
-    for _ in range(20):
+    # converge in 3 passes, force-controlled ones, whose amplitudes vary, in 10 to 20.
+    for _ in range(50):
         last = law.values
         levels = [fit_level(test, order, law) for test in tests]
         law = _law_of(levels, form, shift)
         if np.allclose(law.values, last, rtol=1e-5, atol=0.0):
             break
+    else:
+        for test, level in zip(tests, levels, strict=True):
+            check_level(test, level)
+        raise SlipmodeError(
+            "tests: no law fits the changes of damping within the levels; check the force channel"
+        )
     return levels, SineModel(law, abs(float(np.mean([x.modal_mass for x in levels]))))
 
 
 def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
-    """Return the law that has the least relative errors of damping at the levels."""
+    """Return the law of damping, and of frequency if it shifts, nearest to the levels.
+
+    Errors of damping and of frequency count relative to delta. For a given exponent the law is
+    linear. The best exponent has the largest likelihood for an unknown scatter of either; a
+    scatter below 1 % is not distinguished from none.
+    """
+    from scipy.optimize import minimize_scalar  # takes a while to import
+
     a, omega = (np.array([getattr(x, key) for x in levels]) for key in ("amplitude", "frequency"))
     delta = np.array([x.damping_rate for x in levels])
-    reference = a.max()
+    terms, mean = (2 if form.law == "power" else 1), omega.mean()
+    relative = np.stack([np.ones(a.size), (omega - mean) / delta], axis=1)
 
-    def damping(p: float) -> tuple[Floats, float]:
-        basis = np.stack([np.ones(a.size), (a / reference) ** p], axis=1) / delta[:, np.newaxis]
-        found, rest = scipy.optimize.nnls(basis, np.ones(a.size))
-        return found, rest
+    def fitted(p: float) -> tuple[Floats, Floats]:
+        """Return damping and frequency (2 terms, 2), and their errors (levels, 2)."""
+        basis = np.stack([np.ones(a.size), (a / a.max()) ** p], axis=1) / delta[:, np.newaxis]
+        found = np.zeros((2, 2))
+        found[:terms] = np.linalg.lstsq(basis[:, :terms], relative, rcond=None)[0]
+        if found[0, 0] < 0.0:  # damping at rest
+            found[:, 0] = 0.0, basis[:, 1].sum() / (basis[:, 1] ** 2).sum()
+        return found, basis @ found - relative
 
-    p, found = 1.0, np.array([1.0 / np.mean(1.0 / delta), 0.0])
+    def unlikelihood(p: float) -> float:
+        squares = np.mean(fitted(p)[1] ** 2, axis=0) + 0.01**2
+        return float(np.log(squares if shift else squares[:1]).sum())
+
+    p = 1.0
     if form.law == "power":
-        tried = np.geomspace(*EXPONENTS, 40)  # the sum of squares may have several minima
-        best = int(np.argmin([damping(each)[1] for each in tried]))
+        tried = np.geomspace(*EXPONENTS, 20)  # there may be several minima
+        best = int(np.argmin([unlikelihood(each) for each in tried]))
         ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
-        p = float(
-            scipy.optimize.minimize_scalar(
-                lambda each: damping(each)[1],
-                bounds=ends,
-                method="bounded",
-                options={"xatol": 1e-9},
-            ).x
-        )
-        found = damping(p)[0]
-    omega_0, h = omega.mean(), 0.0
-    if shift:
-        basis = np.stack([np.ones(a.size), -((a / reference) ** p)], axis=1)
-        omega_0, h = np.linalg.lstsq(basis, omega, rcond=None)[0]
-    values = np.array([found[0], omega_0, found[1], h, p, 0.0])
-    return SlowLaw(form, values, np.array([reference]))
+        p = float(minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
+    (delta_0, moved), (g, slope) = fitted(p)[0]
+    omega_0, h = (mean + moved, -slope) if shift else (mean, 0.0)
+    return SlowLaw(form, np.array([delta_0, omega_0, g, h, p, 0.0]), np.array([a.max()]))
+
+
+def _deviation(values: Floats) -> float:
+    """Return the standard deviation of a quantity from values of all levels and without each."""
+    if not np.isfinite(values).all():
+        return np.inf
+    return float(np.sqrt(jackknife_variance(values[1:])))
 
 
 def _half_width(values: Floats) -> float:
-    """Return half the width of the 95 % interval, from values of all levels and without each."""
+    """Return half the width of its 95 % interval."""
     student = scipy.special.stdtrit(values.size - 2, 0.5 * (1.0 + CONFIDENCE))
-    return float(student * np.sqrt(jackknife_variance(values[1:])))
+    return float(student * _deviation(values))

@@ -73,10 +73,8 @@ class SineTests:
     def __iter__(self) -> Iterator[SineTest]:
         return iter(self.tests)
 
-    def __getitem__(self, key: str | slice) -> SineTests:
-        """Return the tests whose names start with a text, or a range of tests by position."""
-        if isinstance(key, slice):
-            return SineTests(self.tests[key], self.unit)
+    def __getitem__(self, key: str) -> SineTests:
+        """Return the tests whose names start with a text."""
         found = [test for test in self if test.name.startswith(key)]
         if not found:
             names = short_list(test.name for test in self)
