@@ -134,6 +134,8 @@ class SineIdentification:
         """
         if tests.unit != self.unit:
             raise SlipmodeError(f"tests: are in {tests.unit}, the identification in {self.unit}")
+        if frequency is not None and not (np.ndim(frequency) == 0 and 0.0 < frequency < np.inf):
+            raise SlipmodeError(f"frequency = {in_one_line(frequency)}: must be > 0 [rad/s]")
         parts, order = checked_tests(tests, band)
         made = []
         for part in parts:

@@ -97,6 +97,10 @@ def checked_tests(tests: SineTests, band: Any) -> tuple[list[SineTest], int]:
         raise SlipmodeError(
             f"unit = {in_one_line(tests.unit)}: must be {', '.join(ORDERS)}; convert the response"
         )
+    names = [test.name for test in tests]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise SlipmodeError(f"tests: names {short_list(repeated)} occur more than once")
     found = []
     for test in tests:
         part = _checked(test).within((float(ends[0]), float(ends[1])))
@@ -205,19 +209,26 @@ def _tests_of(
             f"{path}: needs {', '.join(COLUMNS)}, has {names}; the force must be measured"
         )
     for name, fields in structures:
-        units = {}
-        columns = {}
+        columns, units = {}, {}
         for key, given in fields.items():
-            plain, _, unit = re.match(r"(\w+)(\s*[\[(]\s*(.*?)\s*[\])])?", key).groups()  # type: ignore[union-attr]
+            plain, unit = _name_and_unit(key)
             if plain in COLUMNS:
                 columns[plain] = np.ravel(as_floats(f"{path}: {plain}", given))
                 if unit:
                     units[plain] = unit
+        if len({each.size for each in columns.values()}) > 1:
+            raise SlipmodeError(f"{path}: {', '.join(COLUMNS)} must have one length")
         if "units" in fields:  # of the fields in their order, as one text
             order = [key for key in fields if key in COLUMNS]
             text = str(np.ravel(fields["units"])[0])
             units = dict(zip(order, (each.strip() for each in text.split(",")), strict=False))
         yield name or path.stem, columns, units
+
+
+def _name_and_unit(key: str) -> tuple[str, str]:
+    """Return the parts of `force [N]`; the unit may be empty."""
+    name, _, unit = re.sub(r"[(\])]", "[", key).partition("[")
+    return name.strip(), unit.strip(" [")
 
 
 def _structures(given: Any, name: str) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -228,7 +239,7 @@ def _structures(given: Any, name: str) -> Iterator[tuple[str, dict[str, Any]]]:
             fields = dict(zip(given.dtype.names, each, strict=True)) if given.dtype.names else each
             yield from _structures(fields, name + number)
     elif isinstance(given, Mapping):
-        if set(COLUMNS) <= {re.split(r"\W", key)[0] for key in given}:
+        if set(COLUMNS) <= {_name_and_unit(str(key))[0] for key in given}:
             yield name, dict(given)
             return
         for key, each in given.items():

@@ -244,3 +244,7 @@ def test_predictions_beyond_the_measured_amplitudes_are_refused_unless_asked_for
     assert found.predict(loud, band=BAND, extrapolate=True)[0].error < 0.2
     with pytest.raises(rom.SlipmodeError, match="tests: are in m/s, the identification in m/s"):
         found.predict(rom.SineTests(loud.tests, "m/s"), band=BAND)
+    with pytest.raises(rom.SlipmodeError, match=r"frequency = -1\.0: must be > 0"):
+        found.predict(loud, band=BAND, frequency=-1.0)
+    with pytest.raises(rom.SlipmodeError, match="tests: names a_200 occur more than once"):
+        found.predict(rom.SineTests(loud.tests * 2, "m/s^2"), band=BAND)

@@ -72,6 +72,14 @@ def test_files_without_a_force_or_unit_are_refused(tmp_path, header, arguments, 
         rom.read_sine_tests(tmp_path / "a.csv", **given)
 
 
+def test_columns_of_several_lengths_are_refused(tmp_path):
+    np.savez(tmp_path / "a.npz", **(ARRAYS | {"phase": PHASE[1:]}))
+    with pytest.raises(
+        rom.SlipmodeError, match="frequency, force, amplitude, phase must have one"
+    ):
+        rom.read_sine_tests(tmp_path / "a.npz", unit="m", force_unit="N")
+
+
 def test_other_files_are_refused(tmp_path):
     (tmp_path / "a.uff").write_text("")
     with pytest.raises(rom.SlipmodeError, match=r"the name must end in .csv, .txt, .npz, .mat"):
