@@ -161,14 +161,16 @@ def controlled(a, frequency=FREQUENCY, oscillator=TRUE):
 def noise(test):
     rng = np.random.default_rng(1)
     wave = rng.standard_normal((2, test.frequency.size)).T @ [1, 1j]
-    return rom.SineTest("noise", test.frequency, test.force, wave)
+    return rom.SineTest(f"noise {test.name}", test.frequency, test.force, wave)
 
 
 def two_modes(test):
     other = Oscillator(m=2.5, frequency=78.0, zeta=0.004)
     omega = 2.0 * np.pi * FREQUENCY
     receptance = 1.0 / TRUE.stiffness(omega, 0.0) + 1.0 / other.stiffness(omega, 0.0)
-    return rom.SineTest("two", FREQUENCY, test.force, -(omega**2) * receptance * test.force)
+    return rom.SineTest(
+        f"two {test.name}", FREQUENCY, test.force, -(omega**2) * receptance * test.force
+    )
 
 
 def changed(test, **fields):
@@ -190,8 +192,8 @@ def changed(test, **fields):
         (lambda t: changed(t, response=np.nan * t.response), "response of x must be finite"),
         (lambda t: changed(t, response=t.force / t.force.conj()), "no resonance|negative damping"),
         (lambda t: changed(t, response=1j * t.response), r"x has a phase error of -?1\.\d+ rad"),
-        (noise, "noise has no resonance of one mode between 77.5 and 82 Hz"),
-        (two_modes, "two has no resonance of one mode"),
+        (noise, "noise a_10 has no resonance of one mode between 77.5 and 82 Hz"),
+        (two_modes, "two a_10 has no resonance of one mode"),
         (lambda t: controlled(10.0, np.linspace(60.0, 70.0, 41)), "has 0 points between 77 and"),
         (lambda t: controlled(10.0, np.linspace(80.9, 83.0, 41)), "a_10 has no resonance of one"),
         (lambda t: controlled(10.0, np.arange(77.0, 83.0, 0.5)), r"a_10 has \d points within the"),
