@@ -12,4 +12,5 @@ fit.py             the fit to the raw signals; scatter between records
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
 sine/              identify_sine(): steady sine tests of one mode
+models/            the law as a model that runs
 """

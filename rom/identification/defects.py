@@ -26,11 +26,6 @@ CLIPPED_SAMPLES, CLIPPED_RATIO = 4, 4.0
 # Periods that a sensor without contact keeps its value. A sinusoid of amplitude A keeps it
 # within the resolution q for 2 sqrt(2 q / A) / omega at its peak, a sum of two for up to twice so.
 DROPOUT_PERIODS = 0.25
-LEAST = 0.01  # offset or drift relative to the peak that is removed
-TONE = 2e-3  # amplitude of a steady tone relative to the peak from which it is removed
-TONE_NOISE = 10.0  # and relative to the noise in its bin
-STEADY = 0.2  # largest relative change of its amplitude between the halves of a record
-MOST_TONES = 4
 # Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
 # record that no law fits, see `selection.outliers`.
 JUMP = 0.15
@@ -108,8 +103,8 @@ def remove_line(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]
     for channel in signal:
         line = np.polynomial.Polynomial.fit(x, channel, 1)(x)
         share = np.abs(line).max() / np.abs(channel - line).max()
-        # A decay itself leaves up to 4 / (omega T) of its peak in a line.
-        if share > max(LEAST, 10.0 / (2.0 * np.pi * modes.min() * record.duration)):
+        # 1 % of the peak is visible. A decay itself leaves up to 4 / (omega T) of it in a line.
+        if share > max(0.01, 10.0 / (2.0 * np.pi * modes.min() * record.duration)):
             channel -= line
             notes = (f"an offset or drift of {100 * share:.2g} % of the peak was removed",)
     return replace(record, signal=signal), notes
@@ -126,7 +121,7 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
     window = np.hanning(record.samples - half)
     for channel in signal:
         peak = np.abs(channel).max()
-        for _ in range(MOST_TONES):
+        for _ in range(4):  # hum and its harmonics
             early, late = channel[:half], channel[half:]
             f, size = spectrum(late, record.sample_rate)
             away = np.abs(f[:, np.newaxis] - modes).min(axis=1) > 4.0 * f[1]
@@ -134,11 +129,11 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
             noise = noise_level(late, record.sample_rate, f[1], f[-1]) * noise_in_spectrum(
                 late.size
             )
-            if size[k] < max(TONE * peak, TONE_NOISE * noise):
+            if size[k] < max(2e-3 * peak, 10.0 * noise):  # not visible
                 break
             frequency = _frequency(late, record.sample_rate, f[k - 1], f[k + 1])
             a, b = (abs(_tone(part, frequency / record.sample_rate)) for part in (early, late))
-            if abs(a / b - 1.0) > STEADY:
+            if abs(a / b - 1.0) > 0.2:  # not steady
                 break
             wave = np.exp(2j * np.pi * frequency * record.times)
             basis = np.stack([wave.real, wave.imag], axis=1)

@@ -12,9 +12,6 @@ from slipmode.rom.identification.measurement import Bands, Prepared
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen
 
-# Full width at half maximum of the Gaussian filter relative to the band: 25 Hz for the bands of
-# 35 to 40 Hz of the double beam.
-WIDTH = 2.0 / 3.0
 # Standard deviations of the filter in time that are cut at both ends, and half a window.
 EDGE = 4.0
 SEEN = 10.0  # amplitude relative to its noise from which rates are read, and a decay identified
@@ -66,7 +63,9 @@ def demodulate(
 ) -> Envelope:
     """Return the complex amplitude around a carrier [rad/s] of signals (channels, samples)."""
     samples = signal.shape[-1]
-    width = WIDTH * (band[1] - band[0]) / np.sqrt(8.0 * np.log(2.0))  # standard deviation [Hz]
+    # Full width at half maximum of the Gaussian: 25 Hz for the bands of 35 to 40 Hz of the double
+    # beam. Its standard deviation [Hz]:
+    width = 2.0 / 3.0 * (band[1] - band[0]) / np.sqrt(8.0 * np.log(2.0))
     deviation = 1.0 / (2.0 * np.pi * width)
     padded = scipy.fft.next_fast_len(samples + int(2 * EDGE * deviation * sample_rate))
     frequency = np.fft.fftfreq(padded, 1.0 / sample_rate)

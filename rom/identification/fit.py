@@ -20,12 +20,7 @@ from slipmode.rom.short_repr import frozen
 # Step of forward differences in the scale of each parameter. Derivatives have errors of about
 # the same size, which change the path to the optimum but not the optimum itself.
 DIFFERENCE = 1e-5
-CONVERGED = 1e-5  # relative decrease of the sum of squares at which a fit ends
-MOST_ITERATIONS = 40
-EXPONENTS = (0.1, 6.0)  # range of p
 LEAST_RECORDS = 3  # of which a scatter is stated
-CONFIDENCE = 0.95  # of intervals
-QUIETEST = 1e-3  # scale of an initial amplitude, relative to the reference, at least
 # Relative size of eigenvalues of the normal matrix that derivatives with errors of DIFFERENCE
 # cannot distinguish from zero.
 SINGULAR = DIFFERENCE**2
@@ -126,7 +121,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     if not np.isfinite(now.cost).all():
         raise SlipmodeError("law: decays by the first guess of the law overflow; check the bands")
     damping = 1e-3
-    for _ in range(MOST_ITERATIONS):
+    for _ in range(40):
         diagonal = np.einsum("ikk->ik", now.matrix)
         damped = now.matrix + damping * diagonal[:, :, np.newaxis] * np.eye(diagonal.shape[1])
         reduced = Normal(damped, now.right, now.cost).eliminated(initial)
@@ -138,7 +133,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         new_values = values.copy()
         new_values[form.free] += step * scale
         exponents = slice(4, 6 * form.modes, 6)
-        new_values[exponents] = np.clip(new_values[exponents], *EXPONENTS)
+        new_values[exponents] = np.clip(new_values[exponents], 0.1, 6.0)
         new_start = start + np.ascontiguousarray(moves).view(complex).T * _initial_sizes(
             decays, start
         )
@@ -147,7 +142,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         if decrease > 0.0:
             values, start, now = new_values, new_start, new
             damping = max(0.1 * damping, 1e-9)
-            if decrease < CONVERGED:
+            if decrease < 1e-5:
                 break
         else:
             damping *= 10.0
@@ -169,7 +164,7 @@ def _scale(decays: Decays, form: LawForm) -> Floats:
 
 
 def _initial_sizes(decays: Decays, start: Complexes) -> Floats:
-    return np.maximum(np.abs(start), QUIETEST * decays.reference[:, np.newaxis])
+    return np.maximum(np.abs(start), 1e-3 * decays.reference[:, np.newaxis])
 
 
 def _normal(
@@ -224,7 +219,7 @@ def uncertainty(found: Fit) -> tuple[Floats, Floats, tuple[str, ...]]:
     if records >= LEAST_RECORDS:
         left_out = np.array([law.values[free] for law in found.left_out()])
         deviation = np.where(singular, np.inf, np.sqrt(jackknife_variance(left_out)))
-        half = deviation * scipy.special.stdtrit(records - 1, 0.5 * (1.0 + CONFIDENCE))
+        half = deviation * scipy.special.stdtrit(records - 1, 0.975)
         wide = half > _parameter_sizes(form, found.law.values)[free]
     unidentified = {name for name, each in zip(names, wide, strict=True) if each}
     for mode in "AB"[: form.modes]:  # constant rates have no exponent

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.identification.decay_flow import STEP, Decays
@@ -21,6 +21,8 @@ from slipmode.rom.identification.measurement import (
     RecordReport,
     checked_bands,
 )
+from slipmode.rom.identification.models.law_model import model_of_law
+from slipmode.rom.identification.models.sensor_units import sensor_factors, shape_at_sensor
 from slipmode.rom.identification.prediction import Prediction, predict
 from slipmode.rom.identification.preparation import (
     Plan,
@@ -37,6 +39,7 @@ from slipmode.rom.identification.selection import (
 )
 from slipmode.rom.identification.slow_laws import LawForm, LawName, SlowLaw, allowed_forms
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -245,6 +248,73 @@ class Identification:
                 "predicts it nevertheless"
             )
         return found
+
+    def model(
+        self,
+        *,
+        modal_mass: Any = None,
+        mode_shape: Any = None,
+        amplitude: Any = None,
+        tolerance: float = 1e-3,
+        extrapolate: bool = False,
+    ) -> Model:
+        """Return the law as a model, for `fmu.Component`, FMUs, curves and scenes.
+
+        The model has no contacts. Its DOFs are the channels of the measurement. Modal amplitudes
+        follow from sensor amplitudes by `sensor_factors`.
+
+        Parameters
+        ----------
+        modal_mass : float or (modes,) array_like, optional
+            Modal masses at the reference channel [kg]. Default: 1 kg. Free decays do not determine
+            it: with the default, forces are relative to an unknown modal mass.
+        mode_shape : (modes,) array_like, optional
+            Mass-normalised modes at the reference channel [kg^-1/2], instead of `modal_mass`.
+        amplitude : (modes,) array_like, optional
+            Largest amplitudes of the model [sensor unit]. Default: the largest measured ones.
+        tolerance : float
+            As in `rom.model_of_rates`.
+        extrapolate : bool
+            Whether `amplitude` may exceed the measured range.
+
+        Raises
+        ------
+        SlipmodeError
+            If the unit of the measurement is not one of displacement, velocity or acceleration,
+            a modal mass is not positive, or an amplitude is beyond the range.
+
+        Warns
+        -----
+        ValidityWarning
+            If the law has a quadratic coupling, which the model leaves out. See also
+            `rom.model_of_rates`.
+        """
+        modes = self.law.form.modes
+        largest = as_floats("amplitude", self.range[:, 1] if amplitude is None else amplitude)
+        if largest.shape != (modes,) or not np.all(np.isfinite(largest) & (largest > 0.0)):
+            raise SlipmodeError(
+                f"amplitude = {in_one_line(amplitude)}: must be {modes} finite numbers > 0 "
+                "[sensor unit]"
+            )
+        for mode, size in enumerate(largest.tolist()):
+            self._check_range(mode, size, extrapolate)
+        shape = shape_at_sensor(modes, modal_mass, mode_shape)
+        factors = self.sensor_factors(modal_mass=modal_mass, mode_shape=mode_shape)
+        return model_of_law(self.law, factors, largest, self.shapes.real * shape, tolerance)
+
+    def sensor_factors(self, *, modal_mass: Any = None, mode_shape: Any = None) -> Complexes:
+        """Return the sensor amplitude of a modal amplitude of 1 kg^1/2 m, (modes,) complex.
+
+        The reference channel measures y = Re sum_j factor_j a_j exp(i theta_j), with a_j and
+        theta_j as in `fmu.Component`.
+
+        Parameters
+        ----------
+        modal_mass, mode_shape
+            Of `model`.
+        """
+        shape = shape_at_sensor(self.law.form.modes, modal_mass, mode_shape)
+        return sensor_factors(self.law, self.source.measurement.unit, shape)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the backbone of each mode with the points of the records, (2, modes) axes."""

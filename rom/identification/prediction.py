@@ -17,7 +17,6 @@ from slipmode.rom.short_repr import frozen
 # amplitudes are taken from. It is 18 ms for modes of 122 and 243 Hz, the window of Cenedese et
 # al. (2022), whose data and error norm these are.
 PERIODS = 2.25
-PASSES = 4  # of the linear fit with the rates at its own amplitudes: each gains three digits
 
 
 @frozen
@@ -77,7 +76,7 @@ def initial_amplitudes(
     t = record.times[:count]
     measured = record.signal[:, :count].reshape(-1)
     a = np.zeros(law.form.modes, complex)
-    for _ in range(PASSES):
+    for _ in range(4):  # with the rates at these amplitudes: each pass gains three digits
         rates = law.logarithmic_rates(a)
         wave = shapes[:, np.newaxis] * np.exp(np.multiply.outer(t, rates))
         wave = wave.reshape(-1, len(a))

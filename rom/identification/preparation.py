@@ -29,10 +29,6 @@ from slipmode.rom.identification.measurement import Bands, Measurement, Prepared
 from slipmode.rom.short_repr import frozen, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins
-# Shares of a record in which modes are searched: soon after the blow if they are damped well.
-PARTS = (1.0, 0.3, 0.1)
-SECOND_PEAK = 0.05  # size of another peak of a band relative to the first that is a second mode
-OTHER_MODES = 0.01  # size of peaks outside the bands from which these are filtered out
 SHORTEST = 5  # windows of the first look in the shortest usable part: two that are whole
 
 
@@ -44,7 +40,8 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
     """
     found = np.empty(len(bands))
     for j, (low, high) in enumerate(bands):
-        looks = [_peaks(records, bands, j, share) for share in PARTS]
+        # Modes that are damped well are visible soon after the blow alone.
+        looks = [_peaks(records, bands, j, share) for share in (1.0, 0.3, 0.1)]
         f, size, peaks = max(looks, key=lambda look: look[1][look[2]].max(initial=0.0))
         if not peaks.size:
             raise SlipmodeError(
@@ -53,7 +50,7 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
             )
         k = int(peaks[size[peaks].argmax()])
         found[j] = f[k]
-        for other in peaks[size[peaks] > SECOND_PEAK * size[k]] if alone else ():
+        for other in peaks[size[peaks] > 0.05 * size[k]] if alone else ():
             between = size[min(k, other) : max(k, other) + 1].min()
             if abs(other - k) > 8 and between < 0.5 * size[other]:  # main lobes of the window
                 raise SlipmodeError(
@@ -130,7 +127,7 @@ def prepare_all(data: Measurement, bands: Bands) -> tuple[dict[str, Prepared], P
     made = {record.name: prepare(record, plan) for record in data}
     outside = [_other_peak(p.part, bands) for p in made.values() if p.part is not None]
     share, frequency = max(outside, default=(0.0, 0.0))
-    if share > OTHER_MODES:
+    if share > 0.01:
         plan = Plan(bands, modes, frequency)
         made = {name: _filtered(each, plan) for name, each in made.items()}
     return made, plan

@@ -48,7 +48,7 @@ def read_measurement(
         or `t` (without a header line, a first column that rises in equal steps), if there is one,
         and a column per channel. In .npz and .mat files each array of
         (samples,) is a record of one channel and each array of (channels, samples) is a record;
-        `sample_rate` [Hz] or `time` [s] may stand beside them. In universal files (.uff, .unv;
+        `sample_rate` [Hz] or `time` [s] may be there too. In universal files (.uff, .unv;
         needs `slipmode[uff]`) the time signals of data sets 58 are read; a node and direction that
         repeats starts a new record.
     quantity : str
@@ -216,7 +216,7 @@ def _are_numbers(row: Sequence[str]) -> bool:
 
 
 def _content(path: Path, arrays: Mapping[str, Any], one_record: bool = False) -> _Content:
-    """Return the records among named arrays, and the rate that stands beside them."""
+    """Return the records among named arrays, and the rate that is with them."""
     rate: float | None = None
     records: dict[str, dict[str, Floats]] = {}
     columns: dict[str, Floats] = {}

@@ -21,8 +21,6 @@ from slipmode.rom.identification.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 
 SHARE = 3  # one record of so many is left out
-# A law with more terms is taken if it predicts better by this share of the error.
-BETTER = 0.02
 # Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
 # records of the double beam none is above 1.6 times the median.
@@ -159,7 +157,8 @@ def select(
     errors = {law.form: prediction_error(loud, law) for law in laws}
     chosen = laws[0]
     for law in laws[1:]:
-        if errors[law.form] < (1.0 - BETTER) * errors[chosen.form]:
+        # a law with more terms has to be better by 2 %
+        if errors[law.form] < 0.98 * errors[chosen.form]:
             chosen = law
     return chosen, errors
 

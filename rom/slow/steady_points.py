@@ -180,7 +180,9 @@ class _SteadyFlow(ForcedFlow):
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
         free = self._excited & (self.force[0] == 0.0)
-        at_edge = False  # whether the last stage inside the table was close to its edge
+        at_edge = (
+            True  # whether the last stage inside the table was close to its edge, or none was
+        )
 
         def rate(_: float, z: Floats) -> Floats:
             nonlocal at_edge

@@ -19,22 +19,31 @@ _ADVICE = (
     (r"\(rom\.preload, in scenes \[preload\]\)", "([preload])"),
     (r": up to where friction holds it says rom\.limit_cycles", ", and friction does not hold it"),
     (r"; rom\.limit_cycles .*", ""),
+    (r"\bgive sample_rate= \[Hz\]", "give --sample-rate [Hz]"),
+    (r"\bgive unit=, such as", "give --unit, such as"),
+    (r"\bby channels=", "by --channels"),
+    (r"^files: ", ""),
+    (r"^bands\b", "band"),
+    (r"such as \[\(100, 140\), \(225, 260\)\]", "such as --band 100 140 --band 225 260"),
 )
 
 
 def command_words(message: str, options: Container[str] = ()) -> str:
     """Return a message that names command-line options and scene keys, not Python arguments.
 
-    The message may begin with the name of an argument, followed by a colon; `options` are the
-    names of the options of the command.
+    The message may begin with the name of an argument, followed by a colon or by " = " and its
+    value; `options` are the names of the options of the command.
     """
     for advice, instead in _ADVICE:
         message = re.sub(advice, instead, message)
+    valued = re.match(r"(\w+) = (?=.*:)", message)
+    if valued and valued[1] in options:
+        return f"--{valued[1].replace('_', '-')} {message[valued.end() :]}"
     name, colon, rest = message.partition(":")
     if not colon:
         return message
     if name in options:
-        name = f"--{name}"
+        name = f"--{name.replace('_', '-')}"
     elif name == "frequency" and "span" in options:  # keys of a scene have longer names
         name = "--span"
     elif name == "amplitude":

@@ -12,7 +12,7 @@ import scipy.special
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.fit import CONFIDENCE, EXPONENTS, jackknife_variance
+from slipmode.rom.identification.fit import jackknife_variance
 from slipmode.rom.identification.identification import DecayBackbone
 from slipmode.rom.identification.sine.levels import (
     SineLevel,
@@ -322,7 +322,7 @@ def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
 
     p = 1.0
     if form.law == "power":
-        tried = np.geomspace(*EXPONENTS, 20)  # there may be several minima
+        tried = np.geomspace(0.1, 6.0, 20)  # there may be several minima
         best = int(np.argmin([unlikelihood(each) for each in tried]))
         ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
         p = float(minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
@@ -340,5 +340,5 @@ def _deviation(values: Floats) -> float:
 
 def _half_width(values: Floats) -> float:
     """Return half the width of its 95 % interval."""
-    student = scipy.special.stdtrit(values.size - 2, 0.5 * (1.0 + CONFIDENCE))
+    student = scipy.special.stdtrit(values.size - 2, 0.975)
     return float(student * _deviation(values))

@@ -129,15 +129,15 @@ def _displacement_by(
 
     `stiffness` is (points or 1, modes, N_c, N_c), without friction. Friction resists with its
     secant stiffness friction_i / P_i, where `force` balances stiffness and friction. A contact
-    that sticks does not move.
+    that sticks does not move, nor does one with hardly any motion: friction alone may cause that
+    (slip by another mode), and its secant stiffness then cancels the stiffness.
     """
     if not P.size:  # no contacts
         return P
     friction = force - (stiffness @ P[..., np.newaxis])[..., 0]
     elastic = np.abs(np.einsum("...cc->...c", stiffness) * P)
     reach = np.abs(force).max(axis=-1, keepdims=True)
-    rounding = 1e-9
-    sticks = (elastic <= rounding * reach) | (reach == 0.0)
+    sticks = (elastic <= 1e-6 * reach) | (reach == 0.0)
     moving = np.where(sticks, 0.0, P)
     system = stiffness * moving[..., np.newaxis, :]
     contacts = np.arange(P.shape[-1])

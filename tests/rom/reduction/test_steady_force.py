@@ -33,9 +33,8 @@ def steady_error(case, known, reference):
     return abs(found - reference) / abs(reference)
 
 
-@pytest.mark.parametrize(
-    "case", [CASES[0], *(pytest.param(case, marks=pytest.mark.slow) for case in CASES[1:])]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
 def test_steady_states_have_what_a_force_does_past_its_mode(case):
     mode, dof, detuning, size = case
     reduced = reduced_at(mode, dof, detuning, known=True)

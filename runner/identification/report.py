@@ -1,0 +1,97 @@
+"""The report of an identification, for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from textwrap import wrap
+
+import numpy as np
+
+from slipmode.rom import Identification
+
+_UNITS = {"delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
+
+
+def report(found: Identification, modal_mass: Sequence[float] | None) -> str:
+    """Return the report: records, law, parameters with intervals, errors of predictions."""
+    parts = [_records(found), _law(found), _parameters(found), _modes(found)]
+    mass = "1 kg, not measured: forces on the model are relative to it"
+    if modal_mass is not None:
+        mass = f"{', '.join(f'{each:g}' for each in modal_mass)} kg"
+    parts.append(f"modal mass at {found.channel}: {mass}")
+    return "\n\n".join(parts)
+
+
+def _records(found: Identification) -> str:
+    unit, modes = found.source.measurement.unit, "AB"[: found.law.form.modes]
+    width = max(len("record"), *(len(record.name) for record in found.records))
+    sizes = "".join(f"{f'{mode} [{unit}]':>13}" for mode in modes)
+    lines = [f"{'record':{width}}  {'use':8}  {'used [s]':>14}{sizes}  error of prediction"]
+    for r in found.records:
+        line = f"{r.name:{width}}  {r.use:8}"
+        if r.use != "excluded":
+            sizes = "".join(f"{size:13.4g}" for size in r.amplitude)
+            line += f"  {f'{r.start:.3g} to {r.end:.3g}':>14}{sizes}  {100 * r.error:.2g} %"
+        lines += [line, *(f"    {note}" for note in r.notes)]
+    for use in ("fitted", "held out"):
+        errors = [r.error for r in found.records if r.use == use]
+        if errors:
+            mean = 100 * float(np.mean(errors))
+            lines.append(f"{len(errors)} {use}: mean error {mean:.2g} % from the first window")
+    return "\n".join(lines)
+
+
+def _law(found: Identification) -> str:
+    form, unit = found.law.form, found.source.measurement.unit
+    lines = [f"law: {form}"]
+    if found.errors:
+        errors = (f"{each} {100 * error:.2g} %" for each, error in found.errors.items())
+        listed = f"errors for loud records from fits to the others: {', '.join(errors)}"
+        lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
+    if form.law == "linear":
+        return "\n".join(lines)
+    lines.append("    damping rate delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p")
+    if form.cross:
+        lines.append("    s_A^2 = A^2 + kappa_A B^2, s_B^2 = B^2 + kappa_B A^2")
+    sizes = zip("AB", found.law.reference, strict=False)
+    lines.append("    " + ", ".join(f"R_{mode} = {size:.4g} {unit}" for mode, size in sizes))
+    return "\n".join(lines)
+
+
+def _parameters(found: Identification) -> str:
+    lines = [f"{'parameter':10}  {'value':>10}  {'95 % interval':>22}"]
+    for name, value in found.parameters.items():
+        low, high = found.interval[name]
+        digits = _digits(high - low)
+        interval = "needs three records"
+        if np.isfinite(high):
+            interval = f"{low:.{digits}f} to {high:.{digits}f}"
+        unit = _UNITS.get(name.rpartition("_")[0], "-")
+        if "q_" in name:
+            unit = f"1/s per {found.source.measurement.unit}"
+        lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
+    scattered = all(np.isfinite(each) for each in found.deviation.values())
+    nothing = "none" if scattered else "fewer than three fitted records do not show it"
+    lines.append(f"not identified: {', '.join(found.unidentified) or nothing}")
+    return "\n".join(lines)
+
+
+def _digits(width: float) -> int:
+    """Return the decimal places that show two digits of the width of an interval."""
+    if not 0.0 < width < np.inf:
+        return 4
+    return min(max(1 - int(np.floor(np.log10(width))), 0), 8)
+
+
+def _modes(found: Identification) -> str:
+    lines = []
+    for mode in range(found.law.form.modes):
+        curve = found.backbone(mode)
+        hertz = curve.frequency / (2.0 * np.pi)
+        low, high = curve.amplitude[[0, -1]]
+        lines.append(
+            f"mode {'AB'[mode]}: {hertz[0]:.5g} to {hertz[-1]:.5g} Hz, damping ratio "
+            f"{curve.damping[0]:.3g} to {curve.damping[-1]:.3g}, at {low:.3g} to {high:.3g} "
+            f"{curve.unit} of {found.channel}"
+        )
+    return "\n".join(lines)
