@@ -14,6 +14,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.fit import jackknife_variance
 from slipmode.rom.identification.identification import DecayBackbone
+from slipmode.rom.identification.models.law_model import model_of_law
+from slipmode.rom.identification.models.sensor_units import sensor_factors
 from slipmode.rom.identification.sine.levels import (
     SineLevel,
     check_level,
@@ -24,6 +26,7 @@ from slipmode.rom.identification.sine.prediction import SineModel, SinePredictio
 from slipmode.rom.identification.sine.reading import SineTest, SineTests, checked_tests
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.table.model import Model
 
 
 @frozen
@@ -143,6 +146,21 @@ class SineIdentification:
             self._check_range(float(each.amplitude.max()), extrapolate)
             made.append(each)
         return tuple(made)
+
+    def model(self, *, tolerance: float = 1e-3) -> Model:
+        """Return the law as a model, for `fmu.Component`, FMUs, curves and scenes.
+
+        Its one DOF is the sensor, and the force acts there too: it has the identified modal mass.
+        It has no contacts. Free vibration has the damping of steady vibration.
+
+        Parameters
+        ----------
+        tolerance : float
+            As in `rom.model_of_rates`. The model reaches to the largest measured amplitude.
+        """
+        shape = np.array([1.0 / np.sqrt(self.parameters["modal_mass"])])
+        factors = sensor_factors(self.law, self.unit, shape)
+        return model_of_law(self.law, factors, self.range[:, 1], shape[np.newaxis], tolerance)
 
     def _check_range(self, largest: float, extrapolate: bool) -> None:
         # 1 % is less than the errors of predictions.

@@ -128,6 +128,15 @@ def test_backbones_have_bands_and_points(found):
         found.backbone([-1.0])
 
 
+def test_steady_states_of_the_model_are_those_of_time_integration(found):
+    model = found.model()
+    frequency = np.array([79.0, 79.6, 79.8, 80.0, 80.3, 81.0])
+    a = rom.steady(model, 2.0 * np.pi * frequency[:, np.newaxis], [{0: 1.5}])
+    x = 2.0 * np.abs(model.reduced.mode_shapes[0, 0] * a[:, 0])
+    marched = np.abs(TRUE.marched(frequency, np.full(frequency.size, 1.5)))
+    assert x == pytest.approx(marched, rel=5e-3)
+
+
 def test_a_linear_law_needs_two_levels():
     tests = [response_controlled(Oscillator(), a, FREQUENCY) for a in (10.0, 30.0)]
     found = rom.identify_sine(rom.SineTests(tests, "m/s^2"), band=BAND, law="linear")
