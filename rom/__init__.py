@@ -7,7 +7,7 @@ a_A, a_B = rom.steady(model, frequency=(0.98, 1.65), force=({0: 0.15}, {1: 0.25}
 
 The rooms follow that chain, and the source paper's equations: structure/ (1)-(3), laws/ (28),
 reduction/ (8), (13), contact/ (13), (14), (20), table/ (20), slow/ (12), (18), (19), (22)-(25);
-identification/ finds laws of the slow flow in measured decays, full/ is Eq. (1) integrated in
+identification/ finds laws of the slow flow in measurements, full/ is Eq. (1) integrated in
 full, kernel/ what of all that is computed in C. validity/ is what the method assumes.
 """
 
@@ -21,6 +21,10 @@ from slipmode.rom.identification.identification import DecayBackbone, Identifica
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
 from slipmode.rom.identification.prediction import Prediction
 from slipmode.rom.identification.reading import read_measurement
+from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
+from slipmode.rom.identification.sine.levels import SineLevel
+from slipmode.rom.identification.sine.prediction import SinePrediction
+from slipmode.rom.identification.sine.reading import SineTest, SineTests, read_sine_tests
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
@@ -89,6 +93,11 @@ __all__ = [
     "ResonanceCurve",
     "ResonanceSurface",
     "ResponseCurve",
+    "SineIdentification",
+    "SineLevel",
+    "SinePrediction",
+    "SineTest",
+    "SineTests",
     "Sliders",
     "SlipmodeError",
     "SlowLaw",
@@ -105,6 +114,7 @@ __all__ = [
     "contact_pairs",
     "decay_rates",
     "identify",
+    "identify_sine",
     "limit_cycles",
     "load_structure",
     "model_of_rates",
@@ -113,6 +123,7 @@ __all__ = [
     "performance_curve",
     "preload",
     "read_measurement",
+    "read_sine_tests",
     "reconstruct",
     "reduce",
     "resonance",

@@ -1,4 +1,4 @@
-"""From measured decays to a law of the slow flow, with its uncertainty.
+"""From measured decays or sine tests to a law of the slow flow, with its uncertainty.
 
 identification.py  identify(): what the other files are called by. Start here.
 measurement.py     records of a test
@@ -11,5 +11,6 @@ decay_flow.py      decays by a law, and the sensor signals of these
 fit.py             the fit to the raw signals; scatter between records
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
+sine/              identify_sine(): steady sine tests of one mode
 models/            the law as a model that runs
 """

@@ -75,7 +75,7 @@ def read_measurement(
         raise SlipmodeError(f"sample_rate = {in_one_line(sample_rate)}: must be > 0 [Hz]")
     records: list[Record] = []
     names: tuple[str, ...] | None = None
-    for path in _found(files):
+    for path in found_files(files):
         content = _READERS[path.suffix.lower()](path)
         if unit is not None and content.unit is not None and unit != content.unit:
             raise SlipmodeError(f"unit = {unit!r}: {path} states {content.unit!r}")
@@ -105,7 +105,8 @@ def read_measurement(
     return Measurement(records, quantity, checked_line("unit", unit), names)
 
 
-def _found(files: str | Path | Sequence[str | Path]) -> list[Path]:
+def found_files(files: str | Path | Sequence[str | Path]) -> list[Path]:
+    """Return the paths of readable files by names with or without wildcards; refuse others."""
     given = [files] if isinstance(files, str | Path) else list(files)
     paths: list[Path] = []
     for name in given:
@@ -171,7 +172,15 @@ def _rate_of_times(path: Path, times: Floats) -> float:
     return float((times.size - 1) / (times[-1] - times[0]))
 
 
-def _read_csv(path: Path) -> _Content:
+def read_arrays(path: Path) -> dict[str, Any]:
+    """Return the columns of a .csv file, or the arrays of an .npz or .mat file, by name."""
+    suffix = path.suffix.lower()
+    if suffix not in _ARRAYS:
+        raise SlipmodeError(f"{path}: the name must end in {', '.join(_ARRAYS)}")
+    return _ARRAYS[suffix](path)
+
+
+def _csv_columns(path: Path) -> dict[str, Any]:
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -195,7 +204,7 @@ def _read_csv(path: Path) -> _Content:
         timed = len(table) > 1 and _rises_evenly(table[0])
         names = [f"channel {k}" for k in range(len(table) - timed)]
         names = ["time", *names] if timed else names
-    return _content(path, dict(zip(names, table, strict=True)), one_record=True)
+    return dict(zip(names, table, strict=True))
 
 
 def _are_numbers(row: Sequence[str]) -> bool:
@@ -236,16 +245,15 @@ def _content(path: Path, arrays: Mapping[str, Any], one_record: bool = False) ->
     return _Content(records, rate)
 
 
-def _read_npz(path: Path) -> _Content:
+def _npz_arrays(path: Path) -> dict[str, Any]:
     try:
         with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
+            return {name: stored[name] for name in stored.files}
     except Exception as error:  # damaged files make zipfile, zlib and numpy raise nearly anything
         raise SlipmodeError(f"{path}: is not a readable .npz file") from error
-    return _content(path, arrays)
 
 
-def _read_mat(path: Path) -> _Content:
+def _mat_arrays(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
     try:
@@ -254,7 +262,12 @@ def _read_mat(path: Path) -> _Content:
         raise SlipmodeError(f"{path}: is of MATLAB 7.3; save it with -v7") from error
     except Exception as error:
         raise SlipmodeError(f"{path}: is not a readable .mat file") from error
-    return _content(path, {k: v for k, v in arrays.items() if not k.startswith("__")})
+    return {k: v for k, v in arrays.items() if not k.startswith("__")}
+
+
+def _read_arrays(path: Path) -> _Content:
+    arrays = read_arrays(path)
+    return _content(path, arrays, one_record=_ARRAYS[path.suffix.lower()] is _csv_columns)
 
 
 def _read_uff(path: Path) -> _Content:
@@ -285,11 +298,14 @@ def _read_uff(path: Path) -> _Content:
     return _Content(named, rates.pop(), None if unit.upper() in ("", "NONE") else unit)
 
 
+_ARRAYS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    ".csv": _csv_columns,
+    ".txt": _csv_columns,
+    ".npz": _npz_arrays,
+    ".mat": _mat_arrays,
+}
 _READERS: dict[str, Callable[[Path], _Content]] = {
-    ".csv": _read_csv,
-    ".txt": _read_csv,
-    ".npz": _read_npz,
-    ".mat": _read_mat,
+    **dict.fromkeys(_ARRAYS, _read_arrays),
     ".uff": _read_uff,
     ".unv": _read_uff,
 }

@@ -1,0 +1,362 @@
+"""Identification of a law of the slow flow from steady sine tests of one mode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field, replace
+from typing import Any, Literal
+
+import numpy as np
+import scipy.special
+
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.first_look import LocalRates
+from slipmode.rom.identification.fit import jackknife_variance
+from slipmode.rom.identification.identification import DecayBackbone
+from slipmode.rom.identification.models.law_model import model_of_law
+from slipmode.rom.identification.models.sensor_units import sensor_factors
+from slipmode.rom.identification.sine.levels import (
+    SineLevel,
+    check_level,
+    complex_rate,
+    fit_level,
+)
+from slipmode.rom.identification.sine.prediction import SineModel, SinePrediction, predicted
+from slipmode.rom.identification.sine.reading import SineTest, SineTests, checked_tests
+from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.table.model import Model
+
+
+@frozen
+class SineIdentification:
+    """A law of the slow flow identified from steady sine tests.
+
+    Attributes
+    ----------
+    law : SlowLaw
+        Its damping is that of steady vibration. Friction damps free vibration more, by up to 1.7 %
+        in an example of `model_of_rates`.
+    parameters : dict
+        Value of each parameter of the law, and "modal_mass" [kg].
+    deviation : dict
+        Standard deviation of each by the jackknife over the levels.
+    interval : dict
+        95 % interval of each, (low, high).
+    unidentified : tuple of str
+        Parameters with intervals that are wider on each side than their size. The law has no
+        frequency shift, h_A = 0, if its interval contains 0.
+    levels : tuple of SineLevel
+    frequency_scatter : float
+        Standard deviation of the natural frequency of a level from the law [rad/s].
+    range : (1, 2) ndarray
+        Smallest and largest amplitude at resonance [sensor unit].
+    unit : str
+    control : {"force", "response"}
+        Kind of the levels.
+    models : tuple of SineModel
+        Law and modal mass of all levels, then without each of them.
+    """
+
+    law: SlowLaw
+    parameters: dict[str, float]
+    deviation: dict[str, float]
+    interval: dict[str, tuple[float, float]]
+    unidentified: tuple[str, ...]
+    levels: tuple[SineLevel, ...]
+    frequency_scatter: float
+    range: Floats
+    unit: str
+    control: Literal["force", "response"]
+    models: tuple[SineModel, ...] = field(repr=False)
+
+    def backbone(self, amplitude: Any = None, extrapolate: bool = False) -> DecayBackbone:
+        """Return natural frequency and damping against the amplitude.
+
+        Parameters
+        ----------
+        amplitude : (n,) array_like, optional
+            [sensor unit]. Default: 200 values over the measured range.
+        extrapolate : bool
+            Whether amplitudes above the measured range are allowed.
+
+        Raises
+        ------
+        SlipmodeError
+            If an amplitude is not positive or beyond the range.
+        """
+        if amplitude is None:
+            amplitude = np.geomspace(self.range[0, 0], self.range[0, 1], 200)
+        a = np.atleast_1d(as_floats("amplitude", amplitude))
+        if a.ndim > 1 or not a.size or not np.all(np.isfinite(a) & (a > 0.0)):
+            raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
+        self._check_range(float(a.max()), extrapolate)
+        rates = np.array([complex_rate(each.law, a) for each in self.models])
+        damping = -rates.real / rates.imag
+        points = {
+            each.name: LocalRates(
+                *(np.array([v]) for v in (0.0, each.amplitude, each.damping_rate, each.frequency))
+            )
+            for each in self.levels
+        }
+        omega_deviation, deviation = (
+            np.sqrt(jackknife_variance(each[1:])) for each in (rates.imag, damping)
+        )
+        return DecayBackbone(
+            0, a, rates.imag[0], damping[0], omega_deviation, deviation, points, self.unit
+        )
+
+    def predict(
+        self,
+        tests: SineTests,
+        *,
+        band: tuple[float, float],
+        frequency: float | None = None,
+        extrapolate: bool = False,
+    ) -> tuple[SinePrediction, ...]:
+        """Return the amplitudes of other tests under their measured forces.
+
+        Parameters
+        ----------
+        tests : SineTests
+            Force- or response-controlled.
+        band : (float, float)
+            Points between these frequencies are predicted [Hz].
+        frequency : float, optional
+            Natural frequency at rest [rad/s], the same for all tests. Default: fitted to each
+            test, because it differs between tests by about the half-power bandwidth.
+        extrapolate : bool
+            Whether amplitudes may be beyond the measured range.
+
+        Raises
+        ------
+        SlipmodeError
+            If the tests have another unit, a test is not sound, or an amplitude is beyond the
+            range.
+        """
+        if tests.unit != self.unit:
+            raise SlipmodeError(f"tests: are in {tests.unit}, the identification in {self.unit}")
+        if frequency is not None and not (np.ndim(frequency) == 0 and 0.0 < frequency < np.inf):
+            raise SlipmodeError(f"frequency = {in_one_line(frequency)}: must be > 0 [rad/s]")
+        parts, order = checked_tests(tests, band)
+        made = []
+        for part in parts:
+            each = predicted(part, order, self.models, float(self.range[0, 1]), frequency)
+            self._check_range(float(each.amplitude.max()), extrapolate)
+            made.append(each)
+        return tuple(made)
+
+    def model(self, *, tolerance: float = 1e-3) -> Model:
+        """Return the law as a model, for `fmu.Component`, FMUs, curves and scenes.
+
+        Its one DOF is the sensor, and the force acts there too: it has the identified modal mass.
+        It has no contacts. Free vibration has the damping of steady vibration.
+
+        Parameters
+        ----------
+        tolerance : float
+            As in `rom.model_of_rates`. The model reaches to the largest measured amplitude.
+        """
+        shape = np.array([1.0 / np.sqrt(self.parameters["modal_mass"])])
+        factors = sensor_factors(self.law, self.unit, shape)
+        return model_of_law(self.law, factors, self.range[:, 1], shape[np.newaxis], tolerance)
+
+    def _check_range(self, largest: float, extrapolate: bool) -> None:
+        # 1 % is less than the errors of predictions.
+        if largest > 1.01 * self.range[0, 1] and not extrapolate:
+            raise SlipmodeError(
+                f"amplitude: {largest:.4g} is beyond the largest measured amplitude, "
+                f"{self.range[0, 1]:.4g} {self.unit}; extrapolate=True allows it"
+            )
+
+
+def identify_sine(
+    tests: SineTests, *, band: tuple[float, float], law: Literal["power", "linear"] = "power"
+) -> SineIdentification:
+    """Identify frequency and damping of one mode against its amplitude from steady sine tests.
+
+    Natural frequency, modal mass, damping and a phase error of the channels are fitted to each
+    level. One law of damping follows from all levels, and its uncertainty from the scatter
+    between them.
+
+    Parameters
+    ----------
+    tests : SineTests
+        Levels of one kind, force- or response-controlled, see `read_sine_tests`.
+    band : (float, float)
+        Lower and upper end of a band around the mode [Hz], in which it is the only mode.
+    law : {"power", "linear"}
+        delta = delta_0 + g (a / R)^p and omega = omega_0 - h (a / R)^p, or constants. R is the
+        largest amplitude.
+
+    Returns
+    -------
+    SineIdentification
+
+    Raises
+    ------
+    SlipmodeError
+        If an array or the unit of a test is not allowed, a level has no resonance or too few
+        points around it, levels differ in kind, or are fewer than the parameters of the law.
+
+    Notes
+    -----
+    Tests of different kinds (sine or decay, force or response control) differ in damping, by 10 to
+    15 % on a bolted beam. The deviations are those of further tests of the same kind.
+    """
+    if law not in ("power", "linear"):
+        raise SlipmodeError(f"law = {in_one_line(law)}: must be power or linear")
+    form = LawForm(1, law, False)
+    parts, order = checked_tests(tests, band)
+    needed = 4 if law == "power" else 2  # parameters of damping, and one more for their scatter
+    if len(parts) < needed:
+        raise SlipmodeError(f"tests: has {len(parts)} levels, a {law} law needs {needed}")
+    kinds = {kind: [p.name for p in parts if p.control == kind] for kind in ("force", "response")}
+    if all(kinds.values()):
+        raise SlipmodeError(
+            f"tests: {short_list(kinds['force'])} are force-controlled, "
+            f"{short_list(kinds['response'])} response-controlled; identify one kind, and predict "
+            "the other"
+        )
+    fitted, shifts = _with_shift(parts, order, form) if law == "power" else (None, np.zeros(0))
+    if fitted is None:
+        fitted = _fitted(parts, order, form, shift=False)
+    levels, models = fitted
+    for part, level in zip(parts, levels, strict=True):
+        check_level(part, level)
+    values = {
+        name: np.array([x.law.values[k] for x in models])
+        for k, name in enumerate(form.names)
+        if form.free[k]
+    }
+    values["modal_mass"] = np.array([x.mass for x in models])
+    # An interval that contains h_A = 0 is that of the estimate, which the law does not have.
+    estimates = {**values, "h_A": shifts} if "h_A" in values else values
+    deviation = {name: _deviation(each) for name, each in estimates.items()}
+    half = {name: _half_width(each) for name, each in estimates.items()}
+    left_out = [
+        complex_rate(model.law, x.amplitude) for x, model in zip(levels, models[1:], strict=True)
+    ]
+    whole = models[0].law
+    rest = [x.frequency - complex_rate(whole, x.amplitude).imag for x in levels]
+    sizes = [x.amplitude for x in levels]
+    return SineIdentification(
+        law=whole,
+        parameters={name: float(each[0]) for name, each in values.items()},
+        deviation=deviation,
+        interval={k: (float(v[0] - half[k]), float(v[0] + half[k])) for k, v in estimates.items()},
+        unidentified=tuple(k for k, v in estimates.items() if half[k] > abs(v[0])),
+        levels=tuple(
+            replace(x, left_out_damping=float(-rate.real / rate.imag))
+            for x, rate in zip(levels, left_out, strict=True)
+        ),
+        frequency_scatter=float(np.std(rest, ddof=1)),
+        range=np.array([[min(sizes), max(sizes)]]),
+        unit=tests.unit,
+        control="force" if kinds["force"] else "response",
+        models=models,
+    )
+
+
+def _with_shift(
+    tests: Sequence[SineTest], order: int, form: LawForm
+) -> tuple[tuple[list[SineLevel], tuple[SineModel, ...]] | None, Floats]:
+    """Return the fit with a frequency shift, None if that may be 0, and estimates of h."""
+    try:
+        levels, models = _fitted(tests, order, form, shift=True)
+    except SlipmodeError:  # some levels, without one of them, are too few for a shift
+        return None, np.array([0.0] + [np.inf] * len(tests))
+    shifts = np.array([each.law.values[3] for each in models])
+    if _half_width(shifts) > abs(shifts[0]):
+        return None, shifts
+    return (levels, models), shifts
+
+
+def _fitted(
+    tests: Sequence[SineTest], order: int, form: LawForm, shift: bool
+) -> tuple[list[SineLevel], tuple[SineModel, ...]]:
+    """Return the levels, and the model of all levels and without each of them."""
+    levels, model = _fitted_once(tests, order, form, shift)
+    made = [model]
+    for k in range(len(tests)):
+        _, without = _fitted_once([*tests[:k], *tests[k + 1 :]], order, form, shift)
+        law, values = without.law, without.law.values.copy()
+        values[2:4] *= (model.law.reference / law.reference) ** values[4]
+        made.append(
+            SineModel(replace(law, values=values, reference=model.law.reference), without.mass)
+        )
+    return levels, tuple(made)
+
+
+def _fitted_once(
+    tests: Sequence[SineTest], order: int, form: LawForm, shift: bool
+) -> tuple[list[SineLevel], SineModel]:
+    levels = [fit_level(test, order, None) for test in tests]
+    law = _law_of(levels, form, shift)
+    # Levels depend on the law by the change of damping within them. Response-controlled ones
+    # converge in 3 passes, force-controlled ones, whose amplitudes vary, in 10 to 20.
+    for _ in range(50):
+        last = law.values
+        levels = [fit_level(test, order, law) for test in tests]
+        law = _law_of(levels, form, shift)
+        if np.allclose(law.values, last, rtol=1e-5, atol=0.0):
+            break
+    else:
+        for test, level in zip(tests, levels, strict=True):
+            check_level(test, level)
+        raise SlipmodeError(
+            "tests: no law fits the changes of damping within the levels; check the force channel"
+        )
+    return levels, SineModel(law, abs(float(np.mean([x.modal_mass for x in levels]))))
+
+
+def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
+    """Return the law of damping, and of frequency if it shifts, nearest to the levels.
+
+    Errors of damping and of frequency count relative to delta. For a given exponent the law is
+    linear. The best exponent has the largest likelihood for an unknown scatter of either; a
+    scatter below 1 % is not distinguished from none.
+    """
+    from scipy.optimize import minimize_scalar  # takes a while to import
+
+    a, omega = (np.array([getattr(x, key) for x in levels]) for key in ("amplitude", "frequency"))
+    delta = np.array([x.damping_rate for x in levels])
+    terms, mean = (2 if form.law == "power" else 1), omega.mean()
+    relative = np.stack([np.ones(a.size), (omega - mean) / delta], axis=1)
+
+    def fitted(p: float) -> tuple[Floats, Floats]:
+        """Return damping and frequency (2 terms, 2), and their errors (levels, 2)."""
+        basis = np.stack([np.ones(a.size), (a / a.max()) ** p], axis=1) / delta[:, np.newaxis]
+        found = np.zeros((2, 2))
+        found[:terms] = np.linalg.lstsq(basis[:, :terms], relative, rcond=None)[0]
+        if found[0, 0] < 0.0:  # damping at rest
+            found[:, 0] = 0.0, basis[:, 1].sum() / (basis[:, 1] ** 2).sum()
+        return found, basis @ found - relative
+
+    def unlikelihood(p: float) -> float:
+        squares = np.mean(fitted(p)[1] ** 2, axis=0) + 0.01**2
+        return float(np.log(squares if shift else squares[:1]).sum())
+
+    p = 1.0
+    if form.law == "power":
+        tried = np.geomspace(0.1, 6.0, 20)  # there may be several minima
+        best = int(np.argmin([unlikelihood(each) for each in tried]))
+        ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
+        p = float(minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
+    (delta_0, moved), (g, slope) = fitted(p)[0]
+    omega_0, h = (mean + moved, -slope) if shift else (mean, 0.0)
+    return SlowLaw(form, np.array([delta_0, omega_0, g, h, p, 0.0]), np.array([a.max()]))
+
+
+def _deviation(values: Floats) -> float:
+    """Return the standard deviation of a quantity from values of all levels and without each."""
+    if not np.isfinite(values).all():
+        return np.inf
+    return float(np.sqrt(jackknife_variance(values[1:])))
+
+
+def _half_width(values: Floats) -> float:
+    """Return half the width of its 95 % interval."""
+    student = scipy.special.stdtrit(values.size - 2, 0.975)
+    return float(student * _deviation(values))

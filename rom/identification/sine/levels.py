@@ -1,0 +1,161 @@
+"""Levels of a sine test: natural frequency, modal mass, damping, and phase error of the channels.
+
+With x the displacement at the sensor, F the force and a the amplitude of the sensor,
+
+    F / x = m (omega_n(a)^2 - Omega^2 + 2 i delta(a) Omega) e^{i theta}.
+
+theta is the phase error of the channels. How omega_n and delta change with the amplitude within a
+level comes from a law. A response-controlled level hardly needs it: its amplitude is constant.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.sine.reading import SineTest
+from slipmode.rom.identification.slow_laws import SlowLaw
+from slipmode.rom.short_repr import frozen
+
+
+@frozen
+class SineLevel:
+    """What was found in one level of a sine test.
+
+    Attributes
+    ----------
+    name : str
+    amplitude : float
+        At resonance [sensor unit].
+    frequency : float
+        omega of free vibration at that amplitude, sqrt(omega_n^2 - delta^2) [rad/s].
+    modal_mass : float
+        [kg], for a mode that is 1 at the sensor and at the force. Its sign is the polarity of the
+        channels.
+    damping : float
+        Damping ratio delta / omega at that amplitude [-].
+    damping_without_phase : float
+        The ratio that a fit without phase error finds [-].
+    phase_error : float
+        Phase of the force channel relative to the response channel [rad], -pi/2 to pi/2. It is
+        fitted, and `damping` is corrected for it.
+    residual : float
+        RMS of the misfit of F / x relative to the RMS of F / x [-].
+    left_out_damping : float
+        The ratio that the law of the other levels predicts [-].
+    """
+
+    name: str
+    amplitude: float
+    frequency: float
+    modal_mass: float
+    damping: float
+    damping_without_phase: float
+    phase_error: float
+    residual: float
+    left_out_damping: float = np.nan
+
+    @property
+    def damping_rate(self) -> float:
+        """Damping rate [1/s]."""
+        return self.damping * self.frequency
+
+
+def complex_rate(law: SlowLaw, amplitude: Floats | float) -> Complexes:
+    """Return -delta + i omega of a law of one mode at amplitudes of any shape [sensor unit]."""
+    a = np.asarray(amplitude, float)
+    return np.asarray(1j * law.frequencies(a)[0] - law.damping_rates(a)[0])
+
+
+def stiffness(test: SineTest, order: int) -> Complexes:
+    """Return F / x, (points,) [N/m], for a response of `order` time derivatives of x."""
+    omega = 2.0 * np.pi * test.frequency
+    return np.asarray(test.force * (1j * omega) ** order / test.response)
+
+
+def fit_level(test: SineTest, order: int, law: SlowLaw | None) -> SineLevel:
+    """Return the level of a test; `law` gives the changes with the amplitude within it.
+
+    For a given theta the fit is linear in k = m omega_n^2, m and c = 2 m delta: the real part of
+    F e^{-i theta} / x depends on k and m, the imaginary part on c. The sum of squares left is a
+    quadratic form in (cos theta, sin theta), so the best theta is its eigenvector.
+
+    Raises
+    ------
+    SlipmodeError
+        If the test has no resonance, or its phase has the opposite sign.
+    """
+    omega, y = 2.0 * np.pi * test.frequency, stiffness(test, order)
+    unit = omega.mean()
+    resonance = np.argmin(np.abs(y))
+    # Contacts follow the displacement, so a law of accelerations takes it at one frequency.
+    amplitude = np.abs(test.response) * (omega[resonance] / omega) ** order
+    at = amplitude[resonance]
+    shape_k, shape_c = np.ones(omega.size), np.ones(omega.size)
+    if law is not None:
+        rates, here = complex_rate(law, amplitude), complex_rate(law, at)
+        shape_k, shape_c = (np.abs(rates / here) ** 2, rates.real / here.real)
+    elastic = np.stack([shape_k, -((omega / unit) ** 2)], axis=1)
+    damped = (shape_c * omega / unit)[:, np.newaxis]
+    # Real and imaginary part of y e^{-i theta} are these times (cos theta, sin theta).
+    real, imaginary = np.stack([y.real, y.imag], axis=1), np.stack([y.imag, -y.real], axis=1)
+    rest = [
+        values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        for basis, values in ((elastic, real), (damped, imaginary))
+    ]
+    form = sum(each.T @ each for each in rest)
+    squares, vectors = np.linalg.eigh(form)
+    turn = vectors[:, 0] * (1.0 if vectors[0, 0] >= 0.0 else -1.0)
+    k, m = np.linalg.lstsq(elastic, real @ turn, rcond=None)[0]
+    c = np.linalg.lstsq(damped, imaginary @ turn, rcond=None)[0][0]
+    natural = unit * np.sqrt(k / m) if k * m > 0.0 else np.nan
+    if not omega.min() < natural < omega.max():
+        raise no_resonance(test)
+    if c * m < 0.0:
+        raise SlipmodeError(
+            f"tests: {test.name} has negative damping: the phase of response / force must fall "
+            "through the resonance; give the complex conjugate of the response"
+        )
+    ratio = 0.5 * abs(c) / np.sqrt(k * m)  # delta / omega_n
+    # Without phase error, relative to the same k and m: these hardly depend on it.
+    plain = abs(np.linalg.lstsq(damped, y.imag, rcond=None)[0][0] / c)
+    free = np.sqrt(max(1.0 - ratio**2, 0.0))
+    return SineLevel(
+        name=test.name,
+        amplitude=float(at),
+        frequency=float(natural * free),
+        modal_mass=float(m / unit**2),
+        damping=float(ratio / free),
+        damping_without_phase=float(plain * ratio / free),
+        phase_error=float(np.arctan2(turn[1], turn[0])),
+        residual=float(np.sqrt(max(squares[0], 0.0) / np.sum(np.abs(y) ** 2))),
+    )
+
+
+def check_level(test: SineTest, level: SineLevel) -> None:
+    """Refuse tests that do not follow one mode, in another unit, or with too few points."""
+    # Noise alone leaves 1, the measured beam of tests/rom/identification/sine at most 0.17.
+    if level.residual > 0.3:
+        raise no_resonance(test)
+    if abs(level.phase_error) > 0.25 * np.pi:  # nearer to another derivative of the displacement
+        raise SlipmodeError(
+            f"tests: {test.name} has a phase error of {level.phase_error:.2f} rad: the unit of "
+            "the response must fit its phase (m, m/s or m/s^2)"
+        )
+    frequency = level.frequency / (2.0 * np.pi)
+    count = np.count_nonzero(np.abs(test.frequency / frequency - 1.0) < level.damping)
+    if count < 3:  # six numbers for the four unknowns
+        raise SlipmodeError(
+            f"tests: {test.name} has {count} points within the half-power bandwidth of "
+            f"{2.0 * level.damping * frequency:.2g} Hz around {frequency:.5g} Hz, needs 3; take "
+            "smaller steps"
+        )
+
+
+def no_resonance(test: SineTest) -> SlipmodeError:
+    """Return the refusal of a test without a resonance of one mode."""
+    return SlipmodeError(
+        f"tests: {test.name} has no resonance of one mode between {test.frequency.min():g} and "
+        f"{test.frequency.max():g} Hz; check the band, the force channel and the unit"
+    )
