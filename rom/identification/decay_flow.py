@@ -96,7 +96,7 @@ def sampling(
     Returns
     -------
     (channels samples, 4 modes (steps + 1)) sparse array
-        Its columns are those of `as_columns`.
+        It has the columns of `as_columns`.
     """
     channels, modes = shapes.shape
     cell = np.minimum((times / step).astype(int), steps - 1)

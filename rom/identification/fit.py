@@ -204,6 +204,11 @@ def jackknife_variance(of_left_out: Floats, axis: int = 0) -> Floats:
     return variance
 
 
+def interval_half_width(deviation: Floats | float, samples: int) -> Floats:
+    """Return half the width of the 95 % interval of a deviation from so many samples."""
+    return np.asarray(deviation * scipy.special.stdtrit(samples - 1, 0.975))
+
+
 def uncertainty(found: Fit) -> tuple[Floats, Floats, tuple[str, ...]]:
     """Return deviations and half-widths of intervals, and the names of unidentified parameters.
 
@@ -219,7 +224,7 @@ def uncertainty(found: Fit) -> tuple[Floats, Floats, tuple[str, ...]]:
     if records >= LEAST_RECORDS:
         left_out = np.array([law.values[free] for law in found.left_out()])
         deviation = np.where(singular, np.inf, np.sqrt(jackknife_variance(left_out)))
-        half = deviation * scipy.special.stdtrit(records - 1, 0.975)
+        half = interval_half_width(deviation, records)
         wide = half > _parameter_sizes(form, found.law.values)[free]
     unidentified = {name for name, each in zip(names, wide, strict=True) if each}
     for mode in "AB"[: form.modes]:  # constant rates have no exponent
@@ -232,7 +237,7 @@ def _parameter_sizes(form: LawForm, values: Floats) -> Floats:
     """Return the size that the interval of each parameter is compared with.
 
     A kappa or h may well be zero. The size of kappa is at least 1, at which the other mode counts
-    as much as the mode itself; the size of h is at least that of g.
+    as much as the mode itself; the size of h is at least the size of g.
     """
     sizes = np.abs(values)
     for k, name in enumerate(form.names):

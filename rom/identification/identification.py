@@ -103,6 +103,17 @@ class DecayBackbone:
         return axes
 
 
+def backbone_amplitudes(given: Any, measured: Floats) -> Floats:
+    """Return amplitudes (n,) as given, checked, or 200 over the `measured` range (2,)."""
+    if given is None:
+        return np.geomspace(measured[0], measured[1], 200)
+    amplitude = np.atleast_1d(as_floats("amplitude", given))
+    positive = np.isfinite(amplitude) & (amplitude > 0.0)
+    if amplitude.ndim > 1 or not amplitude.size or not positive.all():
+        raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
+    return amplitude
+
+
 @frozen
 class Source:
     """What the results of an identification are computed from.
@@ -194,13 +205,8 @@ class Identification:
         modes = self.law.form.modes
         if mode not in range(modes):
             raise SlipmodeError(f"mode = {in_one_line(mode)}: must be 0 to {modes - 1}")
-        if amplitude is None:
-            r = np.geomspace(self.range[mode, 0], self.range[mode, 1], 200)
-        else:
-            r = np.atleast_1d(as_floats("amplitude", amplitude))
-            if r.ndim > 1 or not r.size or not np.all(np.isfinite(r) & (r > 0.0)):
-                raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
-            self._check_range(mode, float(r.max()), extrapolate)
+        r = backbone_amplitudes(amplitude, self.range[mode])
+        self._check_range(mode, float(r.max()), extrapolate)
         if modes == 1 and other != 0.0:
             raise SlipmodeError(f"other = {other}: must be 0, there is one mode")
         sizes: list[Any] = [r] if modes == 1 else [r, np.full(r.size, other)]

@@ -180,9 +180,8 @@ class _SteadyFlow(ForcedFlow):
             slowest = 1e-3 * self.model.reduced.frequency.min()
         y = np.zeros(2 * self.model.modes)
         free = self._excited & (self.force[0] == 0.0)
-        at_edge = (
-            True  # whether the last stage inside the table was close to its edge, or none was
-        )
+        # Whether the last stage inside the table was close to its edge, or none was inside.
+        at_edge = True
 
         def rate(_: float, z: Floats) -> Floats:
             nonlocal at_edge

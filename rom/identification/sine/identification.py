@@ -7,13 +7,12 @@ from dataclasses import field, replace
 from typing import Any, Literal
 
 import numpy as np
-import scipy.special
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.fit import jackknife_variance
-from slipmode.rom.identification.identification import DecayBackbone
+from slipmode.rom.identification.fit import interval_half_width, jackknife_variance
+from slipmode.rom.identification.identification import DecayBackbone, backbone_amplitudes
 from slipmode.rom.identification.models.law_model import model_of_law
 from slipmode.rom.identification.models.sensor_units import sensor_factors
 from slipmode.rom.identification.sine.levels import (
@@ -36,7 +35,7 @@ class SineIdentification:
     Attributes
     ----------
     law : SlowLaw
-        Its damping is that of steady vibration. Friction damps free vibration more, by up to 1.7 %
+        It has the damping of steady vibration. Friction damps free vibration more, by up to 1.7 %
         in an example of `model_of_rates`.
     parameters : dict
         Value of each parameter of the law, and "modal_mass" [kg].
@@ -86,11 +85,7 @@ class SineIdentification:
         SlipmodeError
             If an amplitude is not positive or beyond the range.
         """
-        if amplitude is None:
-            amplitude = np.geomspace(self.range[0, 0], self.range[0, 1], 200)
-        a = np.atleast_1d(as_floats("amplitude", amplitude))
-        if a.ndim > 1 or not a.size or not np.all(np.isfinite(a) & (a > 0.0)):
-            raise SlipmodeError("amplitude: must be finite numbers > 0 [sensor unit]")
+        a = backbone_amplitudes(amplitude, self.range[0])
         self._check_range(float(a.max()), extrapolate)
         rates = np.array([complex_rate(each.law, a) for each in self.models])
         damping = -rates.real / rates.imag
@@ -203,7 +198,7 @@ def identify_sine(
     Notes
     -----
     Tests of different kinds (sine or decay, force or response control) differ in damping, by 10 to
-    15 % on a bolted beam. The deviations are those of further tests of the same kind.
+    15 % on a bolted beam. The deviations are for further tests of the same kind.
     """
     if law not in ("power", "linear"):
         raise SlipmodeError(f"law = {in_one_line(law)}: must be power or linear")
@@ -231,7 +226,7 @@ def identify_sine(
         if form.free[k]
     }
     values["modal_mass"] = np.array([x.mass for x in models])
-    # An interval that contains h_A = 0 is that of the estimate, which the law does not have.
+    # An interval that contains h_A = 0 belongs to the estimate, which the law does not have.
     estimates = {**values, "h_A": shifts} if "h_A" in values else values
     deviation = {name: _deviation(each) for name, each in estimates.items()}
     half = {name: _half_width(each) for name, each in estimates.items()}
@@ -358,5 +353,4 @@ def _deviation(values: Floats) -> float:
 
 def _half_width(values: Floats) -> float:
     """Return half the width of its 95 % interval."""
-    student = scipy.special.stdtrit(values.size - 2, 0.975)
-    return float(student * _deviation(values))
+    return float(interval_half_width(_deviation(values), values.size - 1))

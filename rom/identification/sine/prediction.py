@@ -110,7 +110,7 @@ def predicted(
 ) -> SinePrediction:
     """Return the prediction of a test.
 
-    `models` are those of all levels, and without each of them; `end` is the end of the measured
+    `models` are of all levels, and without each of them; `end` is the end of the measured
     amplitudes; `frequency` is the natural frequency at rest [rad/s], fitted if it is None.
     """
     best = models[0]

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from measured.decays import (
     BANDS,
-    NAMES,
+    OWN_A,
+    OWN_B,
     RATE,
     TRUE,
     amplitudes,
@@ -13,23 +14,11 @@ from measured.decays import (
     decay,
     decays,
     measurement,
+    parameters,
     times,
 )
 
 from slipmode import rom
-
-OWN_A = (0.4, 770.0, 0.6, 2.0, 1.2, 0.0)
-OWN_B = (2.5, 1530.0, 1.2, 4.0, 1.4, 0.8)
-
-
-def expected(found, modes=TRUE):
-    """Parameters for the reference amplitudes of an identification."""
-    values = {}
-    for mode, own, reference in zip("AB", modes, found.law.reference, strict=False):
-        size = reference ** own[4]
-        scaled = (own[0], own[1], own[2] * size, own[3] * size, own[4])
-        values |= {f"{name}_{mode}": v for name, v in zip(NAMES, scaled, strict=True)}
-    return values
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +29,7 @@ def two_modes():
 def test_the_power_law_of_two_modes_is_chosen_and_found(two_modes):
     assert str(two_modes.law.form) == "power"
     assert not two_modes.unidentified
-    for name, value in expected(two_modes).items():
+    for name, value in parameters(two_modes).items():
         found = two_modes.parameters[name]
         assert found == pytest.approx(value, rel=1e-4 if "omega" in name else 0.015), name
     errors = {str(form): error for form, error in two_modes.errors.items()}

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from measured.decays import (
     BANDS,
+    OWN_A,
+    OWN_B,
     TRUE,
     amplitudes,
     coupled_amplitudes,
@@ -15,9 +17,6 @@ from measured.decays import (
 from scipy.integrate import solve_ivp
 
 from slipmode import rom
-
-OWN_A = (0.4, 770.0, 0.6, 2.0, 1.2, 0.0)
-OWN_B = (2.5, 1530.0, 1.2, 4.0, 1.4, 0.8)
 
 
 def coupled_decays(q_1=0.0, q_2=0.0, kappa=0.8, records=5):

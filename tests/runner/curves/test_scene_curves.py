@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recordings import table
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
@@ -15,12 +16,6 @@ from slipmode.runner.curves.scene_curves import (
     scene_response_curve,
 )
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
-
-
-def table(path):
-    with path.open() as file:
-        names = file.readline().strip().split(",")
-        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
 
 
 def test_a_curve_that_goes_on_is_said_in_a_line(tmp_path, capsys, monkeypatch):

@@ -19,6 +19,7 @@ from rates.saved_models import (
     two_modes,
     two_rates,
 )
+from recordings import table
 from scipy.integrate import cumulative_trapezoid
 
 from slipmode import fmu, rom, runner
@@ -219,12 +220,6 @@ def test_a_force_that_the_table_does_not_know_is_refused(tmp_path):
 
 
 # Curves, FMUs
-
-
-def table(path):
-    with path.open() as file:
-        names = file.readline().strip().split(",")
-        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
 
 
 def test_curve_and_backbone_commands_have_the_rates(folder, tmp_path, capsys):

@@ -10,6 +10,8 @@ RATE = 2000.0
 # delta_0 [1/s], omega_0 [rad/s], g [1/s], h [rad/s], p of each mode, at the amplitude 1.
 TRUE = np.array([[0.4, 770.0, 0.6, 2.0, 1.2], [2.5, 1530.0, 1.2, 4.0, 1.4]])
 NAMES = ("delta_0", "omega_0", "g", "h", "p")
+# The same, and kappa, where A affects B.
+OWN_A, OWN_B = (*TRUE[0], 0.0), (*TRUE[1], 0.8)
 
 
 def power_law_amplitude(t, a0, delta_0, omega_0, g, h, p):
