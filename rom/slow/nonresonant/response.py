@@ -132,11 +132,9 @@ def _displacement_by(
     that sticks does not move, nor does one with hardly any motion: friction alone may cause that
     (slip by another mode), and its secant stiffness then cancels the stiffness.
     """
-    if not P.size:  # no contacts
-        return P
     friction = force - (stiffness @ P[..., np.newaxis])[..., 0]
     elastic = np.abs(np.einsum("...cc->...c", stiffness) * P)
-    reach = np.abs(force).max(axis=-1, keepdims=True)
+    reach = np.abs(force).max(axis=-1, keepdims=True, initial=0.0)
     sticks = (elastic <= 1e-6 * reach) | (reach == 0.0)
     moving = np.where(sticks, 0.0, P)
     system = stiffness * moving[..., np.newaxis, :]
