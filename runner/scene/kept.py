@@ -22,11 +22,11 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of
+from slipmode.rom.reduction.reduced import REDUCED_ARRAYS
 from slipmode.rom.reduction.reduction import Formulation, Reduced, reduce
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import OPTIONAL_ARRAYS
-from slipmode.rom.table.model_content import REDUCED_ARRAYS
 
 LARGE = 10_000  # DOFs from which the work takes longer than to read its result from disk
 
