@@ -16,6 +16,7 @@ from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.cyclic.disks import lumped_disk
+from slipmode.rom.cyclic.mistuned_disk import DiskResponse, MistunedDisk
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.travelling_wave import TravellingWave, WaveState, travelling_wave
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
@@ -73,6 +74,7 @@ __all__ = [
     "Coulomb",
     "CyclicStructure",
     "DecayBackbone",
+    "DiskResponse",
     "Friction",
     "FrictionalContact",
     "Identification",
@@ -82,6 +84,7 @@ __all__ = [
     "LimitCycle",
     "LocalRates",
     "Measurement",
+    "MistunedDisk",
     "ModeTable",
     "Model",
     "Motion",

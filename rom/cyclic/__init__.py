@@ -10,4 +10,8 @@ disks.py           lumped disks
 diameter_modes.py  modes of one nodal diameter, and their response
 wave_problem.py    the contact problem of a travelling wave
 travelling_wave.py TravellingWave: steady states, and models for everything else
+mistuned_disk.py   MistunedDisk: blades that differ, all nodal diameters together
+disk_modes.py      its modes; disk_balance.py: its steady states
+local_contacts.py  contacts by themselves; coupled_contacts.py: all contacts together
+dual_contacts.py   the contact problem of these, as the core reads it
 """

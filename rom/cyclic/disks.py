@@ -55,10 +55,13 @@ def lumped_disk(
         contact, next_contact = [[0.0], [0.0], [-1.0]], [[0.0], [0.0], [1.0]]
     own = np.asarray(contact, dtype=float)
     further = np.zeros_like(own) if next_contact is None else np.asarray(next_contact, dtype=float)
+    blade = np.zeros((4, 4))
+    blade[:3, :3] = [[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]]
     return CyclicStructure(
         *(np.diag([disk_mass, *blade_masses, 0.0]), stiffness, sectors, beta),
         contact=np.vstack((own, np.zeros_like(own[:1]))),
         next_contact=np.vstack((further, np.zeros_like(further[:1]))),
+        blade=blade,
         left=[0],
         right=[3],
     )

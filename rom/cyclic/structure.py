@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Complexes, in_one_line
+from slipmode.rom.arrays import Complexes, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
@@ -49,12 +49,17 @@ class CyclicStructure:
         DOFs, or directions W [-], of the contacts of each sector.
     next_contact : (n, N_c) array or sparse matrix, optional
         Directions on the next sector, of contacts between neighbours. Default: none.
+    blade : (n, n) array or sparse matrix, optional
+        Part of the stiffness that differs from blade to blade in a mistuned disk [N/m], symmetric.
+        Default: all of it.
 
     Attributes
     ----------
     sectors : int
-    mass, stiffness, damping : (n, n) CSC matrix
+    mass, stiffness, damping, blade : (n, n) CSC matrix
         Of one sector.
+    beta : float
+        Damping [s] per stiffness, also of the part in which blades differ; 0 if C was given.
     own_directions, next_directions : (n, N_c) CSC matrix
         `contact` and `next_contact`.
     left, right : (pairs,) ndarray of int
@@ -70,6 +75,8 @@ class CyclicStructure:
     mass: Matrix
     stiffness: Matrix
     damping: Matrix
+    blade: Matrix
+    beta: float
     own_directions: Matrix
     next_directions: Matrix
     left: NDArray[np.intp]
@@ -84,6 +91,7 @@ class CyclicStructure:
         *,
         contact: MatrixLike,
         next_contact: MatrixLike | None = None,
+        blade: MatrixLike | None = None,
         left: Sequence[int] = (),
         right: Sequence[int] = (),
     ) -> None:
@@ -112,6 +120,8 @@ class CyclicStructure:
             "mass": M,
             "stiffness": K,
             "damping": _damping(damping, M, K),
+            "blade": K if blade is None else as_csc(as_symmetric("blade", blade, size)),
+            "beta": damping.beta if isinstance(damping, Rayleigh) else _beta(damping),
             "own_directions": W,
             "next_directions": further,
             "left": sides[0],
@@ -172,13 +182,19 @@ class CyclicStructure:
         turned = np.exp(1j * self.angle(nodal_diameter)) * self.next_directions
         return ((self.own_directions + turned).T @ self.expansion(nodal_diameter)).tocsc()
 
-    def annulus(self) -> Structure:
-        """Return all sectors as one structure: n_s N DOFs and N_c N contacts, sector by sector."""
-        N = self.sectors
+    def annulus(self, deviation: ArrayLike | None = None) -> Structure:
+        """Return all sectors as one structure: n_s N DOFs and N_c N contacts, sector by sector.
 
-        def around(matrix: Any) -> Any:
-            """Return the sum over sectors of T_j^T matrix T_j."""
-            return sum(self._of_sector(j).T @ (matrix @ self._of_sector(j)) for j in range(N))
+        `deviation` (N,) of a mistuned disk: sector j has deviation_j times the stiffness `blade`
+        in addition.
+        """
+        N = self.sectors
+        of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
+
+        def around(matrix: Any, factors: Floats) -> Any:
+            """Return the sum over sectors of factor_j T_j^T matrix T_j."""
+            sectors = [self._of_sector(j) for j in range(N)]
+            return sum(c * (T.T @ (matrix @ T)) for c, T in zip(factors, sectors, strict=True))
 
         contacts = [
             self._of_sector(j).T @ self.own_directions
@@ -186,7 +202,9 @@ class CyclicStructure:
             for j in range(N)
         ]
         return Structure(
-            *(around(self.mass), around(self.stiffness), around(self.damping)),
+            around(self.mass, np.ones(N)),
+            around(self.stiffness, np.ones(N)) + around(self.blade, of_blade),
+            around(self.damping, np.ones(N)) + self.beta * around(self.blade, of_blade),
             contact=scipy.sparse.hstack(contacts),
         )
 
@@ -230,6 +248,10 @@ def _directions(name: str, contact: MatrixLike, size: int) -> Any:
     if W.shape[0] != size or W.shape[1] == 0:
         raise SlipmodeError(f"{name}: must have {size} rows and at least 1 column, got {W.shape}")
     return W
+
+
+def _beta(damping: float | MatrixLike) -> float:
+    return float(damping) if isinstance(damping, float | int | np.floating) else 0.0
 
 
 def _damping(given: float | Rayleigh | MatrixLike, M: Any, K: Any) -> Any:

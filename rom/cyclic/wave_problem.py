@@ -20,16 +20,13 @@ from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes
 from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
+from slipmode.rom.cyclic.dual_contacts import DualContacts
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.elements import Elements
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
 
@@ -98,57 +95,31 @@ class WaveProblem:
     def at(self, frequency: float, force: Complexes) -> WaveCarrier:
         """Return the contact problem of a wave that a force holds steady at a frequency [rad/s].
 
-        `force` (n_s,) is its pattern on sector 0, in any scale. In a steady state F / 2 = D a - psi_r^H y_1. The quasi-static displacement g F / 2 of the
-        contacts therefore adds g D a to psi a, and -g psi_r^H to G_1.
+        `force` (n_s,) is its pattern on sector 0, in any scale. In a steady state F / 2 =
+        D a - psi_r^H y_1. The quasi-static displacement g F / 2 of the contacts therefore adds
+        g D a to psi a, and -g psi_r^H to G_1.
         """
         own, mode = self.own, self.own.slow_mode(self.mode, frequency)
         psi, receiving = own.contacts @ mode.shape, own.contacts @ mode.receiving
-        orders = harmonic_orders(HIGHEST_HARMONIC[1], 1, not self._elements.odd)
-        flexibility = np.array(
-            [
-                self.modes_of(h).flexibility(h * frequency, self.mode if h == 1 else None)
-                for h, _ in orders
-            ]
-        )
+        even = not self.law.elements(psi.size).odd
+        flexibility = {
+            (h, m): self.modes_of(h).flexibility(h * frequency, self.mode if h == 1 else None)
+            for h, m in harmonic_orders(HIGHEST_HARMONIC[1], 1, even)
+        }
         modal_force = complex(mode.receiving.conj() @ force)
         moved = own.response(force[:, np.newaxis], frequency, self.mode)[:, 0]
         g = own.contacts @ moved / modal_force
-        flexibility[orders.index((1, 0))] -= np.outer(g, receiving.conj())
+        flexibility[1, 0] = flexibility[1, 0] - np.outer(g, receiving.conj())
         psi = psi + (mode.stiffness + mode.indirect) * g
-        forces = ContactForces(
-            coupling=-psi[np.newaxis],
-            reaction=np.asarray(flexibility - self._reference_flexibility),
-            projection=-receiving.conj()[np.newaxis],
-        )
-        reduced = self.reduced.at_carrier([frequency])
-        problem = ContactProblem(reduced, self.law, tuple(orders), given_forces=forces)
+        problem = self.contacts.problem(frequency, psi, flexibility, receiving)
         return WaveCarrier(frequency, mode, problem, force, modal_force)
 
-    @property
-    def _elements(self) -> Elements:
-        return self.law.elements(self.motion.size)
-
     @cached_property
-    def _reference_flexibility(self) -> Floats:
-        """Real flexibility of the march, to which every harmonic adds what it differs by.
-
-        The static one of the wave's nodal diameter, without its mode.
-        """
+    def contacts(self) -> DualContacts:
+        """The contacts, marched with the static flexibility of the wave's nodal diameter."""
         own, psi = self.own, self.motion
         static = own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.natural_frequency**2
-        return np.asarray(0.5 * (static.real + static.real.T))
-
-    @cached_property
-    def reduced(self) -> Reduced:
-        """The mode and the contacts as the core reads them.
-
-        The coupling by size alone is a scale: `at` has the phases.
-        """
-        return modes_alone(
-            np.array([self.natural_frequency]),
-            np.array([self.modal_damping]),
-            np.zeros((1, 1)),
-            self._elements,
-            stiffness=-self._reference_flexibility,
-            spring=-np.abs(self.motion)[np.newaxis],
-        )
+        symmetric = 0.5 * (static.real + static.real.T)
+        parts = self.natural_frequency, self.modal_damping, np.abs(psi)
+        none = np.zeros(0), np.zeros((0, psi.size))
+        return DualContacts(self.law, symmetric, *parts, *none)

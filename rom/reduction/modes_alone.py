@@ -28,7 +28,8 @@ def modes_alone(
         Other arrays of `Reduced`, 0 by default; the carriers are the natural frequencies.
     """
     modes, size = frequency.size, contacts.reference.size
-    sizes = {"m": modes, "q": modes, "n": len(mode_shapes), "c": size, "p": 0}
+    further = len(given.get("nonresonant_frequency", ()))
+    sizes = {"m": modes, "q": modes + further, "n": len(mode_shapes), "c": size, "p": further}
     arrays: dict[str, Any] = {
         name: np.zeros([sizes[axis] for axis in axes]) for name, axes in REDUCED_ARRAYS.items()
     }
