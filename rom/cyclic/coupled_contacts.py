@@ -9,7 +9,7 @@ carrier they have a drive c, and what the modes respond that are fast against it
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -63,16 +63,17 @@ class CoupledContacts:
             Of the contacts of a sector.
         """
         N, size = len(stuck), modes.tuned.structure.n_contacts
-        all_contacts = Contacts([(law, range(j * size, (j + 1) * size)) for j in range(N)])
+        groups: Any = [(law, range(j * size, (j + 1) * size)) for j in range(N)]
+        all_contacts = Contacts(groups)
         static = static_flexibility(stuck, np.inf).real
         static = 0.5 * (static + static.T)
         omega, motion = real_modes(stuck, _FAST * frequency)
         far = static + (motion.T / (omega**2 - frequency**2)) @ motion
         springs = all_contacts.elements(N * size).reference
-        flexibility = {}
+        flexibility: dict[Order, Complexes] = {}
         for h in range(3, HIGHEST + 1, 2):
             G = modes.flexibility(h * frequency)
-            flexibility[h, 0] = np.linalg.solve(np.eye(N * size) + G * springs, G)
+            flexibility[h, 0] = np.asarray(np.linalg.solve(np.eye(N * size) + G * springs, G))
         unmoved = np.zeros(N * size)
         dual = DualContacts(all_contacts, static, frequency, 0.0, unmoved, omega, motion)
         return cls(frequency, dual, far, flexibility)
@@ -87,7 +88,7 @@ class CoupledContacts:
         """
         found = np.empty_like(drive)
         for pattern, c in enumerate(drive):
-            flexibility = {CARRIERS[0]: self.far}
+            flexibility: dict[Order, Complexes] = {CARRIERS[0]: self.far.astype(complex)}
             flexibility |= {order: G[pattern] for order, G in self.flexibility.items()}
             problem = self.dual.problem(self.frequency, c, flexibility)
             terms = problem.on(Discretisation(STEPS, 1), _MARCH).solve([[1.0]])

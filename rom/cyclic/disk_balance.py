@@ -49,9 +49,8 @@ class DiskBalance:
         UnsettledError
             If no state is found.
         """
-        x = start
-        if x is None:
-            x = np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0]
+        stuck = np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0]
+        x = np.asarray(stuck if start is None else start)
         y, by_x, by_conjugate = self._local(x)
         off = self._residual(x, y)
         for _ in range(_ITERATIONS):

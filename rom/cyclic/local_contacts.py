@@ -90,7 +90,7 @@ class LocalContacts:
         # |x| dk/d|x|
         bends = np.where(slips & (past < _FARTHEST), by_log * size / (size - self.onset), 0.0)
         turn = (x / size) ** 2
-        return k * x, k + 0.5 * bends, 0.5 * bends * turn
+        return np.asarray(k * x), np.asarray(k + 0.5 * bends), np.asarray(0.5 * bends * turn)
 
 
 def local_problem(
@@ -102,8 +102,11 @@ def local_problem(
     """
     contacts = len(flexibility[-1])
     static = np.diag(np.maximum(flexibility[-1].real, 0.0))
-    own = {(1, 0): np.zeros((contacts, contacts))}
-    own |= {(2 * k + 1, 0): np.diag(g) for k, g in enumerate(flexibility) if k}
+    at_carrier = np.zeros(contacts)  # the displacement is given
+    own = {
+        (2 * k + 1, 0): np.diag(g).astype(complex)
+        for k, g in enumerate([at_carrier, *flexibility[1:]])
+    }
     none = np.zeros(0), np.zeros((0, contacts))
     dual = DualContacts(law, static, frequency, 0.0, np.zeros(contacts), *none)
-    return dual.problem(frequency, np.ones(contacts), own)
+    return dual.problem(frequency, np.ones(contacts, dtype=complex), own)

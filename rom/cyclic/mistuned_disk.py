@@ -125,7 +125,9 @@ class MistunedDisk:
         """
         omega = np.atleast_1d(as_floats("frequency", frequency))
         if omega.ndim != 1 or not np.all((omega > 0.0) & np.isfinite(omega)):
-            raise SlipmodeError(f"frequency: must be finite numbers > 0, got {frequency}")
+            raise SlipmodeError(
+                f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
+            )
         vector, size = np.asarray(force, dtype=complex), self.structure.free_dofs.size
         if vector.shape != (size,) or not np.isfinite(vector).all():
             raise SlipmodeError(f"force: must be {size} finite numbers, got {in_one_line(force)}")
