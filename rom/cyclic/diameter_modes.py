@@ -7,7 +7,6 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.cyclic.structure import CyclicStructure
@@ -95,7 +94,9 @@ class DiameterModes:
 
     @cached_property
     def _factors(self) -> Any:
-        return scipy.sparse.linalg.splu(self.stiffness.astype(complex))
+        from scipy.sparse.linalg import splu  # takes long to import
+
+        return splu(self.stiffness.astype(complex))
 
     def response(
         self, force: Complexes, frequency: float, without: int | None = None
@@ -144,13 +145,13 @@ def _lowest(stiffness: Any, mass: Any, highest: float) -> tuple[Floats, Complexe
     if size <= _DENSE:
         square, shapes = scipy.linalg.eigh(stiffness.toarray(), mass.toarray())
     else:
+        from scipy.sparse.linalg import eigsh  # takes long to import
+
         count = 16
         while True:
             # Below all frequencies, so that structures without supports have factors too.
             shift = -1e-6 * float(stiffness.diagonal().real.sum() / mass.diagonal().real.sum())
-            square, shapes = scipy.sparse.linalg.eigsh(
-                stiffness, count, mass, sigma=shift, v0=np.ones(size)
-            )
+            square, shapes = eigsh(stiffness, count, mass, sigma=shift, v0=np.ones(size))
             if square.max() > highest**2 or count >= MOST_MODES:
                 break
             count *= 2

@@ -22,7 +22,7 @@ from slipmode.rom.short_repr import frozen
 _ITERATIONS, _HALVINGS = 60, 8
 # Relative change of x at which iterations end: with local contacts, and with coupled ones, which
 # are as exact as their march.
-_CONVERGED, _COUPLED = 1e-9, 1e-5
+_CONVERGED, _COUPLED = 1e-6, 1e-5
 
 
 @frozen

@@ -9,10 +9,9 @@ each contact of a sector, whatever the waves.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from slipmode.rom.arrays import Complexes
 from slipmode.rom.contact.problem import ContactProblem
@@ -24,7 +23,7 @@ from slipmode.rom.short_repr import frozen
 STEPS = 512  # per period
 _MARCH = 1e-8  # distance from periodicity
 # Displacements past the onset, relative to it: close to one another where slip begins.
-_NODES, _NEAREST, _FARTHEST = 500, 1e-4, 1e5
+_NODES, _NEAREST, _FARTHEST = 500, 1e-6, 1e5
 HIGHEST = 15  # harmonic to which the contacts respond
 
 
@@ -42,7 +41,7 @@ class LocalContacts:
     """
 
     onset: float
-    secant: CubicHermiteSpline
+    secant: Any
 
     @property
     def contacts(self) -> int:
@@ -61,6 +60,8 @@ class LocalContacts:
         frequency : float
             Omega [rad/s].
         """
+        from scipy.interpolate import CubicHermiteSpline, PchipInterpolator  # take long to import
+
         problem = local_problem(law, flexibility, frequency)
         limit, stiffness = law.elements(len(flexibility[0])).slider.T
         onset = 0.5 * float((limit / stiffness).min())

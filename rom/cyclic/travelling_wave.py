@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
@@ -278,6 +277,8 @@ class _Balance:
 
     def amplitudes(self) -> Floats:
         """Return all |a| that are found, ascending [kg^1/2 m]."""
+        import scipy.optimize  # takes long to import
+
         force = abs(self.carrier.modal_force)
 
         def lack(size: float) -> float:
