@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -18,12 +19,7 @@ from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import is_limit, is_load
-from slipmode.runner.study.scene_model import (
-    LAST_STEP,
-    Samples,
-    SceneModel,
-    without_loads,
-)
+from slipmode.runner.study.scene_model import Samples, SceneModel, without_loads
 
 # Samples of a task. To hand a task out costs some ms, which is little per sample at these sizes
 # (`make bench-study`); smaller ones spread the work better.
@@ -42,11 +38,7 @@ class Task:
 def make_tasks(samples: Samples, design: Design) -> Iterator[Task]:
     """Yield all batches of a study, in the order of its samples."""
     outputs = samples.outputs
-    most = AT_ONCE
-    if outputs.recording:
-        most = 5
-    elif outputs.runs:
-        most = 50
+    most = 5 if outputs.recording else 50 if outputs.runs else AT_ONCE
     starts = [*np.flatnonzero(_changes(samples, design)).tolist(), design.samples]
     for first, end in pairwise(starts):
         for start in range(first, end, most):
@@ -113,10 +105,7 @@ class Foreman:
             self._collect(completed, finished)
 
     def _submit(self, work: _Work) -> Any:
-        def submit(function: Callable[..., Any], *arguments: Any) -> Any:
-            return self._client.submit(function, *arguments, pure=False)
-
-        group = work.task.group
+        submit, group = partial(self._client.submit, pure=False), work.task.group
         if group not in self._shared:
             part = self._design.part(slice(*group))
             self._shared[group] = [submit(SceneModel.of, self._samples, part)]
@@ -138,7 +127,7 @@ class Foreman:
             found, may_grow = future.result()
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
-            if not may_grow or work.step >= LAST_STEP:
+            if not may_grow or work.step >= 10:  # the range is then 1024 times that of the plan
                 why = "the amplitudes grow without bound; give structure.damping a value > 0"
                 for place in outside:
                     own = f"{work.batch.reason[place]}; leave out model.amplitude, and it is found"

@@ -107,10 +107,9 @@ class Results:
         try:
             yield
         except OSError as error:
-            reason = error.strerror or str(error)
             raise SlipmodeError(
-                f"{self._path}: cannot be written: {reason}; what was computed stays, and the "
-                "same command goes on from there"
+                f"{self._path}: cannot be written: {error.strerror or error}; what was computed "
+                "stays, and the same command goes on from there"
             ) from error
 
 

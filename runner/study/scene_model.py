@@ -31,7 +31,6 @@ from slipmode.runner.study.sample_outputs import Outputs
 from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 
-LAST_STEP = 10  # of the tables: their range is then 1024 times that of the plan
 Frequencies = dict[str, tuple[float, float]]
 
 
