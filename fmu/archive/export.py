@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from slipmode.fmu.archive import binaries
-from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.resources import resource_files
 from slipmode.fmu.component import Component, findings_of
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
@@ -115,15 +114,12 @@ def export(
     )
     host = binaries.host_platform()
     libraries = {host: binaries.host_binary()}
-    libraries |= {
-        other: cross.platform_binary(other) for other in chosen.platforms if other != host
-    }
+    others = [platform for platform in chosen.platforms if platform != host]
+    libraries |= {platform: binaries.platform_binary(platform) for platform in others}
+    paths = {at: binaries.library_path(at, chosen.fmi, MODEL_IDENTIFIER) for at in libraries}
     content = {
         "modelDescription.xml": description.to_bytes(),
-        **{
-            binaries.library_path(at, chosen.fmi, MODEL_IDENTIFIER): library
-            for at, library in libraries.items()
-        },
+        **{paths[at]: library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
         "documentation/licenses/slipmode.txt": _license(),
