@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.fmu.inputs import rate_of
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
@@ -160,11 +161,6 @@ class Schedule:
         least = 1e-9 * self.step
         earlier = distance <= least if after else -distance > least
         return np.asarray(k[:, 0] + earlier.sum(axis=1))
-
-
-def rate_of(name: str) -> str:
-    """Return the name of the rate of an input: force_rate_A of force_A, limit_scale_rate."""
-    return f"{name}_rate" if name == LIMIT_SCALE else name.replace("_", "_rate_")
 
 
 def is_rate(name: str) -> bool:

@@ -15,9 +15,8 @@ from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.performance import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
-from slipmode.runner.plan.amplitude_range import along_run
+from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.run import run
 from slipmode.runner.scene.schedule import make_schedule
 from slipmode.runner.scene.script import Script
@@ -136,12 +135,10 @@ def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     excitation = np.repeat(loads.excitation, axis.size, axis=0)
     found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
     a = np.abs(found.amplitude).reshape(n, axis.size, -1).swapaxes(1, 2)
-    first = (
-        next((why for why in found.reason[k : k + axis.size] if why), "")
-        for k in range(0, len(frequency), axis.size)
-    )
+    reasons = np.array(found.reason, dtype=object).reshape(n, axis.size)
+    first = [next(filter(None, row), "") for row in reasons]
     outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
-    return Batch({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
+    return Batch({"curve": loads.scale[:, np.newaxis] * a}, first, outside)
 
 
 def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
@@ -151,9 +148,8 @@ def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
     for mode in outputs.resonance:
         if mode not in modes:
-            return Batch.refused(
-                "resonance", shape, f"outputs.resonance: nothing moves mode {mode}"
-            )
+            why = f"outputs.resonance: nothing moves mode {mode}"
+            return Batch.refused("resonance", shape, why)
         j = modes.index(mode)
         try:
             relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
@@ -174,8 +170,7 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     modes = excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
-    if scene.model.formulation == "consistent":
-        excited = excited.started(schedule)
+    excited = excited.started(schedule)
 
     def nothing(reason: str, *, outside: bool = False) -> Batch:
         return Batch({}, [reason], np.array([outside]))

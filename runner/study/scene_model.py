@@ -102,11 +102,9 @@ class SceneModel:
         plan = _first_plan(samples, contents)
         model = plan.scene.model
         detuned = any(mode in frequencies for mode in plan.excited.modes)
-        combinations: tuple[CombinationResonance, ...] = ()
-        if samples.outputs.runs:
-            combinations = plan.combinations
-            if detuned and model.formulation == "consistent":
-                combinations = _combinations(plan, frequencies)
+        combinations = plan.combinations if samples.outputs.runs else ()
+        if samples.outputs.runs and detuned and model.formulation == "consistent":
+            combinations = _combinations(plan, frequencies)
         return cls(
             samples=samples,
             excited=plan.excited,

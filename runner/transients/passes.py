@@ -16,20 +16,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.motion.record import (
-    FastMotion,
-    record_contacts,
-    record_findings,
-    record_points,
-    shares_in_words,
-)
-from slipmode.runner.motion.trajectory import (
-    OutputColumns,
-    carrier_phases,
-    output_row,
-    slow_trajectory,
-    torus_motion,
-)
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -37,6 +23,18 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
+from slipmode.runner.transients.motion import (
+    FastMotion,
+    OutputColumns,
+    carrier_phases,
+    output_row,
+    record_contacts,
+    record_findings,
+    record_points,
+    shares_in_words,
+    slow_trajectory,
+    torus_motion,
+)
 
 SAMPLES_PER_BATCH = 16384
 
@@ -120,14 +118,13 @@ class SlowPass(Pass):
     def __init__(
         self,
         plan: Plan,
-        model: Model,
-        component: Steppable,
         recorder: Recorder,
         raise_if_interrupted: Callable[[], None],
+        model: Model,
+        component: Steppable,
     ) -> None:
         super().__init__(plan, recorder, raise_if_interrupted)
-        self._model = model
-        self._component = component
+        self._model, self._component = model, component
         self._error = RunError(plan, model)
         self._errors = ErrorRecord(plan)
         self._reported = 0  # stretches at full order
@@ -154,9 +151,8 @@ class SlowPass(Pass):
             f"table tolerance {accuracy.tolerance:g}"
         )
         recorder.event(0.0, "info", summary)
-        found = accuracy.findings()
-        reached = schedule.frequency_range(plan.excited.modes)
-        found += self._model.detuning_findings(np.array(reached))
+        reached = np.array(schedule.frequency_range(plan.excited.modes))
+        found = [*accuracy.findings(), *self._model.detuning_findings(reached)]
         record_findings(recorder, (*plan.decisions, *found))
         self._record(self._rows[0], 0)
         for first in range(0, schedule.steps, self._steps_per_block):
@@ -199,9 +195,8 @@ class SlowPass(Pass):
         self._report_stretches()
         self._record(outputs, first + 1)
         self._record_windows(self._now)
-        needed = self._now
-        if self._windows:
-            needed = min(needed, self._windows[0].start - self._spin_up)
+        window = self._windows[0].start if self._windows else np.inf
+        needed = min(self._now, window - self._spin_up)
         while len(self._rows) > 1 and self._time_at(self._first + len(self._rows[0])) <= needed:
             self._first += len(self._rows.popleft())
 

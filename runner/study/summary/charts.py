@@ -74,10 +74,8 @@ def study_charts(dataset: Any, study: Study, choice: Choice | None) -> list[list
             title = f"{name} against {each.key}"
             place = f"{entity}/{each.key.replace('.', '_')}"
             row.append(Chart(place, title, x, Axis(label), layers))
-        distribution = f"Distribution of {name}"
-        layers = _histogram(values)
-        axes = Axis(label), Axis("samples")
-        row.append(Chart(f"{entity}/distribution", distribution, *axes, layers))
+        title, place = f"Distribution of {name}", f"{entity}/distribution"
+        row.append(Chart(place, title, Axis(label), Axis("samples"), _histogram(values)))
         rows.append(row)
     return rows
 
@@ -117,10 +115,8 @@ def _against(
         layers.append(Layer(at, np.zeros(at.size), RED, "failed", False, 4.0))
     if choice is not None and choice.of.key == varied.key:
         best = choice.values[choice.best]
-        x = float(best) if is_number else float(names.index(str(best)))
-        layers.append(
-            _vertical(x, np.nanmax(values), f"best: {best:.3g}" if is_number else "best")
-        )
+        x, words = (best, f"best: {best:.3g}") if is_number else (names.index(str(best)), "best")
+        layers.append(_vertical(float(x), np.nanmax(values), words))
     unit = dataset[varied.key].attrs.get("units", "-")
     return Axis(f"{varied.key} [{unit}]", names, log), layers
 
@@ -158,9 +154,8 @@ def draw(rows: list[list[Chart]], title: str, path: Path) -> None:
             style = {"lw": layer.width} if layer.curve else {"ls": "", "marker": ".", "ms": 3}
             color = np.divide(layer.color, 255)
             ax.plot(layer.x, layer.y, color=color, label=layer.name or None, **style)
-        ax.set(
-            xlabel=chart.x.label, ylabel=chart.y.label, xscale="log" if chart.x.log else "linear"
-        )
+        scale = "log" if chart.x.log else "linear"
+        ax.set(xlabel=chart.x.label, ylabel=chart.y.label, xscale=scale)
         if chart.x.names:
             ax.set_xticks(range(len(chart.x.names)), chart.x.names)
         if any(layer.name for layer in chart.layers):
