@@ -47,10 +47,8 @@ def _contacts(words: Sequence[str]) -> Any:
         return [int(word) for word in words]
     found = [re.fullmatch(r"(\d+)(?:-(\d+))?:(\w+)", word) for word in words]
     if not all(found):
-        wrong = words[found.index(None)]
-        raise SlipmodeError(
-            f"--contact: must be DOFs, NODE:DIRECTION or NODE-NODE:DIRECTION, got {wrong!r}"
-        )
+        allowed = "DOFs, NODE:DIRECTION or NODE-NODE:DIRECTION"
+        raise SlipmodeError(f"--contact: must be {allowed}, got {words[found.index(None)]!r}")
     named = [match.groups() for match in found if match]
     return [
         (int(a), direction) if b is None else (int(a), int(b), direction)
