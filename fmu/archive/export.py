@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.metadata import files
 from os import PathLike
 from pathlib import Path
@@ -24,7 +24,7 @@ from slipmode.fmu.description.xml_files import (
     build_description,
     terminals_xml,
 )
-from slipmode.fmu.handle import takes
+from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError
@@ -91,15 +91,8 @@ def export(
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
     if force_patterns is not None:
         check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
-    component = Component(
-        model,
-        force_patterns,
-        contact=chosen.contact,
-        elastic=chosen.elastic,
-        mode_names=chosen.mode_names,
-        tolerance=chosen.tolerance,
-        warned=False,
-    )
+    shared = {field.name: getattr(chosen, field.name) for field in fields(ComponentOptions)}
+    component = Component(model, force_patterns, **shared | {"warned": False})
     variables = list_variables(model, force_patterns is not None, chosen)
     resources = resource_files(model, force_patterns, chosen, variables)
     if chosen.fmi == 2:
@@ -151,12 +144,10 @@ def _forcing_findings(model: Model, options: ExportOptions) -> list[Finding]:
 
 def _summary(model: Model) -> str:
     modes = "one mode" if model.modes == 1 else "two modes"
-    contacts = contact_count(model)
-    return (
-        f"Amplitudes of {modes} of a structure with {contacts} dry-friction "
-        f"contact{'s' if contacts > 1 else ''} in slow time, {model.reduced.formulation} "
-        "formulation"
-    )
+    count = contact_count(model)
+    contacts = f"{count} dry-friction contact{'s' if count > 1 else ''}"
+    way = f"in slow time, {model.reduced.formulation} formulation"
+    return f"Amplitudes of {modes} of a structure with {contacts} {way}"
 
 
 def _license() -> bytes:
