@@ -129,7 +129,7 @@ def _stays(plan: Plan, model: Model, factor: float) -> bool:
     except SlipmodeError:  # it starts outside
         return False
     steps = shortened(schedule, model, excited.modes, component.input_names)
-    return excited.follow(component, *steps).stop is None
+    return excited.follow(component, steps.durations, steps.inputs).stop is None
 
 
 def _euler_step(plan: Plan, model: Model) -> float:

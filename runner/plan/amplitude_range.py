@@ -148,13 +148,11 @@ def _path(
     """
     # steps are then short enough to show peaks and changes within a cycle
     component = excited.component(model, 5e-10)
-    names = component.input_names
-    durations, inputs = shortened(schedule, model, excited.modes, names)
-    path = excited.follow(component, durations, inputs)
+    stretches = shortened(schedule, model, excited.modes, component.input_names)
+    path = excited.follow(component, stretches.durations, stretches.inputs)
     complete = path.stop is None
     if path.stop is not None and not path.stop.left_table:
         raise SlipmodeError(f"run: {path.stop}")
-    stretches = Stretches(durations, inputs, schedule.stretches().durations(), names)
     effective, error = along_run(excited, model, stretches, path)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
@@ -195,24 +193,23 @@ def along_run(
 
 def shortened(
     schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
-) -> tuple[Floats, Floats]:
+) -> Stretches:
     """Return the stretches of a schedule, none longer than its motion changes.
 
     A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
-    model's component. Returns the durations (stretches,) [s], and the inputs at their starts,
-    (stretches, names).
+    model's component.
     """
     straight = schedule.stretches()
     lengths, inputs = straight.durations(), straight.inputs(names)
     shorter = np.minimum(lengths, _settling_time(straight, model, modes))
     rates = [k for k, name in enumerate(names) if is_rate(name)]
     inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
-    return shorter, inputs
+    return Stretches(shorter, inputs, lengths, names)
 
 
 @frozen
 class Stretches:
-    """Shortened stretches that follow one another from t = 0."""
+    """Stretches of a schedule, shortened or not, that follow one another from t = 0."""
 
     durations: Floats  # (stretches,) [s]
     inputs: Floats  # (stretches, names): Inputs of the component at their starts

@@ -220,7 +220,7 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         *_combination_decisions(combinations),
     ]
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
-    return _decided(plan, found, seen)
+    return _add_decisions(plan, found, seen)
 
 
 def _on_saved_model(plan: Plan, model: Model) -> Plan:
@@ -242,10 +242,10 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         found.append(Finding("contacts", "none", "model.file has damping and frequency alone"))
     amplitude, combinations = seen.amplitude, model.combinations
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
-    return _decided(plan, found, seen)
+    return _add_decisions(plan, found, seen)
 
 
-def _decided(plan: Plan, found: Sequence[Finding], seen: DryRun | None) -> Plan:
+def _add_decisions(plan: Plan, found: Sequence[Finding], seen: DryRun | None) -> Plan:
     """Add decisions about a friction table, and those that follow from its range and a dry run."""
     scene, excited, schedule = plan.scene, plan.excited, plan.schedule
     largest = np.array(plan.amplitude)
@@ -288,7 +288,8 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
         else:
             choice = "left out"
             reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
-        modes += [mode] if choice == "modelled" else []
+        if choice == "modelled":
+            modes.append(mode)
         decisions.append(Finding(f"mode {mode}", choice, reason))
     if not moves:
         raise SlipmodeError(

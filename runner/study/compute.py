@@ -183,12 +183,13 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
-        straight = replace(schedule.stretches(), points=tuple(times))
         if times:
-            steps = straight.durations(), straight.inputs(names)
+            straight = replace(schedule.stretches(), points=tuple(times))
+            lengths = straight.durations()
+            steps = Stretches(lengths, straight.inputs(names), lengths, names)
         else:
             steps = shortened(schedule, model, modes, names)
-        path = excited.follow(component, *steps)
+        path = excited.follow(component, steps.durations, steps.inputs)
     except SlipmodeError as refusal:
         return nothing(str(refusal))
     size, stop = np.abs(path.amplitude), path.stop
@@ -196,8 +197,7 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
         # close to the edge of the table a run may find no step that stays inside
         near = bool(np.any(size > 0.9 * limit_scale.range(0.0, stop.time)[0] * largest))
         return nothing(str(stop), outside=stop.left_table or near)
-    stretches = Stretches(*steps, straight.durations(), names)
-    _, error = along_run(excited, model, stretches, path)
+    _, error = along_run(excited, model, steps, path)
     at = [np.argmin(np.abs(path.time - t)) for t in times]
     largest_scale = limit_scale.range(0.0, scene.run.duration)[1]
     values = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -85,8 +85,8 @@ class Foreman:
         self._shared: dict[tuple[int, int], list[Any]] = {}
         self._at_work: dict[str, _Work] = {}
 
-    def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
-        """Compute all tasks with a `distributed.Client`, and call `finished` for each of them.
+    def work_on(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Batch]]:
+        """Yield each task with its results, as the `distributed.Client` completes them.
 
         Raises SlipmodeError if the connection to the scheduler is lost.
         """
@@ -100,9 +100,9 @@ class Foreman:
             groups = {work.task.group for work in self._at_work.values()}
             self._shared = {group: self._shared[group] for group in groups}
             while len(self._at_work) >= most:
-                self._collect(completed, finished)
+                yield from self._collect(completed)
         while self._at_work:
-            self._collect(completed, finished)
+            yield from self._collect(completed)
 
     def _submit(self, work: _Work) -> Any:
         submit, group = partial(self._client.submit, pure=False), work.task.group
@@ -118,8 +118,8 @@ class Foreman:
         self._at_work[future.key] = work
         return future
 
-    def _collect(self, completed: Any, finished: Callable[[Task, Batch], None]) -> None:
-        """Take the next result; repeat samples outside the table on the next one."""
+    def _collect(self, completed: Any) -> Iterator[tuple[Task, Batch]]:
+        """Yield the next result; repeat samples outside the table on the next table instead."""
         future = next(completed)
         work = self._at_work.pop(future.key)
         outside: list[int] = []
@@ -137,14 +137,12 @@ class Foreman:
             for place in work.places:
                 work.batch.reason[place] = one_line(future.exception())
         else:
-            raise SlipmodeError(
-                "scheduler: was lost; what was computed stays, and the same command goes on "
-                "from there"
-            )
+            goes_on = "what was computed stays, and the same command goes on from there"
+            raise SlipmodeError(f"scheduler: was lost; {goes_on}")
         if outside:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
-            finished(work.task, work.batch)
+            yield work.task, work.batch
 
 
 def _compute(

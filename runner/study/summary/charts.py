@@ -84,13 +84,12 @@ def _against(
     dataset: Any, varied: Varied, values: Floats, choice: Choice | None
 ) -> tuple[Axis, list[Layer]]:
     """Return the scale of a key, and layers: points, or quantiles at each of its values."""
-    column, names = dataset[varied.key].values, ()
+    column, names, log = dataset[varied.key].values, (), False
     is_number = column.dtype.kind in "if"
     if not is_number:
         kinds, column = np.unique([str(value) for value in column], return_inverse=True)
         names = tuple(kinds.tolist())
     column = column.astype(float)
-    log = False
     layers: list[Layer] = []
     if isinstance(varied.values, Distribution) or not is_number:
         shown = _some_samples(dataset, choice)
@@ -99,10 +98,9 @@ def _against(
         at, group = np.unique(column, return_inverse=True)
         own = [values[(group == k) & ~np.isnan(values)] for k in range(at.size)]
         at, own = at[[each.size > 0 for each in own]], [each for each in own if each.size]
-        log = bool(
-            at.size > 2 and at[0] > 0.0 and np.allclose(np.diff(np.log(at)), np.log(at[1] / at[0]))
-        )
         curve = at.size > 1
+        if at.size > 2 and at[0] > 0.0:
+            log = np.allclose(np.diff(np.log(at)), np.log(at[1] / at[0]))
         median = np.array([np.median(each) for each in own])
         layers.append(Layer(at, median, BLUE, "median", curve, 2.5))
         for low, high, color in ((0.05, 0.95, GREY), (0.25, 0.75, GREEN)):
