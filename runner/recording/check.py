@@ -107,18 +107,14 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
     MCAP.
     """
-    inventory, outside = Inventory(), list[int]()
     with opened(path) as file:
-        complaints = list(_faults(file, inventory, outside))
-    if outside:
-        complaints.append(f"messages outside chunks: {len(outside)}, from byte {outside[0]} on")
-    mixed = inventory.mixed_clocks()
-    return [*complaints, mixed] if mixed else complaints
+        return list(_faults(file))
 
 
-def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterator[str]:
-    """Yield the faults of a file; note its records, and the bytes of messages outside chunks."""
+def _faults(file: BinaryIO) -> Iterator[str]:
+    inventory = Inventory()
     chunks: list[int] = []  # their first bytes
+    outside: list[int] = []  # first bytes of messages outside chunks
     disordered: set[int] = set()  # channels whose times are known to run backwards
     # entries that the indexes of the last chunk must have, and entries that they have
     expected: dict[int, bytes] | None = None
@@ -162,6 +158,10 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
         yield from _summary_faults(file, chunks, inventory)
     except DamagedError as error:
         yield str(error)
+    if outside:
+        yield f"messages outside chunks: {len(outside)}, from byte {outside[0]} on"
+    if mixed := inventory.mixed_clocks():
+        yield mixed
 
 
 def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:

@@ -47,8 +47,8 @@ class Recovery:
         """Return lines for a reader."""
         lines = [f"kept: {self.kept} messages, up to t = {self.end:g} s"]
         about = "" if self.exact else "about "
-        some = f"{about}{self.lost} messages, {self.lost_seconds:g} s"
-        lines.append(f"lost: {some if self.lost else 'nothing of what had reached the file'}")
+        lost = f"{about}{self.lost} messages, {self.lost_seconds:g} s"
+        lines.append(f"lost: {lost if self.lost else 'nothing of what had reached the file'}")
         if self.duration is not None and self.duration > self.end:
             missing = f"its last {self.duration - self.end:g} s are missing"
             lines.append(f"the scene lasts {self.duration:g} s: {missing}")

@@ -72,28 +72,21 @@ class Pass(ABC):
         """Integrate and record; yield the number of steps each time."""
 
     @abstractmethod
-    def _record_window(self, window: Window) -> None:
-        """Record the fast motion of a window whose end is reached."""
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        """Return fast motion at times, the factor on limits and preloads, and the phases."""
 
     def _record_windows(self, reached: float) -> None:
         while self._windows and self._windows[0].end <= reached:
             self._record_window(self._windows.pop(0))
 
-    def _sample(
-        self,
-        window: Window,
-        motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
-    ) -> None:
-        """Record the fast motion of a window, and the share that contacts spent in each state.
-
-        `motion(times)` also returns the factor on limits and preloads, and the phases.
-        """
+    def _record_window(self, window: Window) -> None:
+        """Record fast motion in a window, and the share that contacts spent in each state."""
         plan, recorder, shares = self._plan, self._recorder, []
         times = plan.schedule.sample_times(window)
         for first in range(0, times.size, SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[first : first + SAMPLES_PER_BATCH]
-            moved, scale, phases = motion(batch)
+            moved, scale, phases = self._motion(batch)
             if window in plan.scene.contact:
                 share = record_contacts(recorder, plan.excited.reduced, moved, scale)
                 shares += [] if share is None else [batch.size * share]
@@ -220,20 +213,19 @@ class SlowPass(Pass):
         record_points(self._plan, self._recorder, first, parts, power)
 
     def _record_window(self, window: Window) -> None:
-        plan, model = self._plan, self._model
         outputs = np.concatenate(self._rows)
         self._rows = deque([outputs])
         names = self._component.output_names
-        trajectory = slow_trajectory(plan, model, names, outputs, self._first)
-
-        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-            moved = fast_motion(self._component, plan, model, trajectory, times)
-            return moved, trajectory.scale_at(times), carrier_phases(trajectory, times)
-
-        self._sample(window, motion)
+        self._trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
+        super()._record_window(window)
         if self._is_on_torus(window):
-            torus = torus_motion(model, trajectory, window.end)
+            torus = torus_motion(self._model, self._trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
+
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        slow = self._trajectory
+        moved = fast_motion(self._component, self._plan, self._model, slow, times)
+        return moved, slow.scale_at(times), carrier_phases(slow, times)
 
 
 class IntegratedPass(Pass):
@@ -269,12 +261,9 @@ class IntegratedPass(Pass):
             done = count
             self._record_windows(known)
 
-    def _record_window(self, window: Window) -> None:
-        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-            angle, *_ = self._full.excitation.at(times)
-            return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
-
-        self._sample(window, motion)
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        angle, *_ = self._full.excitation.at(times)
+        return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
 
 
 def integration_cost(plan: Plan) -> list[Finding]:
