@@ -28,7 +28,7 @@ from slipmode.runner.plan.checks import check_assumptions, check_frequencies, ch
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.transients import Intervals, plan_transients
 from slipmode.runner.recording.channels import MODES, Mode
-from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
+from slipmode.runner.scene.contacts import check_scale, loaded_law
 from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.sections import Scene
@@ -154,9 +154,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     else:
         structure = scene.build() if structure is None else structure
         scene = scene.located(structure)
-        law = law_of(scene, structure.n_contacts)
-        rest = preloaded(scene, structure, law)
-        law = law if rest is None else rest.law
+        law, rest = loaded_law(scene, structure)
         check_scale(scene, law, structure.n_contacts)
         reduced = kept_reduction(
             structure,

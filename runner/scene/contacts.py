@@ -125,18 +125,20 @@ def law_of(scene: Scene, contacts: int) -> Friction:
     return law
 
 
-def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
-    """Return the state under the static force of a scene, or None without one.
+def loaded_law(scene: Scene, structure: Structure) -> tuple[Friction, Preload | None]:
+    """Return the law of a scene under its static force, and the state, None without a force.
 
     Raises SlipmodeError if the force does not fit, or the contacts do not hold the structure.
     """
+    law = law_of(scene, structure.n_contacts)
     if scene.preload is None:
-        return None
+        return law, None
     force = scene.preload.vector(structure.n_dofs)
     try:
-        return kept_preload(structure, cast(Elastic, law), force)
+        rest = kept_preload(structure, cast(Elastic, law), force)
     except SlipmodeError as refusal:
         raise SlipmodeError(str(refusal).replace("static_force:", "preload:", 1)) from None
+    return rest.law, rest
 
 
 def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
