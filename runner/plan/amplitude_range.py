@@ -19,7 +19,7 @@ from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited, Path
 from slipmode.runner.recording.channels import Mode
-from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule, is_rate
+from slipmode.runner.scene.schedule import Schedule, is_rate
 
 
 @frozen
@@ -171,7 +171,7 @@ def along_run(
     amplitudes is no error.
     """
     time, (before, after) = path.time, stretches.around(path.time)
-    scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in (before, after)))
+    scale = np.minimum(*(stretches.values("limit_scale", time, k) for k in (before, after)))
     relative = path.amplitude / scale[:, np.newaxis]
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
     sides = []

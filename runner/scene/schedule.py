@@ -20,8 +20,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene, Window
 
-LIMIT_SCALE = "limit_scale"
-
 
 class _Stretches(NamedTuple):
     """Stretches in which all scripts are straight lines, (stretches + 1,) each."""
@@ -138,7 +136,7 @@ class Schedule:
     def _input(self, name: str, starts: Floats) -> Floats:
         scripted = name.replace("_rate", "")
         script = self.scripts.get(scripted)
-        if script is None and scripted == LIMIT_SCALE:
+        if script is None and scripted == "limit_scale":
             script = Script.constant(1.0)
         assert script is not None
         return script.rate(starts) if is_rate(name) else script.value(starts)
@@ -173,7 +171,7 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
 
     A mode without forcing of its own has zero force at its natural frequency.
     """
-    scripts = {LIMIT_SCALE: scene.limit_scale} if scene.limit_scale else {}
+    scripts = {"limit_scale": scene.limit_scale} if scene.limit_scale else {}
     zero = Script.constant(0.0)
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)

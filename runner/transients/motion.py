@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from slipmode.fmu import Steppable
-from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS
@@ -21,7 +20,7 @@ from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
+from slipmode.runner.scene.schedule import Schedule
 
 
 @frozen
@@ -190,7 +189,7 @@ def scripted(excited: Excited, schedule: Schedule, steps: slice = slice(None)) -
     per_unit = phasor(excited.modal_force, phase)
     force = size * per_unit
     force_rate = size_rate * per_unit + 1j * phase_rate * force
-    scale, scale_rate = schedule.inputs((LIMIT_SCALE, rate_of(LIMIT_SCALE)), steps).T
+    scale, scale_rate = schedule.inputs(("limit_scale", "limit_scale_rate"), steps).T
     return Script(force, force_rate, frequency, frequency_rate, scale, scale_rate)
 
 
