@@ -114,11 +114,8 @@ def _key(structure: Structure, *others: Any) -> str:
     digest = hashlib.sha256(version("slipmode").encode())
     matrices = (structure.mass, structure.stiffness, structure.damping, structure.directions)
     for each in (*matrices, *others):
-        parts: list[Any] = [each]
-        if scipy.sparse.issparse(each):
-            whole: Any = each
-            parts = [whole.indptr, whole.indices, whole.data]
-        for part in parts:
+        sparse = scipy.sparse.issparse(each)
+        for part in (each.indptr, each.indices, each.data) if sparse else (each,):
             if isinstance(part, np.ndarray):
                 digest.update(f"{part.dtype} {part.shape}".encode())
                 digest.update(np.ascontiguousarray(part).data)
