@@ -15,10 +15,14 @@ import logging
 from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
-from slipmode.rom.cyclic.disks import lumped_disk
 from slipmode.rom.cyclic.mistuned_disk import DiskResponse, MistunedDisk
-from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.travelling_wave import TravellingWave, WaveState, travelling_wave
+from slipmode.rom.cyclic.structure import CyclicStructure, lumped_disk
+from slipmode.rom.cyclic.travelling_wave import (
+    TravellingWave,
+    WaveState,
+    tabulate_waves,
+    travelling_wave,
+)
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
@@ -143,6 +147,7 @@ __all__ = [
     "steady_state",
     "sum_harmonics",
     "tabulate",
+    "tabulate_waves",
     "travelling_wave",
     "two_mass",
 ]

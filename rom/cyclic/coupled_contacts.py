@@ -33,8 +33,6 @@ class CoupledContacts:
 
     Attributes
     ----------
-    frequency : float
-        Omega [rad/s].
     dual : DualContacts
     far : (N N_c, N N_c) ndarray
         Flexibility of the fast modes at the carrier [m/N].
@@ -42,7 +40,6 @@ class CoupledContacts:
         G_h (patterns, N N_c, N N_c) by harmonic (h, 0), from h = 3 on.
     """
 
-    frequency: float
     dual: DualContacts
     far: Floats
     flexibility: Mapping[Order, Complexes]
@@ -74,10 +71,10 @@ class CoupledContacts:
         for h in range(3, HIGHEST + 1, 2):
             G = modes.flexibility(h * frequency)
             flexibility[h, 0] = np.asarray(np.linalg.solve(np.eye(N * size) + G * springs, G))
-        dual = DualContacts(
-            all_contacts, static, frequency, marched_frequency=omega, marched_motion=motion
-        )
-        return cls(frequency, dual, far, flexibility)
+        carrier, undamped = np.array([frequency]), np.zeros(1)
+        marched = {"marched_frequency": omega, "marched_motion": motion}
+        dual = DualContacts(all_contacts, static, carrier, undamped, **marched)
+        return cls(dual, far, flexibility)
 
     def deficit(self, drive: Complexes) -> Complexes:
         """Return y_1 at drives c (patterns, N N_c).
@@ -91,7 +88,7 @@ class CoupledContacts:
         for pattern, c in enumerate(drive):
             flexibility: dict[Order, Complexes] = {CARRIERS[0]: self.far.astype(complex)}
             flexibility |= {order: G[pattern] for order, G in self.flexibility.items()}
-            problem = self.dual.problem(self.frequency, c, flexibility)
+            problem = self.dual.problem(self.dual.frequency, c[np.newaxis], flexibility)
             terms = problem.on(Discretisation(STEPS, 1), _MARCH).solve([[1.0]])
             terms.check_periodic()
             found[pattern] = terms.P[0, 0]

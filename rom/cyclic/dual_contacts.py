@@ -21,7 +21,7 @@ from slipmode.rom.short_repr import frozen
 class DualContacts:
     """Contacts with the force deficit y = k_ref x_c - f, see `slipmode.rom.reduction.stuck`.
 
-        x_c = coupling a exp(i theta) + c.c. + sum_h G_h y_h exp(i h theta)
+        x_c = sum_j coupling_j a_j exp(i theta_j) + c.c. + sum_nm G_nm y_nm exp(i (n, m) theta)
 
     Attributes
     ----------
@@ -29,10 +29,10 @@ class DualContacts:
     static : (N_c, N_c) ndarray
         Real flexibility of the march [m/N], symmetric and positive semidefinite, to which every
         harmonic adds what its own differs by. Harmonics that are not given have it.
-    frequency, damping : float
-        Natural frequency [rad/s] and damping [1/s] of the mode, or the frequency of the carrier.
-    moved : (N_c,) ndarray, optional
-        Size of the displacement per amplitude of the mode, a scale. Default: there is no mode.
+    frequency, damping : (modes,) ndarray
+        Natural frequencies [rad/s] and damping [1/s] of the modes; without any the carrier, 0.
+    moved : (modes, N_c) ndarray, optional
+        Sizes of the displacement per amplitude of each mode, a scale. Default: there is no mode.
     marched_frequency : (modes,) ndarray, optional
         Natural frequencies of modes that are marched beside the contacts [rad/s], where a harmonic
         comes close to them. They are not part of `static`. The march has them with a damping of
@@ -43,30 +43,31 @@ class DualContacts:
 
     law: Elastic
     static: Floats
-    frequency: float
-    damping: float = 0.0
+    frequency: Floats
+    damping: Floats
     moved: Floats | None = None
     marched_frequency: Floats | None = None
     marched_motion: Floats | None = None
 
     def problem(
         self,
-        carrier: float,
+        carrier: Floats,
         coupling: Complexes,
         flexibility: Mapping[Order, Complexes],
         projection: Complexes | None = None,
     ) -> ContactProblem:
-        """Return the contact problem at a carrier [rad/s], with G_h by harmonic (h, 0).
+        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m).
 
-        `projection` (N_c,) are the displacements whose work drives the mode; default: `coupling`.
+        `projection` (modes, N_c) are the displacements whose work drives the modes; default:
+        `coupling`.
         """
         driving = coupling if projection is None else projection
         forces = ContactForces(
-            coupling=-np.asarray(coupling, dtype=complex)[np.newaxis],
+            coupling=-np.asarray(coupling, dtype=complex),
             reaction=np.array([G - self.static for G in flexibility.values()], dtype=complex),
-            projection=-np.conj(driving)[np.newaxis],
+            projection=-np.conj(driving),
         )
-        reduced = self.reduced.at_carrier([carrier])
+        reduced = self.reduced.at_carrier(carrier.tolist())
         return ContactProblem(reduced, self.law, tuple(flexibility), given_forces=forces)
 
     @cached_property
@@ -74,14 +75,14 @@ class DualContacts:
         """The mode and the contacts as the core reads them, coupled by size alone."""
         given = {"stiffness": -self.static}
         if self.moved is not None:
-            given["spring"] = -self.moved[np.newaxis]
+            given["spring"] = -self.moved
         if self.marched_frequency is not None and self.marched_motion is not None:
             given["nonresonant_frequency"] = self.marched_frequency
             given["nonresonant_spring"] = -self.marched_motion
         return modes_alone(
-            np.array([self.frequency]),
-            np.array([self.damping]),
-            np.zeros((1, 1)),
+            self.frequency,
+            self.damping,
+            np.zeros((1, self.frequency.size)),
             self.law.elements(len(self.static)),
             **given,
         )

@@ -108,5 +108,6 @@ def local_problem(
         (2 * k + 1, 0): np.diag(g).astype(complex)
         for k, g in enumerate([at_carrier, *flexibility[1:]])
     }
-    dual = DualContacts(law, static, frequency)
-    return dual.problem(frequency, np.ones(contacts, dtype=complex), own)
+    carrier = np.array([frequency])
+    dual = DualContacts(law, static, carrier, np.zeros(1))
+    return dual.problem(carrier, np.ones((1, contacts), dtype=complex), own)

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
-from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.resolution import ResolutionSearch
-from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave_problem import WaveCarrier, WaveProblem
-from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.cyclic.wave_problem import Carrier, Wave, contact_problem
+from slipmode.rom.cyclic.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.no_contacts import NoContacts
-from slipmode.rom.reduction.combination import CARRIERS
-from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.nonresonant import STATIC_FROM
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.corrections import with_rate_correction
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import Sampling
 from slipmode.rom.table.tabulation import check_request
 
 _STEPS = (128, 256, 512, 1024, 2048, 4096)  # per period, until the steady states stay
@@ -62,24 +51,28 @@ class TravellingWave:
     Attributes
     ----------
     structure : CyclicStructure
-    nodal_diameter : int
-        k: sector j moves like exp(i k 2 pi j / N) times sector 0.
-    problem : WaveProblem
+    law : Elastic
+    wave : Wave
     """
 
     structure: CyclicStructure
-    nodal_diameter: int
-    problem: WaveProblem
+    law: Elastic
+    wave: Wave
+
+    @property
+    def nodal_diameter(self) -> int:
+        """K: sector j moves like exp(i k 2 pi j / N) times sector 0."""
+        return self.wave.nodal_diameter
 
     @property
     def frequency(self) -> float:
         """Natural frequency with stuck contacts [rad/s]."""
-        return self.problem.natural_frequency
+        return self.wave.frequency
 
     @property
     def shape(self) -> Complexes:
         """Mode phi of sector 0 at its free DOFs, phi^H M phi = 1, (n_s,) [kg^-1/2]."""
-        return np.asarray(self.problem.own.shapes[:, self.problem.mode])
+        return self.wave.shape
 
     def modal_force(self, force: Mapping[int, complex] | ArrayLike) -> complex:
         """Return the force phi^H f on the mode [N kg^-1/2].
@@ -127,10 +120,11 @@ class TravellingWave:
         A wave may be unstable against waves of other nodal diameters, mostly with contacts that
         lift off; this is not tested.
         """
-        carrier = self.problem.at(frequency, self._driving(force))
-        coarse = _Balance(self.problem, carrier, _STEPS[0]).amplitudes()
+        carrier = Carrier(self.wave, frequency, self.driving(force))
+        problem = contact_problem([carrier], self.law)
+        coarse = _Balance(carrier, problem, _STEPS[0]).amplitudes()
         for steps in _STEPS[1:]:
-            balance = _Balance(self.problem, carrier, steps)
+            balance = _Balance(carrier, problem, steps)
             found = balance.amplitudes()
             if len(found) == len(coarse):
                 change = np.abs(found - coarse)
@@ -174,69 +168,16 @@ class TravellingWave:
         """
         ends = np.array([as_floats("amplitude", amplitude)], dtype=float)
         check_request(ends, 1, tolerance, [amplitude])
-        carrier = self.problem.at(self.frequency, self._driving(force))
-        problem = carrier.problem
-        resolution = ResolutionSearch(problem, ends, map, TimeBudget(np.inf)).choose(
-            ErrorBudget(tolerance)
-        )
-        torus = problem.on(
-            resolution.grid, resolution.march, smallest_scale(problem.reduced, ends)
-        )
-        norm = ErrorNorm.of(problem.reduced, ends)
-        residual, solved = 0.0, 0
+        carrier = Carrier(self.wave, self.frequency, self.driving(force))
+        return wave_model([carrier], self.law, ends, tolerance)
 
-        def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
-            nonlocal residual, solved
-            terms = torus.solve(amplitudes)
-            terms.check_periodic()
-            residual, solved = max(residual, float(terms.residual.max())), solved + len(terms.S)
-            S = terms.S - carrier.mode.indirect * amplitudes
-            return np.hstack((S, np.zeros((len(terms.S), 1))))
-
-        sampling = Sampling(
-            sample,
-            orders=(CARRIERS[0], CARRIERS[0]),
-            drives=(0,),
-            norm=norm,
-            carrier=problem.reduced.carrier,
-            loss=norm.loss,
-            amplitude_range=ends,
-            onset_lines=onset_lines(problem.reduced, problem.law),
-            noise=ErrorBudget(tolerance).march,
-        )
-        table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
-        # Phases between the contacts of a sector are left out: they matter in second order.
-        table = with_rate_correction(table, torus, ends, lambda solve, points: [solve(points)])
-        own = self.problem
-        reduced = modes_alone(
-            np.array([own.natural_frequency]),
-            np.array([own.modal_damping]),
-            np.abs(self.shape)[:, np.newaxis],
-            NoContacts().elements(0),
-        )
-        nothing = np.zeros((table.node_a.size, 1, 0))
-        carriers = Harmonics(table.axes, CARRIERS[:1], nothing.astype(complex), nothing[..., 0, :])
-        accuracy = Accuracy(
-            tolerance,
-            interpolation=error,
-            resolution=resolution.error,
-            periodicity=residual,
-            neglected_response=0.0,
-            neglected_modes=0.0,
-            detuning=None,
-            steps=resolution.grid.steps,
-            lines=1,
-            solved=solved,
-        )
-        return Model(reduced, NoContacts(), table, carriers, (), accuracy)
-
-    def _driving(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
+    def driving(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
         """Return forces on the free DOFs of sector 0, (n_s,), which must do work on the mode."""
         vector = self._vector(force)
         size = np.abs(vector).max() * np.abs(self.shape).max()
         if not abs(self.modal_force(vector)) > 1e-9 * size:
             raise SlipmodeError(
-                f"force: does no work on mode {self.problem.mode} of nodal diameter "
+                f"force: does no work on mode {self.wave.mode} of nodal diameter "
                 f"{self.nodal_diameter}"
             )
         return vector
@@ -264,16 +205,16 @@ class TravellingWave:
 class _Balance:
     """Amplitudes |a| at which the force that holds the wave steady is the given one."""
 
-    problem: WaveProblem
-    carrier: WaveCarrier
+    carrier: Carrier
+    problem: ContactProblem
     steps: int
 
     def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
         """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
         grid = Discretisation(self.steps, 1)
-        terms = self.carrier.problem.on(grid, 1e-8).solve(sizes[:, np.newaxis])
+        terms = self.problem.on(grid, 1e-8).solve(sizes[:, np.newaxis])
         terms.check_periodic()
-        return 2.0 * (self._stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
+        return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
 
     def amplitudes(self) -> Floats:
         """Return all |a| that are found, ascending [kg^1/2 m]."""
@@ -284,7 +225,7 @@ class _Balance:
         def lack(size: float) -> float:
             return float(np.abs(self.required(np.array([size]))[0][0])) - force
 
-        stuck = 0.5 * force / abs(self._stiffness)
+        stuck = 0.5 * force / abs(self.carrier.stiffness)
         upper = 2.0 * stuck
         sizes = np.geomspace(1e-3 * stuck, upper, _AMPLITUDES)
         while np.abs(self.required(sizes[-1:])[0][0]) <= force:
@@ -298,25 +239,24 @@ class _Balance:
             ]
         )
 
-    @property
-    def _stiffness(self) -> complex:
-        return self.carrier.mode.stiffness + self.carrier.mode.indirect
-
     def state(self, size: float, error: float) -> WaveState:
         """Return the steady wave of an amplitude."""
         required, y = (each[0] for each in self.required(np.array([size])))
-        problem, own = self.problem, self.problem.own
+        carrier, own = self.carrier, self.carrier.wave.own
         # required exp(i arg a) is the force
-        turn = self.carrier.modal_force / required
+        turn = carrier.modal_force / required
         turn /= abs(turn)
         a = size * turn
-        on_dofs = own.contacts.conj().T @ (y * turn) + 0.5 * self.carrier.force
-        others = own.response(on_dofs[:, np.newaxis], self.carrier.frequency, problem.mode)[:, 0]
-        return WaveState(complex(a), float(error), self.carrier.mode.shape * a + others)
+        on_dofs = own.contacts.conj().T @ (y * turn) + 0.5 * carrier.force
+        others = own.response(on_dofs[:, np.newaxis], carrier.frequency, carrier.wave.mode)
+        return WaveState(complex(a), float(error), carrier.mode.shape * a + others[:, 0])
 
 
 def travelling_wave(
-    structure: CyclicStructure, law: Elastic, nodal_diameter: int, mode: int = 0
+    structure: CyclicStructure,
+    law: Elastic,
+    nodal_diameter: int,
+    mode: int = 0,
 ) -> TravellingWave:
     """Return a travelling wave: one mode of a nodal diameter, with the contacts of one sector.
 
@@ -358,10 +298,57 @@ def travelling_wave(
     highest = STATIC_FROM * float(first.frequency[mode])
     by_diameter: dict[int, DiameterModes] = {}
 
-    def modes_of(harmonic: int) -> DiameterModes:
-        k = harmonic * int(nodal_diameter) % structure.sectors
+    def modes_of(diameter: int) -> DiameterModes:
+        k = diameter % structure.sectors
         if k not in by_diameter:
             by_diameter[k] = DiameterModes.of(structure, k, reference, highest)
         return by_diameter[k]
 
-    return TravellingWave(structure, int(nodal_diameter), WaveProblem(modes_of, mode, law))
+    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), mode))
+
+
+def tabulate_waves(
+    waves: Sequence[TravellingWave],
+    amplitude: Sequence[float],
+    force: Sequence[Mapping[int, complex] | ArrayLike],
+    tolerance: float = 1e-3,
+) -> Model:
+    """Return the model of two travelling waves of one structure, at two frequencies.
+
+    Two engine orders drive them, each near the frequency of its wave.
+
+    Parameters
+    ----------
+    waves : sequence of TravellingWave
+        Two, of the same structure and law. Their frequencies differ.
+    amplitude : sequence of float
+        Largest |a_j| [kg^1/2 m].
+    force : sequence of {DOF: amplitude} or (n_s,) array_like
+        Pattern of the excitation of each wave, see `TravellingWave.modal_force`.
+    tolerance : float
+        As in `rom.tabulate`.
+
+    Returns
+    -------
+    Model
+        As of `TravellingWave.tabulate`, with two modes.
+
+    Raises
+    ------
+    SlipmodeError
+        If the waves do not belong together; if the tolerance cannot be reached.
+    """
+    if len(waves) != 2 or len(force) != 2:
+        raise SlipmodeError(f"waves, force: must be two each, got {len(waves)} and {len(force)}")
+    first, second = waves
+    if first.structure is not second.structure or first.law != second.law:
+        raise SlipmodeError("waves: must be of the same structure and law")
+    ends = as_floats("amplitude", amplitude)
+    check_request(ends, 2, tolerance, amplitude)
+    carriers = [
+        Carrier(each.wave, each.frequency, each.driving(f))
+        for each, f in zip(waves, force, strict=True)
+    ]
+    if first.frequency == second.frequency:
+        raise SlipmodeError("waves: must have different frequencies")
+    return wave_model(carriers, first.law, ends, tolerance)

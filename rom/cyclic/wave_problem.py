@@ -1,124 +1,164 @@
-"""The contact problem of a travelling wave, which is that of one sector.
+"""The contact problem of one or two travelling waves, which is that of one sector.
 
 In a wave of nodal diameter k sector j does what sector 0 does, later by the phase k 2 pi j / N.
-Harmonic h of the contact forces therefore acts on nodal diameter h k modulo N, and the contacts of
-sector 0 respond to it with the flexibility of that nodal diameter. The dual problem of elastic
-contacts has the force deficit
-y = k_ref x_c - f, with the contact forces f, see `slipmode.rom.reduction.stuck`:
+Harmonic (n, m) of the contact forces therefore acts on nodal diameter d = n k_A + m k_B modulo N,
+and the contacts of sector 0 respond to it with the flexibility of that nodal diameter. The dual
+problem of elastic contacts has the force deficit y = k_ref x_c - f, with the contact forces f, see
+`slipmode.rom.reduction.stuck`:
 
-    x_c = psi a e^(i theta) + c.c. + sum_h G_h y_h e^(i h theta),
-    psi = W_k phi,        G_h = flexibility of nodal diameter h k at h Omega, without the mode,
+    x_c = sum_j psi_j a_j e^(i theta_j) + c.c. + sum_nm G_nm y_nm e^(i (n theta_A + m theta_B)),
+    psi_j = W_k phi_j,    G_nm = flexibility of nodal diameter d at n Omega_A + m Omega_B,
 
-and the mode is driven by psi^H y_1. Coupling and projection are conjugates, not equal, as the
-phases of the contacts differ. Dampers between the modes change both a little, see `SlowMode`.
+at the carriers without the mode, which is driven by psi_j^H y_j. Coupling and projection are
+conjugates, not equal, as the phases of the contacts differ. Dampers between the modes change both
+a little, see `SlowMode`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.dual_contacts import DualContacts
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.short_repr import frozen
 
 
 @frozen
-class WaveCarrier:
-    """The contact problem of a wave at the frequency of its carrier.
-
-    Attributes
-    ----------
-    frequency : float
-        Omega [rad/s].
-    mode : SlowMode
-    problem : ContactProblem
-        Its S is psi_r^H y_1, with psi_r = W_k receiving.
-    force : (n_s,) complex ndarray
-        That holds the wave, on sector 0, in the scale that was given.
-    modal_force : complex
-        Its force on the mode.
-    """
-
-    frequency: float
-    mode: SlowMode
-    problem: ContactProblem
-    force: Complexes
-    modal_force: complex
-
-
-@frozen
-class WaveProblem:
-    """A mode of a nodal diameter, and the contacts of a sector.
+class Wave:
+    """A mode of a nodal diameter that has a slow flow.
 
     Attributes
     ----------
     modes_of : callable
-        `DiameterModes` of harmonic h: those of nodal diameter h k.
+        `DiameterModes` of a nodal diameter.
+    nodal_diameter : int
+        k.
     mode : int
-        The mode of nodal diameter k that has a slow flow.
-    law : Elastic
-        Of the contacts of a sector.
+        From 0.
     """
 
     modes_of: Callable[[int], DiameterModes]
+    nodal_diameter: int
     mode: int
-    law: Elastic
 
-    @cached_property
+    @property
     def own(self) -> DiameterModes:
         """Modes of the wave's nodal diameter."""
-        return self.modes_of(1)
+        return self.modes_of(self.nodal_diameter)
 
-    @cached_property
-    def motion(self) -> Complexes:
+    @property
+    def shape(self) -> Complexes:
+        """Mode phi of sector 0 at its free DOFs, (n_s,) [kg^-1/2]."""
+        return np.asarray(self.own.shapes[:, self.mode])
+
+    @property
+    def contact_motion(self) -> Complexes:
         """Psi, contact displacements per amplitude of the mode, (N_c,) [kg^-1/2]."""
         return np.asarray(self.own.contact_motion[:, self.mode])
 
-    @cached_property
-    def natural_frequency(self) -> float:
-        """Omega_k with stuck contacts [rad/s]."""
+    @property
+    def frequency(self) -> float:
+        """Natural frequency with stuck contacts [rad/s]."""
         return float(self.own.frequency[self.mode])
 
-    @cached_property
-    def modal_damping(self) -> float:
-        """Gamma = phi^H C phi [1/s]."""
+    @property
+    def damping(self) -> float:
+        """Modal damping [1/s]."""
         return float(self.own.damping[self.mode, self.mode].real)
 
-    def at(self, frequency: float, force: Complexes) -> WaveCarrier:
-        """Return the contact problem of a wave that a force holds steady at a frequency [rad/s].
+    def static(self) -> Floats:
+        """Real static flexibility of the contacts without the mode, (N_c, N_c) [m/N]."""
+        psi = self.contact_motion
+        static = self.own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.frequency**2
+        return np.asarray(0.5 * (static.real + static.real.T))
 
-        `force` (n_s,) is its pattern on sector 0, in any scale. In a steady state F / 2 =
-        D a - psi_r^H y_1. The quasi-static displacement g F / 2 of the contacts therefore adds
-        g D a to psi a, and -g psi_r^H to G_1.
-        """
-        own, mode = self.own, self.own.slow_mode(self.mode, frequency)
-        psi, receiving = own.contacts @ mode.shape, own.contacts @ mode.receiving
-        even = not self.law.elements(psi.size).odd
-        flexibility = {
-            (h, m): self.modes_of(h).flexibility(h * frequency, self.mode if h == 1 else None)
-            for h, m in harmonic_orders(HIGHEST_HARMONIC[1], 1, even)
-        }
-        modal_force = complex(mode.receiving.conj() @ force)
-        moved = own.response(force[:, np.newaxis], frequency, self.mode)[:, 0]
-        g = own.contacts @ moved / modal_force
-        flexibility[1, 0] = flexibility[1, 0] - np.outer(g, receiving.conj())
-        psi = psi + (mode.stiffness + mode.indirect) * g
-        problem = self.contacts.problem(frequency, psi, flexibility, receiving)
-        return WaveCarrier(frequency, mode, problem, force, modal_force)
+
+@frozen
+class Carrier:
+    """A wave at the frequency of its carrier, and the force that holds it steady.
+
+    Attributes
+    ----------
+    wave : Wave
+    frequency : float
+        Omega [rad/s].
+    force : (n_s,) complex ndarray
+        Pattern on sector 0, in any scale.
+    """
+
+    wave: Wave
+    frequency: float
+    force: Complexes
 
     @cached_property
-    def contacts(self) -> DualContacts:
-        """The contacts, marched with the static flexibility of the wave's nodal diameter."""
-        own, psi = self.own, self.motion
-        static = own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.natural_frequency**2
-        symmetric = 0.5 * (static.real + static.real.T)
-        omega, damping = self.natural_frequency, self.modal_damping
-        return DualContacts(self.law, symmetric, omega, damping, np.abs(psi))
+    def mode(self) -> SlowMode:
+        """The mode, and what others do with it by dampers."""
+        return self.wave.own.slow_mode(self.wave.mode, self.frequency)
+
+    @property
+    def stiffness(self) -> complex:
+        """Dynamic stiffness D of the mode with what returns by dampers [rad^2/s^2]."""
+        return self.mode.stiffness + self.mode.indirect
+
+    @property
+    def modal_force(self) -> complex:
+        """Force on the mode by the pattern."""
+        return complex(self.mode.receiving.conj() @ self.force)
+
+    @property
+    def receiving(self) -> Complexes:
+        """Displacements of the contacts whose work drives the mode, (N_c,) [kg^-1/2]."""
+        return np.asarray(self.wave.own.contacts @ self.mode.receiving)
+
+    @cached_property
+    def moved_by_force(self) -> Complexes:
+        """g, twice the quasi-static displacement of the contacts per modal force, (N_c,)."""
+        own = self.wave.own
+        moved = own.response(self.force[:, np.newaxis], self.frequency, self.wave.mode)[:, 0]
+        return np.asarray(own.contacts @ moved / self.modal_force)
+
+    @property
+    def coupling(self) -> Complexes:
+        """Displacements of the contacts per a_j in a steady state, (N_c,) [kg^-1/2].
+
+        As F / 2 = D a - psi^H y, the displacement g F / 2 adds g D a to psi a, and -g psi^H y.
+        """
+        own = self.wave.own.contacts @ self.mode.shape
+        return np.asarray(own + self.stiffness * self.moved_by_force)
+
+
+def contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
+    """Return the contact problem of one or two waves that their forces hold steady."""
+    waves, modes = [each.wave for each in carriers], len(carriers)
+    frequency = np.array([each.frequency for each in carriers])
+    diameters = [wave.nodal_diameter for wave in waves]
+    even = not law.elements(waves[0].contact_motion.size).odd
+    flexibility = {}
+    for order in harmonic_orders(HIGHEST_HARMONIC[modes], modes, even):
+        own = CARRIERS.index(order) if order in CARRIERS[:modes] else None
+        of_diameter = waves[0].modes_of(int(np.dot(order[:modes], diameters)))
+        nu = float(np.dot(order[:modes], frequency))
+        G = of_diameter.flexibility(nu, None if own is None else waves[own].mode)
+        if own is not None:
+            carrier = carriers[own]
+            G = G - np.outer(carrier.moved_by_force, carrier.receiving.conj())
+        flexibility[order] = G
+    contacts = DualContacts(
+        law,
+        np.mean([wave.static() for wave in waves], axis=0),
+        np.array([wave.frequency for wave in waves]),
+        np.array([wave.damping for wave in waves]),
+        np.abs([wave.contact_motion for wave in waves]),
+    )
+    coupling, receiving = (
+        np.array([getattr(each, name) for each in carriers]) for name in ("coupling", "receiving")
+    )
+    return contacts.problem(frequency, coupling, flexibility, receiving)

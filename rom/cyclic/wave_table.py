@@ -1,0 +1,86 @@
+"""Friction tables of travelling waves: models of one wave, or of two at two frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
+from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.resolution import ResolutionSearch
+from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.cyclic.wave_problem import Carrier, contact_problem
+from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.no_contacts import NoContacts
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.modes_alone import modes_alone
+from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.corrections import with_rate_correction
+from slipmode.rom.table.model import Model
+from slipmode.rom.table.refinement.refine import refine
+from slipmode.rom.table.refinement.sampling import Sampling
+
+
+def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, tolerance: float) -> Model:
+    """Return the model of one or two waves up to amplitudes `ends` (modes,) [kg^1/2 m].
+
+    Its DOFs are the free DOFs of a sector, with the sizes of the modes as mode shapes.
+    """
+    problem, budget, modes = contact_problem(carriers, law), ErrorBudget(tolerance), len(carriers)
+    forever = TimeBudget(np.inf)
+    resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
+    scale = smallest_scale(problem.reduced, ends)
+    torus = problem.on(resolution.grid, resolution.march, scale)
+    norm = ErrorNorm.of(problem.reduced, ends)
+    indirect = np.array([each.mode.indirect for each in carriers])
+    residuals: list[Any] = [np.zeros(1)]
+
+    def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
+        terms = torus.solve(amplitudes)
+        terms.check_periodic()
+        residuals.append(terms.residual)
+        return np.hstack((terms.S - indirect * amplitudes, np.zeros((len(terms.S), 1))))
+
+    sampling = Sampling(
+        sample,
+        orders=(*CARRIERS[:modes], CARRIERS[0]),
+        drives=tuple(range(modes)),
+        norm=norm,
+        carrier=problem.reduced.carrier,
+        loss=norm.loss,
+        amplitude_range=ends,
+        onset_lines=onset_lines(problem.reduced, law),
+        noise=budget.march,
+    )
+    table, _, error = refine(sampling, budget.interpolation, forever)
+    # Phases between the contacts of a sector are left out: they matter in second order.
+    table = with_rate_correction(table, torus, ends, lambda solve, points: [solve(points)])
+    waves = [each.wave for each in carriers]
+    reduced = modes_alone(
+        np.array([wave.frequency for wave in waves]),
+        np.array([wave.damping for wave in waves]),
+        np.abs([wave.shape for wave in waves]).T,
+        NoContacts().elements(0),
+    )
+    nodes = tuple(axis.size for axis in table.axes)
+    nothing = np.zeros((*nodes, modes, 0))
+    unknown = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
+    solved = np.concatenate(residuals)
+    accuracy = Accuracy(
+        tolerance,
+        interpolation=error,
+        resolution=resolution.error,
+        periodicity=float(solved.max()),
+        neglected_response=0.0,
+        neglected_modes=0.0,
+        detuning=None,
+        steps=resolution.grid.steps,
+        lines=resolution.grid.lines,
+        solved=solved.size - 1,
+    )
+    return Model(reduced, NoContacts(), table, unknown, (), accuracy)
