@@ -306,25 +306,11 @@ SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slo
                                           const sm_slow_point *along, double *d_rate,
                                           double *d_powers);
 
-/* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2). */
+/* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2).
+ * SM_OUTSIDE_TABLE if a point is outside the table; it is NaN then, and the others are right. */
 SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
                                     const sm_inputs *inputs, const double *amplitude,
                                     double *rate);
-
-/* Steps of a trajectory. */
-typedef struct {
-    size_t count;
-    const sm_inputs *inputs;    /* (count) at the starts */
-    const double *duration;     /* (count) [s] */
-    const double *start, *end;  /* (count, modes, 2) amplitudes */
-} sm_trajectory_steps;
-
-/* Deviation of a step's cubic from the slow flow (count); INFINITY: it leaves the table. */
-SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
-                                    double *bend);
-/* Amplitudes between equal parts of steps (count, parts - 1, modes, 2), by classical Runge-Kutta. */
-SM_API sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
-                                      int32_t parts, double *between);
 
 /* What balances in steady motion, without a'' and without the combination resonances, whose mean
  * over time is zero:

@@ -70,7 +70,6 @@ Motion = STRUCTURES["sm_motion"]
 Full = STRUCTURES["sm_full"]
 FullSamples = STRUCTURES["sm_full_samples"]
 ContactSamples = STRUCTURES["sm_contact_samples"]
-TrajectorySteps = STRUCTURES["sm_trajectory_steps"]
 Trace = STRUCTURES["sm_trace"]
 HarmonicSum = STRUCTURES["sm_harmonic_sum"]
 

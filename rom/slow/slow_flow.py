@@ -65,20 +65,24 @@ def inputs_of(
     return inputs
 
 
-def rates(flow: kernel.Structure, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
+def rates(
+    flow: kernel.Structure,
+    inputs: NDArray[np.void],
+    amplitude: Complexes,
+    *,
+    may_leave: bool = False,
+) -> Complexes:
     """Return da/dt (points, modes) at amplitudes (points, modes), with all terms of the slow flow.
 
-    Raises
-    ------
-    SlipmodeError
-        Outside the friction table.
+    Amplitudes outside the friction table are refused; if they `may_leave` it, da/dt is NaN there.
     """
     a = np.ascontiguousarray(amplitude, dtype=complex)
     rate = np.empty_like(a)
     status = kernel.lib.sm_slow_flow_rates(
         ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
     )
-    kernel.check(status, "amplitude: slow flow")
+    if not (may_leave and status == kernel.OUTSIDE_TABLE):
+        kernel.check(status, "amplitude: slow flow")
     return rate
 
 

@@ -156,10 +156,10 @@ class ForcedSlowFlow:
             (at,) = np.nonzero(np.isfinite(y).all(axis=1))
             a = np.ascontiguousarray(y[at] * size[at]).view(complex)
             inputs = flow.inputs[at]
-            moving = flow.with_inputs(inputs).balance(a).rate
-            if not self.model.combinations:
-                inside = np.isfinite(moving).all(axis=1)
-                moving[inside] = rates(flow.flow, inputs[inside], a[inside])
+            if self.model.combinations:
+                moving = flow.with_inputs(inputs).balance(a).rate
+            else:
+                moving = rates(flow.flow, inputs, a, may_leave=True)
             found[at] = np.ascontiguousarray(moving).view(float) / size[at]
             return found
 

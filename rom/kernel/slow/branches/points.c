@@ -11,14 +11,17 @@ sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points, const sm_i
                              const double *amplitude, double *rate) {
     if (!flow || !inputs || !amplitude || !rate) return SM_BAD_ARGUMENT;
     const size_t unknowns = 2 * (size_t)flow->table.modes;
+    sm_status worst = SM_OK;
     for (size_t p = 0; p < points; p++) {
-        double powers[2];
+        double powers[2], *at = rate + p * unknowns;
         const sm_status status =
-            sm_slow_flow_rate(flow, inputs + p, 0.0, amplitude + p * unknowns,
-                              rate + p * unknowns, powers);
-        if (status != SM_OK) return status;
+            sm_slow_flow_rate(flow, inputs + p, 0.0, amplitude + p * unknowns, at, powers);
+        if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
+        if (status == SM_OK) continue;
+        worst = status;
+        for (size_t k = 0; k < unknowns; k++) at[k] = NAN;
     }
-    return SM_OK;
+    return worst;
 }
 
 static void put(const sm_modal *values, int modes, double *out) {
