@@ -10,7 +10,6 @@ import scipy.linalg
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.elements import address
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
@@ -124,8 +123,7 @@ class ModalCoordinates:
             "output": output @ self.shapes,
             "inverse": inverse,
         }
-        arrays = {name: kernel.contiguous(array) for name, array in arrays.items()}
-        full = kernel.Full(
+        return kernel.Full(
             coordinates=self.squares.size,
             contacts=contacts,
             modes=len(patterns),
@@ -134,11 +132,9 @@ class ModalCoordinates:
             diagonal=int(self.damping.ndim == 1),
             alpha=alpha,
             step=step,
-            elastic=address(elastic),
-            **{name: array.ctypes.data for name, array in arrays.items()},
+            elastic=elastic,
+            **{name: kernel.contiguous(array) for name, array in arrays.items()},
         )
-        full.owned = (arrays, elastic)
-        return full
 
 
 def _diagonal_if_possible(damping: Floats) -> Floats:

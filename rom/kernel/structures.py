@@ -19,8 +19,7 @@ HEADERS = tuple(Path(__file__).with_name(name) for name in ("slipmode.h", "slipm
 DECLARATIONS = re.sub(r"/\*.*?\*/", "", "".join(map(Path.read_text, HEADERS)), flags=re.DOTALL)
 _NUMBERS = dict(re.findall(r"#define SM_(\w+) (\d+)", DECLARATIONS))
 
-DOUBLES = POINTER(c_double)
-CurveRates = CFUNCTYPE(c_int32, c_void_p, DOUBLES, DOUBLES, DOUBLES)  # sm_curve_rates
+CurveRates = CFUNCTYPE(c_int32, c_void_p, *[POINTER(c_double)] * 3)  # sm_curve_rates
 
 TYPES: dict[str, Any] = {
     **{"int": c_int, "int32_t": c_int32, "size_t": c_size_t, "double": c_double},
@@ -29,9 +28,26 @@ TYPES: dict[str, Any] = {
 
 
 class Structure(ctypes.Structure):
-    """A structure that keeps alive what it points to as `owned`. It takes no other attribute."""
+    """A structure of the core, made from numbers, and from arrays and structures for its pointers.
+
+    It keeps these alive as `owned`, and takes no other attribute than that and its fields.
+    """
 
     __slots__ = ("owned",)
+
+    def __init__(self, *values: Any, **fields: Any) -> None:
+        kinds = dict(self._fields_)
+        fields |= zip(kinds, values, strict=False)
+        self.owned: Any = tuple(
+            value for value in fields.values() if isinstance(value, np.ndarray | Structure)
+        )
+        for name, value in fields.items():
+            if isinstance(value, np.ndarray):
+                setattr(self, name, value.ctypes.data)
+            elif isinstance(value, Structure) and kinds[name] is c_void_p:
+                setattr(self, name, ctypes.addressof(value))
+            else:
+                setattr(self, name, value)
 
 
 def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
@@ -51,7 +67,6 @@ for _body, _name in re.findall(r"typedef struct \{(.*?)\} (\w+);", DECLARATIONS,
     STRUCTURES[_name] = type(_name, (Structure,), members)
 
 MODES = int(_NUMBERS["MODES"])
-FORCED_CELLS = int(_NUMBERS["FORCED_CELLS"])
 OUTPUTS_FIXED = int(_NUMBERS["OUTPUTS_FIXED"])
 
 Contact = STRUCTURES["sm_contact"]

@@ -12,7 +12,6 @@ Friction forgets its past within a few periods, so both compute any window of a 
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 
 import numpy as np
@@ -112,9 +111,7 @@ def reconstruct(
     problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
         steps_per_period = _STEPS["rigid" if model.reduced.contacts is None else "elastic"]
-    samples = kernel.ContactSamples(
-        sample.size, *(array.ctypes.data for array in (sample, x, v, f))
-    )
+    samples = kernel.ContactSamples(sample.size, sample, x, v, f)
     if shape[1]:
         status = kernel.lib.sm_contact_motion(
             problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
@@ -219,14 +216,14 @@ def _summed(
     harmonic_sum = kernel.HarmonicSum(
         modes=len(weights),
         orders_count=len(response.orders),
-        orders=orders.ctypes.data,
+        orders=orders,
         signals=weights.shape[1],
-        shape=weights.ctypes.data,
-        coefficient=rows.ctypes.data,
+        shape=weights,
+        coefficient=rows,
     )
     motion = np.empty((times.size, weights.shape[1]))
     status = kernel.lib.sm_harmonic_motion(
-        ctypes.byref(harmonic_sum),
+        harmonic_sum,
         len(segments),
         segments.ctypes.data,
         times.size,

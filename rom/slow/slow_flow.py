@@ -5,7 +5,6 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import replace
 from typing import Self
 
@@ -79,7 +78,7 @@ def rates(
     a = np.ascontiguousarray(amplitude, dtype=complex)
     rate = np.empty_like(a)
     status = kernel.lib.sm_slow_flow_rates(
-        ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
+        flow, len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
     )
     if not (may_leave and status == kernel.OUTSIDE_TABLE):
         kernel.check(status, "amplitude: slow flow")
@@ -156,9 +155,7 @@ class ForcedFlow:
         a = np.ascontiguousarray(amplitude, dtype=complex)
         parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
         addresses = (each.ctypes.data for each in (self.inputs, a, parts))
-        status = kernel.lib.sm_slow_flow_balance(
-            ctypes.byref(self.flow), len(a), *addresses, jacobian
-        )
+        status = kernel.lib.sm_slow_flow_balance(self.flow, len(a), *addresses, jacobian)
         if status != kernel.OUTSIDE_TABLE:
             kernel.check(status, "amplitude: slow flow")
         return parts
@@ -185,8 +182,8 @@ class ForcedFlow:
 def _slow_flow(
     model: Model, shift: Complexes, cross_response: Complexes | None
 ) -> kernel.Structure:
-    table, reduced = model.table.kernel(), model.reduced
-    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
+    reduced = model.reduced
+    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
     coupling_ratio = reduced.coupling_coefficients.tolist()
     for mode in range(model.modes):
         flow.natural[mode] = reduced.frequency[mode]
@@ -200,5 +197,4 @@ def _slow_flow(
                 flow.cross_response[mode][other][:] = (response.real, response.imag)
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
-    flow.owned = table
     return flow

@@ -5,11 +5,8 @@
 
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7      /* step, and distance of two points */
-#define ROW(unknowns) (4 * (unknowns) + 2) /* doubles */
+#define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
 #define LARGEST_TURN 0.15  /* of the tangent between two points [rad] */
-#define NEAR 1e-9          /* where a curve folds, or its stability changes */
-#define SAME 1e-6          /* distance of solutions that are one */
-#define BEND 0.05          /* of the length of a chord: how far the curve may be from it */
 
 /* Where points of a branch go: the rows that follow one another by `stride` doubles. */
 typedef struct {
@@ -23,7 +20,7 @@ static void put(const sm_curve *curve, rows out, size_t number, const sm_curve_p
     double *row = out.row + (ptrdiff_t)number * out.stride;
     memcpy(row, point->z, (size_t)n * sizeof *row);
     for (int i = 0; i < n; i++) row[n + i] = out.sense * point->tangent[i];
-    sm_eigenvalues(k, point->jacobian, row + 2 * n);
+    memcpy(row + 2 * n, point->jacobian, (size_t)(k * k) * sizeof *row);
 }
 
 /* The point at p = 0 or p = 1 between two. */
@@ -122,81 +119,11 @@ sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t mos
     return SM_OK;
 }
 
-static int growing(int k, const double *eigenvalues) {
-    int count = 0;
-    for (int i = 0; i < k; i++) count += eigenvalues[2 * i] > 0.0;
-    return count;
-}
-
-/* Where it changes from a row to the next what growing() counts, or, if it folds, turns back. */
-static void bisect(const sm_curve *curve, const double *row, int folds, double *z) {
-    const int k = curve->unknowns, n = k + 1, unstable = growing(k, row + 2 * n);
-    const double *next = row + ROW(k), *onward = row + n;
-    double low[MOST + 1], high[MOST + 1];
-    memcpy(low, row, (size_t)n * sizeof *low);
-    memcpy(high, next, (size_t)n * sizeof *high);
-    for (int i = 0; i < 40; i++) {
-        const double length = sm_curve_distance(n, low, high);
-        double guess[MOST + 1], normal[MOST + 1], eigenvalues[2 * MOST];
-        sm_curve_point at;
-        for (int r = 0; r < n; r++) {
-            guess[r] = 0.5 * (low[r] + high[r]);
-            normal[r] = (high[r] - low[r]) / length;
-        }
-        if (length < NEAR
-            || sm_curve_between(curve, guess, normal, onward, &at) != SM_OK)
-            break;
-        sm_eigenvalues(k, at.jacobian, eigenvalues);
-        const int is_before =
-            folds ? at.tangent[k] * onward[k] > 0.0 : growing(k, eigenvalues) == unstable;
-        memcpy(is_before ? low : high, at.z, (size_t)n * sizeof *at.z);
-    }
-    memcpy(z, low, (size_t)n * sizeof *z);
-}
-
-sm_status sm_curve_specials(const sm_curve *curve, size_t count, const double *points,
-                            uint8_t *folds, double *z, size_t *found) {
-    if (!sm_curve_is_valid(curve) || !points || !folds || !z || !found) return SM_BAD_ARGUMENT;
-    const int k = curve->unknowns, n = k + 1;
-    *found = 0;
-    for (size_t i = 0; i + 1 < count; i++) {
-        const double *row = points + (ptrdiff_t)i * ROW(k), *next = row + ROW(k);
-        const int change = growing(k, next + 2 * n) - growing(k, row + 2 * n);
-        folds[*found] = row[n + k] * next[n + k] < 0.0;
-        if (!folds[*found] && change != 2 && change != -2) continue;
-        bisect(curve, row, folds[*found], z + *found * (size_t)n);
-        ++*found;
-    }
-    return SM_OK;
-}
-
-/* Distance of z from the chord between two points, of that length. */
-static double from_chord(int n, const double *z, const double *from, const double *to,
-                         double length) {
-    double along = 0.0, square = 0.0;
-    for (int i = 0; i < n; i++) along += (z[i] - from[i]) * (to[i] - from[i]);
-    const double part = fmax(0.0, fmin(1.0, along / (length * length)));
-    for (int i = 0; i < n; i++) {
-        const double apart = z[i] - from[i] - part * (to[i] - from[i]);
-        square += apart * apart;
-    }
-    return sqrt(square);
-}
-
-sm_status sm_curve_passes(int32_t unknowns, size_t count, const double *points, size_t solutions,
-                          const double *z, uint8_t *passed) {
-    if (unknowns < 1 || unknowns > MOST || !points || !z || !passed) return SM_BAD_ARGUMENT;
-    const int n = unknowns + 1;
-    memset(passed, 0, solutions);
-    for (size_t i = 0; i + 1 < count; i++) {
-        const double *from = points + (ptrdiff_t)i * ROW(unknowns);
-        const double *to = from + ROW(unknowns);
-        const double length = sm_curve_distance(n, from, to), away = SAME + BEND * length;
-        for (size_t s = 0; s < solutions; s++) {
-            const double *at = z + s * (size_t)n;
-            if (!passed[s] && fabs(at[unknowns] - from[unknowns]) <= length + away)
-                passed[s] = from_chord(n, at, from, to, length) <= away;
-        }
-    }
-    return SM_OK;
+sm_status sm_curve_point_near(const sm_curve *curve, const double *guess, const double *normal,
+                              const double *onward, double *point) {
+    if (!sm_curve_is_valid(curve) || !guess || !normal || !onward || !point) return SM_BAD_ARGUMENT;
+    sm_curve_point found;
+    const sm_status status = sm_curve_between(curve, guess, normal, onward, &found);
+    if (status == SM_OK) put(curve, (rows){point, 0, 1.0}, 0, &found);
+    return status;
 }

@@ -103,6 +103,7 @@ sm_status sm_curve_between(const sm_curve *curve, const double *guess, const dou
 }
 
 sm_status sm_curve_solved(const sm_curve *curve, double *z) {
+    if (!sm_curve_is_valid(curve) || !z) return SM_BAD_ARGUMENT;
     const int k = curve->unknowns;
     double upwards[MOST + 1] = {0.0};
     sm_curve_point found;

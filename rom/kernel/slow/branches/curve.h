@@ -36,13 +36,4 @@ sm_status sm_curve_corrected(const sm_curve *curve, const double *guess, const d
 sm_status sm_curve_between(const sm_curve *curve, const double *guess, const double *normal,
                            const double *onward, sm_curve_point *found);
 
-/* The solution with the p of z, which may be far from it, and which it replaces. */
-sm_status sm_curve_solved(const sm_curve *curve, double *z);
-
-#define SM_EIGENVALUES 4 /* at most */
-
-/* Of a finite matrix (n, n), as (Re, Im), the largest real part first, pairs together; NaN for any
- * that is not found. */
-void sm_eigenvalues(int n, const double *matrix, double *values);
-
 #endif

@@ -15,7 +15,4 @@ sm_status sm_steady_point(const sm_slow_flow *flow, const sm_inputs *inputs, int
 void sm_steady_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
                         const sm_flow_state *state, double *jacobian);
 
-/* The inputs at p; neither is checked. */
-sm_inputs sm_forced_inputs(const sm_forced *forced, double p);
-
 #endif
