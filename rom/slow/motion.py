@@ -28,9 +28,6 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0
-# Least time steps per period of the faster carrier: elastic contacts have no motion of their own
-# within a step.
-_STEPS = {"rigid": 128, "elastic": 64}
 
 
 @frozen
@@ -110,7 +107,8 @@ def reconstruct(
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
-        steps_per_period = _STEPS["rigid" if model.reduced.contacts is None else "elastic"]
+        # elastic contacts have no motion of their own within a step
+        steps_per_period = 128 if model.reduced.contacts is None else 64
     samples = kernel.ContactSamples(sample.size, sample, x, v, f)
     if shape[1]:
         status = kernel.lib.sm_contact_motion(

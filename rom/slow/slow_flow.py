@@ -22,14 +22,35 @@ from slipmode.rom.table.model import Model
 def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.Structure:
     """Return the slow flow as the core reads it, with shift and cross response of the forces."""
     if force_patterns is None:
-        return _slow_flow(model, np.zeros(model.modes, dtype=complex), None)
+        return shifted_flow(model, 0.0)
     applied = AppliedForces.of(model.reduced, force_patterns)
-    return _slow_flow(model, applied.shift, applied.cross_response)
+    return shifted_flow(model, applied.shift, applied.cross_response)
 
 
-def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
-    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
-    return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
+def shifted_flow(
+    model: Model, shift: Complexes | float, cross_response: Complexes | None = None
+) -> kernel.Structure:
+    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j).
+
+    `cross_response` is that of `AppliedForces`; by default 0.
+    """
+    shifts = np.full(model.modes, shift, dtype=complex)
+    reduced = model.reduced
+    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
+    coupling_ratio = reduced.coupling_coefficients.tolist()
+    for mode in range(model.modes):
+        flow.natural[mode] = reduced.frequency[mode]
+        flow.carrier[mode] = reduced.carrier[mode]
+        flow.damping[mode] = reduced.modal_damping[mode]
+        for power, coefficient in enumerate(coupling_ratio[mode]):
+            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
+        flow.off_resonance[mode][:] = (shifts[mode].real, shifts[mode].imag)
+        if cross_response is not None:
+            for other, response in enumerate(cross_response[mode]):
+                flow.cross_response[mode][other][:] = (response.real, response.imag)
+    for k, term in enumerate(model.combinations):
+        flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
+    return flow
 
 
 def inputs_of(
@@ -177,24 +198,3 @@ class ForcedFlow:
         """
         factor = coupling_factor(self.model.reduced, self.frequency)
         return np.asarray(factor * (amplitude + self.shift * self.force))
-
-
-def _slow_flow(
-    model: Model, shift: Complexes, cross_response: Complexes | None
-) -> kernel.Structure:
-    reduced = model.reduced
-    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
-    coupling_ratio = reduced.coupling_coefficients.tolist()
-    for mode in range(model.modes):
-        flow.natural[mode] = reduced.frequency[mode]
-        flow.carrier[mode] = reduced.carrier[mode]
-        flow.damping[mode] = reduced.modal_damping[mode]
-        for power, coefficient in enumerate(coupling_ratio[mode]):
-            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
-        flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
-        if cross_response is not None:
-            for other, response in enumerate(cross_response[mode]):
-                flow.cross_response[mode][other][:] = (response.real, response.imag)
-    for k, term in enumerate(model.combinations):
-        flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
-    return flow

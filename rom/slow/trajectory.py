@@ -17,8 +17,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
-# Deviation of a cubic between two points from the slow flow, relative to the largest amplitude.
-_DEVIATION = 3e-4
 _MOST_PARTS = 256  # of a step
 _ORDER = 3  # least order at which the deviation falls with the number of parts
 
@@ -141,7 +139,7 @@ class SlowTrajectory:
 
         They do near a combination resonance, whose beat may be shorter than a step.
         """
-        flow, allowed = shifted_flow(model, self.shift), _DEVIATION * np.abs(self.amplitude).max()
+        flow, allowed = shifted_flow(model, self.shift), 3e-4 * np.abs(self.amplitude).max()
         deviation = self._deviation(flow)
         (large,) = np.nonzero(deviation > allowed)
         if not large.size:

@@ -6,7 +6,6 @@
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7      /* step, and distance of two points */
 #define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
-#define LARGEST_TURN 0.15  /* of the tangent between two points [rad] */
 
 /* Where points of a branch go: the rows that follow one another by `stride` doubles. */
 typedef struct {
@@ -56,7 +55,7 @@ static sm_status stepped(const sm_curve *curve, const sm_curve_point *before,
         sm_curve_corrected(curve, guess, last->tangent, last->tangent, found);
     if (status != SM_OK) return status;
     const double turn = sm_curve_dot(n, found->tangent, last->tangent);
-    return turn < cos(LARGEST_TURN) ? SM_NOT_CONVERGED : SM_OK;
+    return turn < cos(0.15) ? SM_NOT_CONVERGED : SM_OK;
 }
 
 /* From a start on along its tangent; how many points there are, at most `most`. */

@@ -20,7 +20,6 @@ typedef struct {
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
 #define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
-#define LEAST_STEP 1e-3  /* [rad] of mode A, of a step that is taken for its own outputs */
 /* Doubles of a component's state before those of its contacts. */
 #define CONTACTS_FROM (SLOW_STATE_COUNT + sizeof(sm_inputs) / sizeof(double))
 
@@ -353,7 +352,7 @@ static double own_step(sm_component *c) {
 
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
-    const double least = LEAST_STEP / c->inputs.frequency[0];
+    const double least = 1e-3 / c->inputs.frequency[0]; /* a thousandth of a radian of mode A */
     const sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
     for (double h = own_step(c); h > least; h = c->slow.step) {

@@ -4,9 +4,6 @@
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
 
-#define MOST_ELASTIC 1000000
-#define SPARE 4 /* stretches that the queue has room for as a step begins */
-
 static size_t node_count(const sm_table *table) {
     return (size_t)table->count_a * (size_t)table->count_b;
 }
@@ -20,7 +17,7 @@ static sm_status check_values(const double *values, size_t nodes, size_t per_nod
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table) {
     if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > MOST_ELASTIC) return SM_BAD_ARGUMENT;
+    if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
     if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
     const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
     const size_t modes = (size_t)contact->modes, nodes = node_count(table);
@@ -144,8 +141,7 @@ static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow,
 /* What acts on the contacts as an amplitude at the carrier: with the force that acts on them. */
 static void add_off_resonance(const sm_slow_flow *flow, int j, sm_complex force,
                               double *amplitude) {
-    const sm_complex off_resonance =
-        sm_cmul(sm_cx(flow->off_resonance[j][0], flow->off_resonance[j][1]), force);
+    const sm_complex off_resonance = sm_cmul(sm_pair(flow->off_resonance[j]), force);
     amplitude[2 * j] += off_resonance.re;
     amplitude[2 * j + 1] += off_resonance.im;
 }
@@ -163,8 +159,7 @@ static sm_segment segment_of(const sm_slow_flow *flow, const sm_stretch *stretch
         g.frequency[j] = start->frequency[j];
         g.frequency_rate[j] = start->frequency_rate[j];
         if (flow->off_resonance[j][0] == 0.0 && flow->off_resonance[j][1] == 0.0) continue;
-        const sm_complex from = sm_cx(cos(start->phase[j]), sin(start->phase[j]));
-        const sm_complex to = sm_cx(cos(end->phase[j]), sin(end->phase[j]));
+        const sm_complex from = sm_unit(start->phase[j]), to = sm_unit(end->phase[j]);
         const double growth = start->force_rate[j], phase_rate = start->phase_rate[j];
         add_off_resonance(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
         add_off_resonance(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
@@ -253,8 +248,9 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow
 }
 
 void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow) {
-    /* a stretch that cannot be marched stays: reading the motion returns its status */
-    while (out->queue->count > SM_STRETCHES - SPARE && take_first(out, flow) == SM_OK) continue;
+    /* Room for four stretches as the next step begins. One that cannot be marched stays: reading the
+     * motion returns its status. */
+    while (out->queue->count > SM_STRETCHES - 4 && take_first(out, flow) == SM_OK) continue;
 }
 
 /* Brings the state to the present. */
@@ -315,10 +311,9 @@ static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
     const size_t elastic = (size_t)out->motion.elastic;
     sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES], force[SM_MODES];
     for (size_t j = 0; j < modes; j++) {
-        carrier[j] = sm_cx(cos(inputs->angle[j]), sin(inputs->angle[j]));
-        q[j] = sm_cscale(sm_cmul(sm_cx(y[2 * j], y[2 * j + 1]), carrier[j]), 2.0);
-        const sm_complex phasor = sm_cx(cos(inputs->phase[j]), sin(inputs->phase[j]));
-        force[j] = sm_cscale(sm_cmul(phasor, carrier[j]), 2.0 * inputs->force[j]);
+        carrier[j] = sm_unit(inputs->angle[j]);
+        q[j] = sm_cscale(sm_cmul(sm_pair(y + 2 * j), carrier[j]), 2.0);
+        force[j] = sm_cscale(sm_cmul(sm_unit(inputs->phase[j]), carrier[j]), 2.0 * inputs->force[j]);
     }
     for (size_t k = 0; k < elastic; k++) {
         x[k] = 0.0;
