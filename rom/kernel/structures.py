@@ -36,7 +36,7 @@ class Structure(ctypes.Structure):
     __slots__ = ("owned",)
 
     def __init__(self, *values: Any, **fields: Any) -> None:
-        kinds = dict(self._fields_)
+        kinds = {name: kind for name, kind, *_ in self._fields_}
         fields |= zip(kinds, values, strict=False)
         self.owned: Any = tuple(
             value for value in fields.values() if isinstance(value, np.ndarray | Structure)

@@ -116,9 +116,7 @@ class SlowTrajectory:
             rates(flow, self._inputs(1.0), self.amplitude[1:]),
         )
 
-    def _inputs(
-        self, part: float, steps: slice | NDArray[np.intp] = slice(None)
-    ) -> NDArray[np.void]:
+    def _inputs(self, part: float, steps: Any = slice(None)) -> NDArray[np.void]:
         """Return the core's inputs after a part (0 to 1) of steps, (steps,)."""
         later = part * np.diff(self.time)[steps]
         elapsed, frequency = later[:, np.newaxis], self.frequency[steps]
