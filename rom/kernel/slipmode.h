@@ -392,6 +392,7 @@ typedef struct {
                                     point; what was marched before is continued */
 } sm_motion;
 
+/* Arrays of the arguments are not copied and must outlive the component. */
 SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                                      const sm_motion *motion, double tolerance,
                                      sm_component **component);
@@ -399,11 +400,10 @@ SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact 
 SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
                                     const sm_motion *motion);
 /* As sm_component_create, for arguments that sm_component_check has accepted; damping and
- * motion.wanted may have changed since. The tables of the flow and of the motion are not copied and
- * must outlive the component. */
-SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
-                                            const sm_motion *motion, double tolerance,
-                                            sm_component **component);
+ * motion.wanted may have changed since. */
+SM_API sm_status sm_component_checked_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                             const sm_motion *motion, double tolerance,
+                                             sm_component **component);
 SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
