@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats, as_floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
@@ -167,13 +167,9 @@ class ForcedSlowFlow:
 
         corners = grid(axes)
         needed = np.abs(spread(spring) * corners - spread(gain) * table(corners))
-        crossed = np.ones((), dtype=bool)
-        for some in (needed <= spread(np.abs(acting)), needed >= spread(np.abs(acting))):
-            for axis in np.flatnonzero(cells) + 1:  # any corner of each cell
-                first, last = (np.delete(some, end, axis=axis) for end in (-1, 0))
-                some = first | last
-            crossed = crossed & some.all(axis=-1)
-        at, *cell = np.nonzero(crossed)
+        enough = _at_any_corner(needed <= spread(np.abs(acting)), cells)
+        too_little = _at_any_corner(needed >= spread(np.abs(acting)), cells)
+        at, *cell = np.nonzero((enough & too_little).all(axis=-1))
         middles = [0.5 * (axis[1:] + axis[:-1]) if axis.size > 1 else axis for axis in axes]
         modulus = grid(middles)[tuple(cell)]
         taken = spring[at] * modulus - gain[at] * table(modulus)
@@ -206,3 +202,13 @@ class ForcedSlowFlow:
             return found
 
         return rates_of
+
+
+def _at_any_corner(flags: Flags, cells: NDArray[np.int_]) -> Flags:
+    """Return flags (sections, cells of A, cells of B, ...) from those at corners of the cells.
+
+    A mode without cells has a single corner.
+    """
+    for axis in np.flatnonzero(cells) + 1:
+        flags = np.delete(flags, -1, axis=axis) | np.delete(flags, 0, axis=axis)
+    return flags
