@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_size_t, c_uint64, c_void_p
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -34,20 +34,19 @@ class Structure(ctypes.Structure):
     """
 
     __slots__ = ("owned",)
+    pointers: ClassVar[frozenset[str]] = frozenset()  # names of fields
 
     def __init__(self, *values: Any, **fields: Any) -> None:
-        kinds = {name: kind for name, kind, *_ in self._fields_}
-        fields |= zip(kinds, values, strict=False)
-        self.owned: Any = tuple(
-            value for value in fields.values() if isinstance(value, np.ndarray | Structure)
-        )
+        fields |= zip((name for name, *_ in self._fields_), values, strict=False)
+        self.owned: Any = ()
         for name, value in fields.items():
             if isinstance(value, np.ndarray):
-                setattr(self, name, value.ctypes.data)
-            elif isinstance(value, Structure) and kinds[name] is c_void_p:
-                setattr(self, name, ctypes.addressof(value))
-            else:
-                setattr(self, name, value)
+                self.owned += (value,)
+                value = value.ctypes.data
+            elif isinstance(value, Structure):
+                self.owned += (value,)
+                value = ctypes.addressof(value) if name in self.pointers else value
+            setattr(self, name, value)
 
 
 def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
@@ -63,7 +62,8 @@ def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
 
 STRUCTURES: dict[str, type[Structure]] = {}  # by their names in C
 for _body, _name in re.findall(r"typedef struct \{(.*?)\} (\w+);", DECLARATIONS, re.DOTALL):
-    members = {"__slots__": (), "_fields_": list(_fields(_body))}
+    members: dict[str, Any] = {"__slots__": (), "_fields_": list(_fields(_body))}
+    members["pointers"] = frozenset(name for name, kind in members["_fields_"] if kind is c_void_p)
     STRUCTURES[_name] = type(_name, (Structure,), members)
 
 MODES = int(_NUMBERS["MODES"])

@@ -7,8 +7,7 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 
 from __future__ import annotations
 
-from functools import cached_property
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,19 @@ MOST_POINTS = 5000  # to each side of the first solution of a curve
 
 @frozen
 class Points:
-    """Points along a curve F(y, p) = 0 with k unknowns y, as rows of the core."""
+    """Points along a curve F(y, p) = 0 with k unknowns y."""
 
-    rows: Floats
+    rows: Floats  # (n, 4 k + 2): z, tangent and eigenvalues of each point
     unknowns: int
+
+    @classmethod
+    def of(cls, rows: Floats, unknowns: int) -> Self:
+        """Return the points of rows of the core, which have dF/dy in place of its eigenvalues."""
+        known, jacobian = np.split(rows, [2 * (unknowns + 1)], axis=1)
+        found = np.linalg.eigvals(jacobian.reshape(-1, unknowns, unknowns)).astype(complex)
+        order = np.argsort(-found.real, axis=1, kind="stable")
+        eigenvalues = np.take_along_axis(found, order, axis=1)
+        return cls(np.hstack((known, eigenvalues.view(float))), unknowns)
 
     @property
     def z(self) -> Floats:
@@ -39,13 +47,10 @@ class Points:
         """Direction of the curve, (n, k + 1)."""
         return self.rows[:, self.unknowns + 1 : 2 * (self.unknowns + 1)]
 
-    @cached_property
+    @property
     def eigenvalues(self) -> Complexes:
         """Of dF/dy, (n, k), the largest real part first."""
-        k = self.unknowns
-        found = np.linalg.eigvals(self.rows[:, -(k**2) :].reshape(-1, k, k)).astype(complex)
-        order = np.argsort(-found.real, axis=1, kind="stable")
-        return np.take_along_axis(found, order, axis=1)
+        return self.rows[:, 2 * (self.unknowns + 1) :].view(complex)
 
     @property
     def unstable(self) -> NDArray[np.intp]:
@@ -97,7 +102,7 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
         return None
     kernel.check(status, "curve")
     first, last = MOST_POINTS - 1 - found.before, MOST_POINTS - 1 + found.after
-    points, closed = Points(rows[first : last + 1].copy(), curve.unknowns), bool(found.closed)
+    points, closed = Points.of(rows[first : last + 1], curve.unknowns), bool(found.closed)
     ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
     cut_off = [] if closed else [points.z[end] for end in ends]
     return Branch(points, _specials(curve, points), closed, cut_off)
@@ -116,14 +121,14 @@ def _specials(curve: kernel.Structure, points: Points) -> list[tuple[Kind, Float
 def _bisected(curve: kernel.Structure, points: Points, before: int, kind: Kind) -> Floats:
     """Return the fold or Hopf point (k + 1,) after one of the points."""
     (low, high), onward = points.z[before : before + 2], points.tangent[before].copy()
-    row = np.empty((1, points.rows.shape[1]))
+    row = np.empty((1, 2 * low.size + points.unknowns**2))
     for _ in range(40):
         length = np.linalg.norm(high - low)
         guess, normal = 0.5 * (low + high), (high - low) / length
         arrays = (each.ctypes.data for each in (guess, normal, onward, row))
         if length < 1e-9 or kernel.lib.sm_curve_point_near(curve, *arrays) != kernel.OK:
             break
-        at = Points(row.copy(), points.unknowns)
+        at = Points.of(row, points.unknowns)
         if kind == "fold":
             is_before = at.tangent[0, -1] * onward[-1] > 0.0
         else:
