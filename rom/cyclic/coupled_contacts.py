@@ -74,8 +74,9 @@ class CoupledContacts:
         for h in range(3, HIGHEST + 1, 2):
             G = modes.flexibility(h * frequency)
             flexibility[h, 0] = np.asarray(np.linalg.solve(np.eye(N * size) + G * springs, G))
-        unmoved = np.zeros(N * size)
-        dual = DualContacts(all_contacts, static, frequency, 0.0, unmoved, omega, motion)
+        dual = DualContacts(
+            all_contacts, static, frequency, marched_frequency=omega, marched_motion=motion
+        )
         return cls(frequency, dual, far, flexibility)
 
     def deficit(self, drive: Complexes) -> Complexes:

@@ -179,8 +179,8 @@ class MistunedModes:
         dynamic = self._dynamic(frequency)
         by_forces = np.einsum("prs,r->ps", self.shapes.conj(), excited.modal) / dynamic
         moved = (self.contacts @ by_forces[..., np.newaxis])[..., 0] + excited.past_modes
-        parts = dynamic, by_forces, self.flexibility(frequency), moved
-        return AtFrequency(self, frequency, *parts)
+        flexibility = self.flexibility(frequency)
+        return AtFrequency(self, frequency, dynamic, by_forces, flexibility, moved)
 
     def flexibility(self, frequency: float) -> Complexes:
         """Return G of all contacts at a frequency [rad/s], (patterns, N N_c, N N_c) [m/N]."""

@@ -58,7 +58,10 @@ def lumped_disk(
     blade = np.zeros((4, 4))
     blade[:3, :3] = [[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]]
     return CyclicStructure(
-        *(np.diag([disk_mass, *blade_masses, 0.0]), stiffness, sectors, beta),
+        np.diag([disk_mass, *blade_masses, 0.0]),
+        stiffness,
+        sectors,
+        beta,
         contact=np.vstack((own, np.zeros_like(own[:1]))),
         next_contact=np.vstack((further, np.zeros_like(further[:1]))),
         blade=blade,

@@ -30,24 +30,24 @@ class DualContacts:
         Real flexibility of the march [m/N], symmetric and positive semidefinite, to which every
         harmonic adds what its own differs by. Harmonics that are not given have it.
     frequency, damping : float
-        Natural frequency [rad/s] and damping [1/s] of the mode, if there is one.
-    moved : (N_c,) ndarray
-        Size of the displacement per amplitude, a scale; 0 without a mode.
-    marched_frequency : (modes,) ndarray
+        Natural frequency [rad/s] and damping [1/s] of the mode, or the frequency of the carrier.
+    moved : (N_c,) ndarray, optional
+        Size of the displacement per amplitude of the mode, a scale. Default: there is no mode.
+    marched_frequency : (modes,) ndarray, optional
         Natural frequencies of modes that are marched beside the contacts [rad/s], where a harmonic
         comes close to them. They are not part of `static`. The march has them with a damping of
         its own: every harmonic adds what they differ by.
-    marched_motion : (modes, N_c) ndarray
+    marched_motion : (modes, N_c) ndarray, optional
         Displacements of the contacts per amplitude of these modes [kg^-1/2].
     """
 
     law: Elastic
     static: Floats
     frequency: float
-    damping: float
-    moved: Floats
-    marched_frequency: Floats
-    marched_motion: Floats
+    damping: float = 0.0
+    moved: Floats | None = None
+    marched_frequency: Floats | None = None
+    marched_motion: Floats | None = None
 
     def problem(
         self,
@@ -72,13 +72,16 @@ class DualContacts:
     @cached_property
     def reduced(self) -> Reduced:
         """The mode and the contacts as the core reads them, coupled by size alone."""
+        given = {"stiffness": -self.static}
+        if self.moved is not None:
+            given["spring"] = -self.moved[np.newaxis]
+        if self.marched_frequency is not None and self.marched_motion is not None:
+            given["nonresonant_frequency"] = self.marched_frequency
+            given["nonresonant_spring"] = -self.marched_motion
         return modes_alone(
             np.array([self.frequency]),
             np.array([self.damping]),
             np.zeros((1, 1)),
             self.law.elements(len(self.static)),
-            stiffness=-self.static,
-            spring=-self.moved[np.newaxis],
-            nonresonant_frequency=self.marched_frequency,
-            nonresonant_spring=-self.marched_motion,
+            **given,
         )

@@ -108,6 +108,5 @@ def local_problem(
         (2 * k + 1, 0): np.diag(g).astype(complex)
         for k, g in enumerate([at_carrier, *flexibility[1:]])
     }
-    none = np.zeros(0), np.zeros((0, contacts))
-    dual = DualContacts(law, static, frequency, 0.0, np.zeros(contacts), *none)
+    dual = DualContacts(law, static, frequency)
     return dual.problem(frequency, np.ones(contacts, dtype=complex), own)

@@ -120,6 +120,5 @@ class WaveProblem:
         own, psi = self.own, self.motion
         static = own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.natural_frequency**2
         symmetric = 0.5 * (static.real + static.real.T)
-        parts = self.natural_frequency, self.modal_damping, np.abs(psi)
-        none = np.zeros(0), np.zeros((0, psi.size))
-        return DualContacts(self.law, symmetric, *parts, *none)
+        omega, damping = self.natural_frequency, self.modal_damping
+        return DualContacts(self.law, symmetric, omega, damping, np.abs(psi))
