@@ -54,28 +54,37 @@ def takes(options: type[ComponentOptions]) -> Callable[[Function], Function]:
     return decorate
 
 
+class Handle(ctypes.c_void_p):
+    """The address of a component of the core, and the structures whose arrays it reads."""
+
+    parts: tuple[kernel.Structure, ...]
+
+
 def create_component(
     model: Model, force_patterns: ForcePatterns | None, options: ComponentOptions
-) -> ctypes.c_void_p:
+) -> Handle:
     """Return the core's component, which is freed with the handle."""
-    motion = kernel.Motion(steps_per_period=STEPS_PER_PERIOD, memory_periods=MEMORY_PERIODS)
+    wanted: dict[str, Any] = {}
     if options.contact:
         surface = response_surface(model, options.elastic)
-        contacts_out = kernel.contiguous(model.reduced.contact_shapes[list(options.elastic)])
-        motion.wanted, motion.elastic = 1, len(options.elastic)
-        motion.modes_out = surface.modes_out.ctypes.data
-        by_forces = forces_out(model, force_patterns, options.elastic)
-        motion.forces_out = by_forces.ctypes.data
-        motion.contacts_out = contacts_out.ctypes.data
-        motion.orders_count = len(surface.orders)
-        motion.orders = surface.orders.ctypes.data
-        motion.reaction = surface.reaction.ctypes.data
-        motion.response = surface.elastic.ctypes.data
-    flow = slow_flow(model, force_patterns)
-    problem = contact_problem(model.reduced, model.law)
-    handle = ctypes.c_void_p()
-    parts = (ctypes.byref(part) for part in (flow, problem, motion))
-    status = kernel.lib.sm_component_create(*parts, options.tolerance, ctypes.byref(handle))
+        wanted = {
+            "wanted": 1,
+            "elastic": len(options.elastic),
+            "modes_out": surface.modes_out,
+            "forces_out": forces_out(model, force_patterns, options.elastic),
+            "contacts_out": kernel.contiguous(model.reduced.contact_shapes[list(options.elastic)]),
+            "orders_count": len(surface.orders),
+            "orders": surface.orders,
+            "reaction": surface.reaction,
+            "response": surface.elastic,
+        }
+    handle = Handle()
+    handle.parts = (
+        slow_flow(model, force_patterns),
+        contact_problem(model.reduced, model.law),
+        kernel.Motion(steps_per_period=STEPS_PER_PERIOD, memory_periods=MEMORY_PERIODS, **wanted),
+    )
+    status = kernel.lib.sm_component_create(*handle.parts, options.tolerance, ctypes.byref(handle))
     kernel.check(status, "component")
     weakref.finalize(handle, kernel.lib.sm_component_free, handle.value)
     return handle

@@ -10,14 +10,11 @@ import scipy.linalg
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.elements import address
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
 
-_GAMMA = 0.25  # SM_FULL_GAMMA of the core
-_ELASTIC = 2  # SM_ELASTIC of the core
 _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
 
 
@@ -104,7 +101,7 @@ class ModalCoordinates:
         rows (outputs, n) that combine the DOFs.
         """
         contacts = len(self.directions)
-        elastic, code, alpha = None, _ELASTIC, 0.0
+        elastic, code, alpha = None, 2, 0.0  # SM_ELASTIC of the core
         if isinstance(law, Elastic):
             elements = law.elements(contacts)
             elastic = elements.kernel()
@@ -114,7 +111,7 @@ class ModalCoordinates:
             of_law = {"own": own, "ahead": ahead, "flexibility": flexibility}
         else:
             code, alpha = law.code, law.alpha
-            inverse = self.inverse(_GAMMA * step)
+            inverse = self.inverse(0.25 * step)  # SM_FULL_GAMMA of the core
             of_law = {"limit": limits(law, contacts), "resistance": self.resistance(inverse)}
         arrays = of_law | {
             "stiffness": self.squares,
@@ -124,8 +121,7 @@ class ModalCoordinates:
             "output": output @ self.shapes,
             "inverse": inverse,
         }
-        arrays = {name: kernel.contiguous(array) for name, array in arrays.items()}
-        full = kernel.Full(
+        return kernel.Full(
             coordinates=self.squares.size,
             contacts=contacts,
             modes=len(patterns),
@@ -134,11 +130,9 @@ class ModalCoordinates:
             diagonal=int(self.damping.ndim == 1),
             alpha=alpha,
             step=step,
-            elastic=address(elastic),
-            **{name: array.ctypes.data for name, array in arrays.items()},
+            elastic=elastic,
+            **{name: kernel.contiguous(array) for name, array in arrays.items()},
         )
-        full.owned = (arrays, elastic)
-        return full
 
 
 def _diagonal_if_possible(damping: Floats) -> Floats:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 
 import numpy as np
@@ -111,7 +110,7 @@ class Integrator:
         self._memory_size, self._substeps = 0, 1
         if isinstance(law, Elastic):
             self._elastic = law.elements(structure.n_contacts).kernel()
-            self._memory_size = int(kernel.lib.sm_elastic_memory(ctypes.byref(self._elastic)))
+            self._memory_size = int(kernel.lib.sm_elastic_memory(self._elastic))
             self._substeps = 4  # of one stage each, per step
         else:
             limits(law, structure.n_contacts)  # refuses a wrong number of limits
@@ -177,8 +176,7 @@ class Integrator:
             self.excitation.frequency[segment],
         )
         elapsed = run.begin - self.excitation.start[segment]
-        results = [each.ctypes.data for each in record]
-        samples = kernel.FullSamples(run.samples, run.every, *results)
+        samples = kernel.FullSamples(run.samples, run.every, *record)
         inputs = self._inputs[segment:].ctypes.data
         status = kernel.lib.sm_full_march(problem, inputs, elapsed, state.ctypes.data, samples)
         kernel.check(status, "full-order integration")
@@ -214,7 +212,7 @@ class Integrator:
         assert self._elastic is not None
         x_c, force = kernel.contiguous(x_c), np.empty(x_c.size)
         status = kernel.lib.sm_elastic_force(
-            ctypes.byref(self._elastic),
+            self._elastic,
             x_c.size,
             x_c.ctypes.data,
             memory.ctypes.data,

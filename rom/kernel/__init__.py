@@ -75,17 +75,15 @@ def table(
     """Return an sm_table over the given contiguous arrays, which it keeps alive."""
     columns = values.shape[-1] // 2
     power = int(columns > modes)
-    result = Table(
+    return Table(
         modes=modes,
         combinations=columns - modes - power,
         power=power,
         count_a=node_a.size,
         count_b=node_b.size,
-        node_a=node_a.ctypes.data,
-        node_b=node_b.ctypes.data if modes == 2 else None,
-        values=values.ctypes.data,
-        rate_correction=None if rate_correction is None else rate_correction.ctypes.data,
-        detuning=None if detuning is None else detuning.ctypes.data,
+        node_a=node_a,
+        node_b=node_b if modes == 2 else None,
+        values=values,
+        rate_correction=rate_correction,
+        detuning=detuning,
     )
-    result.owned = (node_a, node_b, values, rate_correction, detuning)
-    return result

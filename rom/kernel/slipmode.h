@@ -306,25 +306,11 @@ SM_API sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slo
                                           const sm_slow_point *along, double *d_rate,
                                           double *d_powers);
 
-/* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2). */
+/* da_j/dt at many points, each with inputs of its own: amplitude, rate (points, modes, 2).
+ * SM_OUTSIDE_TABLE if a point is outside the table; it is NaN then, and the others are right. */
 SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
                                     const sm_inputs *inputs, const double *amplitude,
                                     double *rate);
-
-/* Steps of a trajectory. */
-typedef struct {
-    size_t count;
-    const sm_inputs *inputs;    /* (count) at the starts */
-    const double *duration;     /* (count) [s] */
-    const double *start, *end;  /* (count, modes, 2) amplitudes */
-} sm_trajectory_steps;
-
-/* Deviation of a step's cubic from the slow flow (count); INFINITY: it leaves the table. */
-SM_API sm_status sm_trajectory_bend(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
-                                    double *bend);
-/* Amplitudes between equal parts of steps (count, parts - 1, modes, 2), by classical Runge-Kutta. */
-SM_API sm_status sm_trajectory_divide(const sm_slow_flow *flow, const sm_trajectory_steps *steps,
-                                      int32_t parts, double *between);
 
 /* What balances in steady motion, without a'' and without the combination resonances, whose mean
  * over time is zero:
@@ -343,7 +329,7 @@ SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
 typedef sm_status (*sm_curve_rates)(const void *of, const double *z, double *F, double *J);
 
 /* F(y, p) = 0, scaled so that 1 is large in each direction. A point of it is a row of doubles:
- *   z (k + 1), tangent (k + 1) of length 1, eigenvalues of dF/dy (k, 2), the largest real part first.
+ *   z (k + 1), tangent (k + 1) of length 1, dF/dy (k, k).
  */
 typedef struct {
     int32_t unknowns;    /* k */
@@ -363,13 +349,14 @@ typedef struct {
  * on each side. SM_NOT_CONVERGED: there is no solution close by. */
 SM_API sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t most,
                                  double *points, sm_branch *branch);
-/* Folds between points, and Hopf points, where the real parts of a pair of eigenvalues change sign: z
- * (found, k + 1), count - 1 at most, and whether it is a fold. */
-SM_API sm_status sm_curve_specials(const sm_curve *curve, size_t count, const double *points,
-                                   uint8_t *folds, double *z, size_t *found);
-/* Whether a curve through such points passes solutions z (solutions, k + 1), near its chords. */
-SM_API sm_status sm_curve_passes(int32_t unknowns, size_t count, const double *points,
-                                 size_t solutions, const double *z, uint8_t *passed);
+/* The point of the curve near a guess (k + 1), in the plane through it with this normal (k + 1); its
+ * tangent points onward (k + 1). SM_NOT_CONVERGED: there is none. */
+SM_API sm_status sm_curve_point_near(const sm_curve *curve, const double *guess,
+                                     const double *normal, const double *onward, double *point);
+
+/* The solution with the p of z (k + 1), which may be far from it, and which it replaces.
+ * SM_NOT_CONVERGED: none is found. */
+SM_API sm_status sm_curve_solved(const sm_curve *curve, double *z);
 
 /* A slow flow under inputs that change along a straight line. */
 typedef struct {
@@ -380,11 +367,6 @@ typedef struct {
 
 /* Its steady states as a curve, as sm_slow_flow_balance has them. The curve refers to `forced`. */
 SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
-#define SM_FORCED_CELLS 1024 /* in which steady states are searched at each p, at most */
-/* Steady states at p = 0 to 1 in so many sections, in their order: z (found, k + 1), of at most
- * sections SM_FORCED_CELLS. */
-SM_API sm_status sm_forced_search(const sm_forced *forced, size_t sections, double *z,
-                                  size_t *found);
 
 /* ---- the step-able component ----------------------------------------------------------- */
 
@@ -410,6 +392,7 @@ typedef struct {
                                     point; what was marched before is continued */
 } sm_motion;
 
+/* Arrays of the arguments are not copied and must outlive the component. */
 SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contact,
                                      const sm_motion *motion, double tolerance,
                                      sm_component **component);
@@ -417,11 +400,10 @@ SM_API sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact 
 SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact,
                                     const sm_motion *motion);
 /* As sm_component_create, for arguments that sm_component_check has accepted; damping and
- * motion.wanted may have changed since. The tables of the flow and of the motion are not copied and
- * must outlive the component. */
-SM_API sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
-                                            const sm_motion *motion, double tolerance,
-                                            sm_component **component);
+ * motion.wanted may have changed since. */
+SM_API sm_status sm_component_checked_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                             const sm_motion *motion, double tolerance,
+                                             sm_component **component);
 SM_API void sm_component_free(sm_component *component);
 /* Start at `time` with amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,

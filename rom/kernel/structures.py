@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_size_t, c_uint64, c_void_p
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,8 +19,7 @@ HEADERS = tuple(Path(__file__).with_name(name) for name in ("slipmode.h", "slipm
 DECLARATIONS = re.sub(r"/\*.*?\*/", "", "".join(map(Path.read_text, HEADERS)), flags=re.DOTALL)
 _NUMBERS = dict(re.findall(r"#define SM_(\w+) (\d+)", DECLARATIONS))
 
-DOUBLES = POINTER(c_double)
-CurveRates = CFUNCTYPE(c_int32, c_void_p, DOUBLES, DOUBLES, DOUBLES)  # sm_curve_rates
+CurveRates = CFUNCTYPE(c_int32, c_void_p, *[POINTER(c_double)] * 3)  # sm_curve_rates
 
 TYPES: dict[str, Any] = {
     **{"int": c_int, "int32_t": c_int32, "size_t": c_size_t, "double": c_double},
@@ -29,9 +28,25 @@ TYPES: dict[str, Any] = {
 
 
 class Structure(ctypes.Structure):
-    """A structure that keeps alive what it points to as `owned`. It takes no other attribute."""
+    """A structure of the core, made from numbers, and from arrays and structures for its pointers.
+
+    It keeps these alive as `owned`, and takes no other attribute than that and its fields.
+    """
 
     __slots__ = ("owned",)
+    pointers: ClassVar[frozenset[str]] = frozenset()  # names of fields
+
+    def __init__(self, *values: Any, **fields: Any) -> None:
+        fields |= zip((name for name, *_ in self._fields_), values, strict=False)
+        self.owned: Any = ()
+        for name, value in fields.items():
+            if isinstance(value, np.ndarray):
+                self.owned += (value,)
+                value = value.ctypes.data
+            elif isinstance(value, Structure):
+                self.owned += (value,)
+                value = ctypes.addressof(value) if name in self.pointers else value
+            setattr(self, name, value)
 
 
 def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
@@ -47,11 +62,11 @@ def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
 
 STRUCTURES: dict[str, type[Structure]] = {}  # by their names in C
 for _body, _name in re.findall(r"typedef struct \{(.*?)\} (\w+);", DECLARATIONS, re.DOTALL):
-    members = {"__slots__": (), "_fields_": list(_fields(_body))}
+    members: dict[str, Any] = {"__slots__": (), "_fields_": list(_fields(_body))}
+    members["pointers"] = frozenset(name for name, kind in members["_fields_"] if kind is c_void_p)
     STRUCTURES[_name] = type(_name, (Structure,), members)
 
 MODES = int(_NUMBERS["MODES"])
-FORCED_CELLS = int(_NUMBERS["FORCED_CELLS"])
 OUTPUTS_FIXED = int(_NUMBERS["OUTPUTS_FIXED"])
 
 Contact = STRUCTURES["sm_contact"]
@@ -70,7 +85,6 @@ Motion = STRUCTURES["sm_motion"]
 Full = STRUCTURES["sm_full"]
 FullSamples = STRUCTURES["sm_full_samples"]
 ContactSamples = STRUCTURES["sm_contact_samples"]
-TrajectorySteps = STRUCTURES["sm_trajectory_steps"]
 Trace = STRUCTURES["sm_trace"]
 HarmonicSum = STRUCTURES["sm_harmonic_sum"]
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,16 +58,14 @@ class Elements:
         return np.diag(np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0))
 
     def kernel(self) -> kernel.Structure:
-        """Return the elements as the core reads them; the record keeps the arrays alive."""
-        record = kernel.Elastic(
+        """Return the elements as the core reads them."""
+        return kernel.Elastic(
             elements=len(self.element),
             sliders=len(self.slider),
-            element=self.element.ctypes.data,
-            slider=self.slider.ctypes.data,
-            reference=self.reference.ctypes.data,
+            element=self.element,
+            slider=self.slider,
+            reference=self.reference,
         )
-        record.owned = self
-        return record
 
 
 def sliders_on(limit: Floats, stiffness: Floats) -> Elements:
@@ -122,8 +118,3 @@ def checked(
             f"{name}: must be {zero}{SMALLEST:g} to {LARGEST:g} {unit}, got {value}"
         )
     return tuple(given.tolist()) if given.ndim else float(given)
-
-
-def address(record: ctypes.Structure | None) -> Any:
-    """Return the address of a record, NULL for None."""
-    return None if record is None else ctypes.addressof(record)

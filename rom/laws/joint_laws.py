@@ -12,10 +12,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements, checked, per_contact, sliders_on
 from slipmode.rom.short_repr import short_repr
 
-# Sliders of Iwan's distribution, 18 per decade of displacement. From 3e-3 of macro-slip on, the
-# dissipation per cycle is within 1 % of the continuous distribution, for chi up to LARGEST_CHI
-# within 2.1 % (tests/rom/table/test_tolerance.py).
-_SLIDERS = 72
 LARGEST_CHI = 1.0
 
 
@@ -78,7 +74,10 @@ class Iwan:
     stiffness: float
     chi: float
     beta: float
-    sliders: int = _SLIDERS
+    # 18 per decade of displacement: from 3e-3 of macro-slip on, the dissipation is within 1 % of
+    # the continuous distribution's, for chi up to LARGEST_CHI within 2.1 %
+    # (tests/rom/table/test_tolerance.py)
+    sliders: int = 72
 
     __repr__ = short_repr
 

@@ -25,10 +25,6 @@ from slipmode.rom.structure.structure import Structure
 Forces = Sequence[Mapping[int, float] | ArrayLike]
 ForcePatterns = Forces
 
-# Largest force on the contacts besides that through the mode, relative to it: beyond, the
-# amplitude of the mode does not determine the force.
-_MOST_DIRECT = 0.5
-
 
 def phasor(force: ArrayLike, phase: ArrayLike) -> Complexes:
     """Return F exp(i phase) of forces F cos(theta + phase), broadcast."""
@@ -197,7 +193,7 @@ def steady_force(reduced: Reduced) -> tuple[Complexes, Complexes]:
     residual = applied.residual(applied.past_mode)
     force = residual / (1.0 + 2.0 * (applied.shift * D)[:, np.newaxis])
     direct = np.linalg.norm(D[:, np.newaxis] * force, axis=1)
-    determined = direct <= _MOST_DIRECT * np.linalg.norm(reduced.coupling, axis=1)
+    determined = direct <= 0.5 * np.linalg.norm(reduced.coupling, axis=1)
     return _read_only(np.where(determined[:, np.newaxis], force, 0.0)), _read_only(D)
 
 

@@ -27,7 +27,6 @@ from slipmode.rom.structure.structure import Structure
 # the latter. The matrix is positive semidefinite, so its other entries in that row are at most
 # 1e-6 of the static ones.
 _ROUNDING = 1e-12
-_USUAL = 1e-3  # smallest response for which modes up to STATIC_FROM are enough
 
 
 def reduce_stuck(
@@ -43,8 +42,9 @@ def reduce_stuck(
         raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
     held, W = stuck(structure, contacts.reference), structure.directions
     # Harmonics of order k of slipping contacts fall with k^-2, and with k^-2 the response of a
-    # mode at k times the carrier beyond its static flexibility.
-    further = max(_USUAL / max(smallest_response, np.finfo(float).tiny), 1.0) ** 0.25
+    # mode at k times the carrier beyond its static flexibility. For a smallest response of 1e-3,
+    # modes up to STATIC_FROM are enough.
+    further = max(1e-3 / max(smallest_response, np.finfo(float).tiny), 1.0) ** 0.25
     omega, shapes = held.modes(max(modes) + 1, MOST_MODES, STATIC_FROM * further)
     rigid = omega == 0.0
     retained = np.isin(np.arange(omega.size), modes)

@@ -33,8 +33,6 @@ from slipmode.rom.validity import (
     warn,
 )
 
-_SCANNED = {1: 400, 2: 64}  # amplitudes of each self-excited mode, by their number
-
 
 @frozen
 class LimitCycle:
@@ -162,7 +160,8 @@ class _Cycling:
 
     def _starts(self) -> Iterator[tuple[Complexes, Floats]]:
         """Yield amplitudes and frequencies (modes,) near which no mode gains or loses energy."""
-        n, modes = _SCANNED[self.moving.size], self.moving.size
+        modes = self.moving.size
+        n = 400 if modes == 1 else 64  # amplitudes of each mode
         axes = [self._range[j] * np.arange(1, n + 1) / n for j in self.moving]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, modes)
         a, Omega, net = self._with_forced_modes(points)

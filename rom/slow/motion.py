@@ -12,7 +12,6 @@ Friction forgets its past within a few periods, so both compute any window of a 
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,9 +28,6 @@ from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
 SPIN_UP_PERIODS = 10.0
-# Least time steps per period of the faster carrier: elastic contacts have no motion of their own
-# within a step.
-_STEPS = {"rigid": 128, "elastic": 64}
 
 
 @frozen
@@ -111,10 +107,9 @@ def reconstruct(
     x, v, f = np.empty(shape), np.empty(shape), np.empty(shape)
     problem = contact_problem(model.reduced, model.law, response.orders)
     if steps_per_period is None:
-        steps_per_period = _STEPS["rigid" if model.reduced.contacts is None else "elastic"]
-    samples = kernel.ContactSamples(
-        sample.size, *(array.ctypes.data for array in (sample, x, v, f))
-    )
+        # elastic contacts have no motion of their own within a step
+        steps_per_period = 128 if model.reduced.contacts is None else 64
+    samples = kernel.ContactSamples(sample.size, sample, x, v, f)
     if shape[1]:
         status = kernel.lib.sm_contact_motion(
             problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
@@ -219,14 +214,14 @@ def _summed(
     harmonic_sum = kernel.HarmonicSum(
         modes=len(weights),
         orders_count=len(response.orders),
-        orders=orders.ctypes.data,
+        orders=orders,
         signals=weights.shape[1],
-        shape=weights.ctypes.data,
-        coefficient=rows.ctypes.data,
+        shape=weights,
+        coefficient=rows,
     )
     motion = np.empty((times.size, weights.shape[1]))
     status = kernel.lib.sm_harmonic_motion(
-        ctypes.byref(harmonic_sum),
+        harmonic_sum,
         len(segments),
         segments.ctypes.data,
         times.size,

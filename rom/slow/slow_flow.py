@@ -5,7 +5,6 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import replace
 from typing import Self
 
@@ -23,14 +22,35 @@ from slipmode.rom.table.model import Model
 def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.Structure:
     """Return the slow flow as the core reads it, with shift and cross response of the forces."""
     if force_patterns is None:
-        return _slow_flow(model, np.zeros(model.modes, dtype=complex), None)
+        return shifted_flow(model, 0.0)
     applied = AppliedForces.of(model.reduced, force_patterns)
-    return _slow_flow(model, applied.shift, applied.cross_response)
+    return shifted_flow(model, applied.shift, applied.cross_response)
 
 
-def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
-    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
-    return _slow_flow(model, np.full(model.modes, shift, dtype=complex), None)
+def shifted_flow(
+    model: Model, shift: Complexes | float, cross_response: Complexes | None = None
+) -> kernel.Structure:
+    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j).
+
+    `cross_response` is that of `AppliedForces`; by default 0.
+    """
+    shifts = np.full(model.modes, shift, dtype=complex)
+    reduced = model.reduced
+    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
+    coupling_ratio = reduced.coupling_coefficients.tolist()
+    for mode in range(model.modes):
+        flow.natural[mode] = reduced.frequency[mode]
+        flow.carrier[mode] = reduced.carrier[mode]
+        flow.damping[mode] = reduced.modal_damping[mode]
+        for power, coefficient in enumerate(coupling_ratio[mode]):
+            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
+        flow.off_resonance[mode][:] = (shifts[mode].real, shifts[mode].imag)
+        if cross_response is not None:
+            for other, response in enumerate(cross_response[mode]):
+                flow.cross_response[mode][other][:] = (response.real, response.imag)
+    for k, term in enumerate(model.combinations):
+        flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
+    return flow
 
 
 def inputs_of(
@@ -65,20 +85,24 @@ def inputs_of(
     return inputs
 
 
-def rates(flow: kernel.Structure, inputs: NDArray[np.void], amplitude: Complexes) -> Complexes:
+def rates(
+    flow: kernel.Structure,
+    inputs: NDArray[np.void],
+    amplitude: Complexes,
+    *,
+    may_leave: bool = False,
+) -> Complexes:
     """Return da/dt (points, modes) at amplitudes (points, modes), with all terms of the slow flow.
 
-    Raises
-    ------
-    SlipmodeError
-        Outside the friction table.
+    Amplitudes outside the friction table are refused; if they `may_leave` it, da/dt is NaN there.
     """
     a = np.ascontiguousarray(amplitude, dtype=complex)
     rate = np.empty_like(a)
     status = kernel.lib.sm_slow_flow_rates(
-        ctypes.byref(flow), len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
+        flow, len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
     )
-    kernel.check(status, "amplitude: slow flow")
+    if not (may_leave and status == kernel.OUTSIDE_TABLE):
+        kernel.check(status, "amplitude: slow flow")
     return rate
 
 
@@ -152,9 +176,7 @@ class ForcedFlow:
         a = np.ascontiguousarray(amplitude, dtype=complex)
         parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
         addresses = (each.ctypes.data for each in (self.inputs, a, parts))
-        status = kernel.lib.sm_slow_flow_balance(
-            ctypes.byref(self.flow), len(a), *addresses, jacobian
-        )
+        status = kernel.lib.sm_slow_flow_balance(self.flow, len(a), *addresses, jacobian)
         if status != kernel.OUTSIDE_TABLE:
             kernel.check(status, "amplitude: slow flow")
         return parts
@@ -176,25 +198,3 @@ class ForcedFlow:
         """
         factor = coupling_factor(self.model.reduced, self.frequency)
         return np.asarray(factor * (amplitude + self.shift * self.force))
-
-
-def _slow_flow(
-    model: Model, shift: Complexes, cross_response: Complexes | None
-) -> kernel.Structure:
-    table, reduced = model.table.kernel(), model.reduced
-    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=table)
-    coupling_ratio = reduced.coupling_coefficients.tolist()
-    for mode in range(model.modes):
-        flow.natural[mode] = reduced.frequency[mode]
-        flow.carrier[mode] = reduced.carrier[mode]
-        flow.damping[mode] = reduced.modal_damping[mode]
-        for power, coefficient in enumerate(coupling_ratio[mode]):
-            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
-        flow.off_resonance[mode][:] = (shift[mode].real, shift[mode].imag)
-        if cross_response is not None:
-            for other, response in enumerate(cross_response[mode]):
-                flow.cross_response[mode][other][:] = (response.real, response.imag)
-    for k, term in enumerate(model.combinations):
-        flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
-    flow.owned = table
-    return flow

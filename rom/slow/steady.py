@@ -103,14 +103,9 @@ class ResonanceSurface:
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
         """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
-        grid = np.meshgrid(
-            units.of_frequency(self.frequency_A),
-            units.of_frequency(self.frequency_B),
-            indexing="ij",
-        )
         found = {
-            units.named(f"frequency_{mode}"): axis.ravel()
-            for mode, axis in zip("AB", grid, strict=True)
+            units.named(f"frequency_{mode}"): units.of_frequency(frequency)
+            for mode, frequency in zip("AB", self.motion.frequency.T, strict=True)
         }
         for j, mode in enumerate("AB"):
             a = self.amplitude[..., j].ravel()

@@ -79,7 +79,6 @@ class SteadyMotion:
             force_rate=np.zeros((points, modes), dtype=complex),
             force_response=self._forces,
             scale=self.scale,
-            scale_rate=np.zeros(points),
         )
         P = self._contact_carriers(trajectory.effective(self.model)[:points])
         P = np.concatenate((P, P[-1:]))

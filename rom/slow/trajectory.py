@@ -17,8 +17,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
-# Deviation of a cubic between two points from the slow flow, relative to the largest amplitude.
-_DEVIATION = 3e-4
 _MOST_PARTS = 256  # of a step
 _ORDER = 3  # least order at which the deviation falls with the number of parts
 
@@ -118,18 +116,19 @@ class SlowTrajectory:
             rates(flow, self._inputs(1.0), self.amplitude[1:]),
         )
 
-    def _inputs(self, part: float) -> NDArray[np.void]:
-        """Return the core's inputs at the start (0) or the end (1) of each step, (steps,)."""
-        later = part * np.diff(self.time)
-        elapsed = later[:, np.newaxis]
+    def _inputs(self, part: float, steps: Any = slice(None)) -> NDArray[np.void]:
+        """Return the core's inputs after a part (0 to 1) of steps, (steps,)."""
+        later = part * np.diff(self.time)[steps]
+        elapsed, frequency = later[:, np.newaxis], self.frequency[steps]
+        sweep, force_rate = self.frequency_rate[steps], self.force_rate[steps]
         inputs = inputs_of(
-            self.force + self.force_rate * elapsed,
-            self.frequency + self.frequency_rate * elapsed,
-            self.force_rate,
-            self.frequency_rate,
-            self.angle[1:] if part else self.angle[:-1],
+            self.force[steps] + force_rate * elapsed,
+            frequency + sweep * elapsed,
+            force_rate,
+            sweep,
+            self.angle[:-1][steps] + (frequency + 0.5 * sweep * elapsed) * elapsed,
         )
-        scale, rate = self.limit_scale
+        scale, rate = (each[steps] for each in self.limit_scale)
         inputs["limit_scale"], inputs["limit_scale_rate"] = scale + rate * later, rate
         return inputs
 
@@ -138,7 +137,7 @@ class SlowTrajectory:
 
         They do near a combination resonance, whose beat may be shorter than a step.
         """
-        flow, allowed = shifted_flow(model, self.shift), _DEVIATION * np.abs(self.amplitude).max()
+        flow, allowed = shifted_flow(model, self.shift), 3e-4 * np.abs(self.amplitude).max()
         deviation = self._deviation(flow)
         (large,) = np.nonzero(deviation > allowed)
         if not large.size:
@@ -158,35 +157,55 @@ class SlowTrajectory:
         return found
 
     def _deviation(self, flow: kernel.Structure) -> Floats:
-        """Return the deviation of each step's cubic from the slow flow, (steps,)."""
-        arrays, found = self._steps(), np.empty(self.time.size - 1)
-        steps = kernel.TrajectorySteps(found.size, *(array.ctypes.data for array in arrays))
-        status = kernel.lib.sm_trajectory_bend(flow, steps, found.ctypes.data)
-        kernel.check(status, "slow trajectory")
-        return found
+        """Return the deviation of each step's cubic from the slow flow, (steps,).
 
-    def _steps(self) -> tuple[np.ndarray, ...]:
-        """Return inputs, duration, first and last amplitudes of the steps."""
-        rows = self._inputs(0.0), np.diff(self.time), self.amplitude_start, self.amplitude[1:]
-        return tuple(np.ascontiguousarray(row) for row in rows)
+        Infinite where the cubic leaves the friction table.
+        """
+        duration = np.diff(self.time)[:, np.newaxis]
+        start, end = self.amplitude_start, self.amplitude[1:]
+        leaving = duration * rates(flow, self._inputs(0.0), start, may_leave=True)
+        arriving = duration * rates(flow, self._inputs(1.0), end, may_leave=True)
+        found = np.zeros(len(start))
+        for r in (0.25, 0.6):  # not commensurate, so that no beat hides between them
+            rest, change = 1.0 - r, end - start
+            cubic = start + r**2 * (3.0 - 2.0 * r) * change
+            cubic += r * rest * (rest * leaving - r * arriving)
+            slope = 6.0 * r * rest * change
+            slope += rest * (1.0 - 3.0 * r) * leaving - r * (2.0 - 3.0 * r) * arriving
+            inside = np.isfinite(cubic).all(axis=1)
+            rate = np.full_like(cubic, np.nan)
+            rate[inside] = rates(flow, self._inputs(r, inside), cubic[inside], may_leave=True)
+            found = np.maximum(found, np.abs(duration * rate - slope).max(axis=1))
+        return np.where(np.isnan(found), np.inf, found)
 
     def _divided(
         self, flow: kernel.Structure, steps: NDArray[np.intp], parts: int
     ) -> SlowTrajectory:
-        """Return the trajectory with some steps in so many parts."""
+        """Return the trajectory with some steps in so many parts, by classical Runge-Kutta."""
         modes = self.amplitude.shape[1]
-        whole = [array[steps] for array in self._steps()]
-        between = np.empty((steps.size, parts - 1, modes), dtype=complex)
-        given = kernel.TrajectorySteps(steps.size, *(array.ctypes.data for array in whole))
-        status = kernel.lib.sm_trajectory_divide(flow, given, parts, between.ctypes.data)
-        kernel.check(status, "slow trajectory")
+        between = np.empty((parts, steps.size, modes), dtype=complex)
+        h = (np.diff(self.time)[steps] / parts)[:, np.newaxis]
+        y = self.amplitude_start[steps]
+        for part in range(parts):
+            between[part] = y
+            at_start, in_middle, at_end = (
+                self._inputs((part + node) / parts, steps) for node in (0.0, 0.5, 1.0)
+            )
+            k1 = rates(flow, at_start, y)
+            k2 = rates(flow, in_middle, y + 0.5 * h * k1)
+            k3 = rates(flow, in_middle, y + 0.5 * h * k2)
+            k4 = rates(flow, at_end, y + h * k3)
+            y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        # it ends where the trajectory does
+        share = np.arange(parts)[:, np.newaxis, np.newaxis] / parts
+        between += share * (self.amplitude[1:][steps] - y)
         counts = np.ones(self.time.size - 1, dtype=int)
         counts[steps] = parts
         of, first = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - counts
         part = np.arange(of.size) - first[of]
         later = part * (np.diff(self.time) / counts)[of]
         amplitude = np.vstack((self.amplitude[of], self.amplitude[-1:]))
-        amplitude[np.nonzero(part)] = between.reshape(-1, modes)
+        amplitude[np.nonzero(part)] = between[1:].swapaxes(0, 1).reshape(-1, modes)
         discontinuity = self.discontinuity
         if discontinuity is not None:
             discontinuity = np.where(part[:, np.newaxis] > 0, 0.0, discontinuity[of])

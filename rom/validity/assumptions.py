@@ -24,11 +24,7 @@ from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity.friction import friction_findings
 
 _SEPARATION = 0.1  # least relative distance of a mode from its neighbours
-_TOUCH = 1e-8  # least share of a mode's stiffness due to contacts
 _SMALL = 0.3  # largest share of a mode's stiffness that contact motion may take away
-# Force on the contacts directly, relative to that through the mode, per dynamic stiffness of the
-# mode over its static one: below, friction does not notice it.
-_DIRECT = 1e-3
 
 
 def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
@@ -119,7 +115,7 @@ def contact_findings(
     shares = np.einsum("jc,cj->j", reduced.spring, motion) / reduced.frequency**2
     found = []
     for mode, share in zip(names, shares, strict=False):
-        if share < _TOUCH:
+        if share < 1e-8:
             reason = f"contacts are {share:.1e} of its stiffness: friction does not affect it"
             found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
     if reduced.contacts is not None:
@@ -193,7 +189,8 @@ def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[
         return []
     acting = np.abs(applied.residual(applied.past_mode)).max(axis=1)
     through = np.abs(reduced.coupling).max(axis=1)
-    directly = acting * reduced.frequency**2 > _DIRECT * through
+    # relative to the force through a mode with its static stiffness; friction hardly changes below
+    directly = acting * reduced.frequency**2 > 1e-3 * through
     known = (steady_force(reduced)[0] != 0.0).any(axis=1)
     reason = (
         "it moves the contacts directly about as much as through its mode, which no friction "

@@ -16,7 +16,6 @@ GROUPS = (
     "motion",
     "harmonics",
     "table",
-    "between",
     "curves",
     "slow-flow",
     "directional",

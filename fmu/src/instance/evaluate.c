@@ -107,8 +107,8 @@ static fmu_status build(fmu_instance *instance) {
            sizeof instance->flow.damping);
     instance->motion.wanted = instance->run.parameters[FMU_CONTACT_WANTED] != 0.0;
     const sm_status status =
-        sm_component_shared_create(&instance->flow, &instance->model->contact, &instance->motion,
-                                   instance->run.parameters[FMU_TOLERANCE], &built);
+        sm_component_checked_create(&instance->flow, &instance->model->contact, &instance->motion,
+                                    instance->run.parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return fmu_status_of(instance, status, "model");
     sm_component_free(instance->component);
     instance->component = built;

@@ -29,13 +29,6 @@ static inline double *sm_take(sm_block *block, size_t count) {
     return place;
 }
 
-/* Copies `count` doubles there, where they are not only counted; NULL for none. */
-static inline const double *sm_keep(sm_block *block, const double *source, size_t count) {
-    double *place = sm_take(block, count);
-    if (count == 0) return NULL;
-    return place ? memcpy(place, source, count * sizeof(double)) : source;
-}
-
 /* So many doubles, filled up to whole cache lines and vectors. */
 static inline size_t sm_whole_lines(size_t doubles) {
     return (doubles + SM_VECTOR - 1) & ~(size_t)(SM_VECTOR - 1);

@@ -15,6 +15,8 @@ static inline sm_complex sm_cx(double re, double im) {
 }
 /* From (re, im) in an array. */
 static inline sm_complex sm_pair(const double *values) { return sm_cx(values[0], values[1]); }
+/* exp(i angle) */
+static inline sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
 static inline sm_complex sm_cadd(sm_complex a, sm_complex b) {
     return sm_cx(a.re + b.re, a.im + b.im);
 }

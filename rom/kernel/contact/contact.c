@@ -2,9 +2,6 @@
 #include "base/cnumber.h"
 #include "contact/elastic/law.h"
 
-#define MAX_CONTACTS 32768 /* indices of (N_c, N_c) matrices fit an int */
-#define MAX_MARCHED 4096 /* modes */
-
 static int symmetric(const double *matrix, size_t n) {
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < i; j++) {
@@ -16,7 +13,7 @@ static int symmetric(const double *matrix, size_t n) {
 }
 
 static sm_status check_marched(const sm_modal_response *response, size_t contacts) {
-    if (response->marched < 0 || response->marched > MAX_MARCHED) return SM_BAD_ARGUMENT;
+    if (response->marched < 0 || response->marched > 4096) return SM_BAD_ARGUMENT;
     if (response->marched == 0) return SM_OK;
     if (!response->drawn || !response->advance) return SM_BAD_ARGUMENT;
     const size_t modes = (size_t)response->marched;
@@ -58,8 +55,8 @@ static sm_status check_elastic(const sm_contact *contact) {
 }
 
 sm_status sm_contact_check(const sm_contact *contact) {
-    if (!contact || contact->contacts < 0 || contact->contacts > MAX_CONTACTS)
-        return SM_BAD_ARGUMENT;
+    /* indices of (N_c, N_c) matrices fit an int */
+    if (!contact || contact->contacts < 0 || contact->contacts > 32768) return SM_BAD_ARGUMENT;
     if (contact->contacts == 0 && contact->law != SM_ELASTIC) return SM_BAD_ARGUMENT;
     if (contact->modes < 1 || contact->modes > SM_MODES) return SM_BAD_ARGUMENT;
     if (contact->law == SM_ELASTIC) return check_elastic(contact);

@@ -1,7 +1,5 @@
 #include "full/elastic_step.h"
 
-#define ROUNDING 1e-3 /* of displacements that the contacts remember: the solver resolves 1e-11 */
-
 void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width,
                            sm_block *block) {
     const sm_elastic *elastic = full->elastic;
@@ -44,12 +42,13 @@ void sm_elastic_step_set(sm_elastic_step *s, const sm_full *full) {
     }
 }
 
-/* The displacement below which the solver finds rounding. */
+/* The displacement below which the solver finds rounding: it resolves 1e-11 of those that the
+ * contacts remember. */
 static double least(const sm_elastic_step *s) {
     double largest = s->static_closure;
     for (size_t i = 0; i < s->contacts; i++) largest = fmax(largest, fabs(s->x_c[i]));
     for (size_t i = 0; i < s->remembered; i++) largest = fmax(largest, fabs(s->memory[i]));
-    return ROUNDING * largest;
+    return 1e-3 * largest;
 }
 
 /* base_q = q + b v, and the velocities v_1 that contacts without forces would leave, in stage_v;

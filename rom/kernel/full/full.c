@@ -7,16 +7,14 @@
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
-#define MAX_COORDINATES 16384 /* (n, n) matrices fit the memory of a workstation */
-
 size_t sm_full_state_count(const sm_full *full) {
     const size_t remembered = full->law == SM_ELASTIC ? sm_elastic_memory(full->elastic) : 0;
     return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1 + remembered;
 }
 
 static sm_status check_sizes(const sm_full *full) {
-    if (!full || full->coordinates < 1 || full->coordinates > MAX_COORDINATES)
-        return SM_BAD_ARGUMENT;
+    /* (n, n) matrices fit the memory of a workstation */
+    if (!full || full->coordinates < 1 || full->coordinates > 16384) return SM_BAD_ARGUMENT;
     if (full->contacts < 1 || full->contacts > full->coordinates) return SM_BAD_ARGUMENT;
     if (full->modes < 1 || full->modes > SM_MODES || full->outputs < 0) return SM_BAD_ARGUMENT;
     if (!full->stiffness || !full->damping || !full->directions || !full->patterns ||

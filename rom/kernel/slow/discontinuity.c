@@ -12,10 +12,6 @@ sm_held_force sm_hold_force(const sm_inputs *inputs) {
     return held;
 }
 
-static sm_complex at_angle(double size, double angle) {
-    return sm_cx(size * cos(angle), size * sin(angle));
-}
-
 int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *held,
                            const sm_inputs *now, double *amplitude) {
     const int modes = flow->table.modes;
@@ -25,8 +21,9 @@ int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *held,
         return 0;
     sm_complex discontinuity[SM_MODES]; /* as it is at the angle of the carrier */
     for (int j = 0; j < modes; j++)
-        discontinuity[j] = sm_csub(at_angle(now->force[j], now->angle[j] + now->phase[j]),
-                          at_angle(held->force[j], now->angle[j] + held->phase[j]));
+        discontinuity[j] =
+            sm_csub(sm_cscale(sm_unit(now->angle[j] + now->phase[j]), now->force[j]),
+                    sm_cscale(sm_unit(now->angle[j] + held->phase[j]), held->force[j]));
     for (int k = 0; k < modes; k++) {
         const double decay = 0.5 * flow->damping[k], omega = flow->natural[k];
         if (decay >= omega) continue; /* overdamped: no vibration is left behind */
@@ -40,7 +37,7 @@ int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *held,
             left.re -= q.re;
             left.im += (decay * q.re - now->frequency[j] * q.im) / omega_d;
         }
-        left = sm_cmul(left, at_angle(1.0, -now->angle[k]));
+        left = sm_cmul(left, sm_unit(-now->angle[k]));
         amplitude[2 * k] += left.re;
         amplitude[2 * k + 1] += left.im;
     }

@@ -21,8 +21,6 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
                                      -17253.0 / 339200.0, 22.0 / 525.0,
                                      -1.0 / 40.0};
 
-#define NEGLIGIBLE 1e-140 /* of an amplitude: the square of less is a denormal, which is slow */
-
 #define PAIR 2 /* unknowns side by side: as derivatives are written, so that no load waits */
 
 /* Unknowns from `first` to before `end`: y + h sum of the stages so far, `count` of them.
@@ -36,7 +34,8 @@ SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int cou
             for (int p = 0; p < count; p++)
                 if (WEIGHT[count][p] != 0.0) sum += WEIGHT[count][p] * k[p][u];
             const double moved = y[u] + h * sum;
-            y_new[u] = count == STAGES - 1 && fabs(moved) < NEGLIGIBLE ? 0.0 : moved;
+            /* the square of a smaller amplitude is a denormal, which is slow */
+            y_new[u] = count == STAGES - 1 && fabs(moved) < 1e-140 ? 0.0 : moved;
         }
     }
 }

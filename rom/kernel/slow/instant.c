@@ -4,8 +4,6 @@
 
 #include "base/check.h"
 
-#define MOST_DETUNING 0.05 /* of the carrier: dS/dOmega is no guide beyond, S stays as it is there */
-
 sm_status sm_inputs_check(const sm_inputs *inputs, int modes) {
     for (int j = 0; j < modes; j++) {
         const double values[] = {inputs->force[j], inputs->force_rate[j],
@@ -40,7 +38,8 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
 }
 
 static double detuning_of(const sm_slow_flow *flow, int j, double Omega) {
-    const double most = MOST_DETUNING * flow->carrier[j];
+    /* farther from the carrier dS/dOmega is no guide, and S stays as it is there */
+    const double most = 0.05 * flow->carrier[j];
     return fmax(-most, fmin(most, Omega - flow->carrier[j]));
 }
 
@@ -145,7 +144,7 @@ static int relation(const sm_combination *a, const sm_combination *b) {
 static void set_coefficients(sm_instant *instant, const sm_slow_flow *flow, const sm_inputs *in) {
     for (int j = 0; j < flow->table.modes; j++) {
         if (!instant->known || instant->inputs.phase[j] != in->phase[j])
-            sm_put(&instant->direction, j, sm_cx(cos(in->phase[j]), sin(in->phase[j])));
+            sm_put(&instant->direction, j, sm_unit(in->phase[j]));
         set_now(instant, flow, j, in);
         sm_put(&instant->per_mass, j, sm_cdiv(sm_cx(1.0, 0.0), sm_of(&instant->now.mass, j)));
     }
@@ -179,8 +178,7 @@ static void set_combination_waves(sm_instant *instant, const sm_slow_flow *flow,
             instant->combination_wave[k] = instant->like_first[k] > 0 ? first : sm_conj(first);
             continue;
         }
-        const double angle = sm_combination_angle(&flow->combination[k], theta);
-        instant->combination_wave[k] = sm_cx(cos(angle), sin(angle));
+        instant->combination_wave[k] = sm_unit(sm_combination_angle(&flow->combination[k], theta));
     }
 }
 

@@ -52,19 +52,6 @@ sm_status sm_table_check(const sm_table *table) {
     return SM_OK;
 }
 
-sm_table sm_table_copy(const sm_table *table, sm_block *block) {
-    const size_t a = (size_t)table->count_a, b = (size_t)table->count_b, rows = a * b * 4;
-    const size_t corrections = rows * correction_count(table);
-    sm_table copy = *table;
-    copy.node_a = sm_keep(block, table->node_a, a);
-    copy.node_b = sm_keep(block, table->node_b, table->modes == SM_MODES ? b : 0);
-    copy.values = sm_keep(block, table->values, rows * field_count(table));
-    copy.rate_correction =
-        sm_keep(block, table->rate_correction, table->rate_correction ? corrections : 0);
-    copy.detuning = sm_keep(block, table->detuning, table->detuning ? corrections : 0);
-    return copy;
-}
-
 int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess) {
     if (guess >= 0 && guess < count - 1 && x >= node[guess] && x < node[guess + 1]) return guess;
     int32_t low = 0, high = count - 1;

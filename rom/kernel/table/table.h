@@ -19,9 +19,6 @@ sm_status sm_table_slopes_from(const sm_table *table, const double *amplitudes, 
 void sm_table_detuning(const sm_table *table, const double *amplitudes, int sloped,
                        const int32_t *cell, double *slopes);
 
-/* A copy in the block. */
-sm_table sm_table_copy(const sm_table *table, sm_block *block);
-
 /* The cell that holds x in [node[0], node[count - 1]], tried first where `guess` says. */
 int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess);
 

@@ -7,8 +7,7 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 
 from __future__ import annotations
 
-import ctypes
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +23,29 @@ MOST_POINTS = 5000  # to each side of the first solution of a curve
 
 @frozen
 class Points:
-    """Points along a curve F(y, p) = 0 with k unknowns y, as rows of the core."""
+    """Points along a curve F(y, p) = 0 with k unknowns y."""
 
-    rows: Floats
+    rows: Floats  # (n, 4 k + 2): z, tangent and eigenvalues of each point
     unknowns: int
+
+    @classmethod
+    def of(cls, rows: Floats, unknowns: int) -> Self:
+        """Return the points of rows of the core, which have dF/dy in place of its eigenvalues."""
+        known, jacobian = np.split(rows, [2 * (unknowns + 1)], axis=1)
+        found = np.linalg.eigvals(jacobian.reshape(-1, unknowns, unknowns)).astype(complex)
+        order = np.argsort(-found.real, axis=1, kind="stable")
+        eigenvalues = np.take_along_axis(found, order, axis=1)
+        return cls(np.hstack((known, eigenvalues.view(float))), unknowns)
 
     @property
     def z(self) -> Floats:
         """(y, p), (n, k + 1)."""
         return self.rows[:, : self.unknowns + 1]
+
+    @property
+    def tangent(self) -> Floats:
+        """Direction of the curve, (n, k + 1)."""
+        return self.rows[:, self.unknowns + 1 : 2 * (self.unknowns + 1)]
 
     @property
     def eigenvalues(self) -> Complexes:
@@ -46,18 +59,17 @@ class Points:
 
     def pass_by(self, z: Floats) -> Flags:
         """Return whether the curve passes through solutions z (solutions, k + 1), (solutions,)."""
-        passed = np.empty(len(z), dtype=bool)
-        at = np.ascontiguousarray(z)
-        status = kernel.lib.sm_curve_passes(
-            self.unknowns,
-            len(self.rows),
-            self.rows.ctypes.data,
-            len(at),
-            at.ctypes.data,
-            passed.ctypes.data,
-        )
-        kernel.check(status, "curve")
-        return passed
+        start, chord = self.z[:-1], np.diff(self.z, axis=0)
+        length = np.linalg.norm(chord, axis=1)
+        # the curve may be a twentieth of the chord away from it
+        near = 1e-6 + 0.05 * length
+
+        def passes(at: Floats) -> bool:
+            along = np.sum((at - start) * chord, axis=1) / length**2
+            foot = start + np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
+            return bool(np.any(np.linalg.norm(at - foot, axis=1) <= near))
+
+        return np.array([passes(at) for at in z], dtype=bool)
 
 
 @frozen
@@ -82,7 +94,7 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
     `z` (k + 1,) is a solution, or near one at the same p; None if there is none.
     """
     start, found = np.ascontiguousarray(z), kernel.Branch()
-    rows = np.empty((2 * MOST_POINTS - 1, 4 * curve.unknowns + 2))
+    rows = np.empty((2 * MOST_POINTS - 1, 2 * (curve.unknowns + 1) + curve.unknowns**2))
     status = kernel.lib.sm_curve_branch(
         curve, start.ctypes.data, MOST_POINTS, rows.ctypes.data, found
     )
@@ -90,15 +102,36 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
         return None
     kernel.check(status, "curve")
     first, last = MOST_POINTS - 1 - found.before, MOST_POINTS - 1 + found.after
-    points, closed = Points(rows[first : last + 1].copy(), curve.unknowns), bool(found.closed)
+    points, closed = Points.of(rows[first : last + 1], curve.unknowns), bool(found.closed)
     ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
     cut_off = [] if closed else [points.z[end] for end in ends]
-    most, count = len(points.rows), ctypes.c_size_t()
-    folds, special = np.empty(most, dtype=bool), np.empty((most, curve.unknowns + 1))
-    status = kernel.lib.sm_curve_specials(
-        curve, most, points.rows.ctypes.data, folds.ctypes.data, special.ctypes.data, count
-    )
-    kernel.check(status, "curve")
-    kinds: list[Kind] = ["fold" if one else "Hopf" for one in folds[: count.value]]
-    at = list(special[: count.value])
-    return Branch(points, list(zip(kinds, at, strict=True)), closed, cut_off)
+    return Branch(points, _specials(curve, points), closed, cut_off)
+
+
+def _specials(curve: kernel.Structure, points: Points) -> list[tuple[Kind, Floats]]:
+    """Return folds, and Hopf points, where a pair of deviations begins or ceases to grow."""
+    folds = points.tangent[:-1, -1] * points.tangent[1:, -1] < 0.0
+    found: list[tuple[Kind, Floats]] = []
+    for before in np.flatnonzero(folds | (np.abs(np.diff(points.unstable)) == 2)).tolist():
+        kind: Kind = "fold" if folds[before] else "Hopf"
+        found.append((kind, _bisected(curve, points, before, kind)))
+    return found
+
+
+def _bisected(curve: kernel.Structure, points: Points, before: int, kind: Kind) -> Floats:
+    """Return the fold or Hopf point (k + 1,) after one of the points."""
+    (low, high), onward = points.z[before : before + 2], points.tangent[before].copy()
+    row = np.empty((1, 2 * low.size + points.unknowns**2))
+    for _ in range(40):
+        length = np.linalg.norm(high - low)
+        guess, normal = 0.5 * (low + high), (high - low) / length
+        arrays = (each.ctypes.data for each in (guess, normal, onward, row))
+        if length < 1e-9 or kernel.lib.sm_curve_point_near(curve, *arrays) != kernel.OK:
+            break
+        at = Points.of(row, points.unknowns)
+        if kind == "fold":
+            is_before = at.tangent[0, -1] * onward[-1] > 0.0
+        else:
+            is_before = at.unstable[0] == points.unstable[before]
+        low, high = (at.z[0], high) if is_before else (low, at.z[0])
+    return np.array(low)

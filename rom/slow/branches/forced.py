@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Sequence
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats, as_floats
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import AppliedForces, Forces
+from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.table.model import Model
@@ -91,11 +91,10 @@ class ForcedSlowFlow:
         else:
             inputs["limit_scale"] = values
         check_carriers_along(model.reduced, ends.frequency, excitation != 0.0)
-        forced = kernel.Forced(flow=ctypes.addressof(ends.flow), inputs=inputs.ctypes.data)
+        forced = kernel.Forced(flow=ends.flow, inputs=inputs)
         forced.scale[: model.modes] = model.table.amplitude_range
-        forced.owned = ends
         curve = kernel.Curve()
-        status = kernel.lib.sm_forced_curve(forced, largest_step, ctypes.byref(curve))
+        status = kernel.lib.sm_forced_curve(forced, largest_step, curve)
         kernel.check(status, "curve")
         curve.owned = forced
         first, last = values.tolist() if not both else (1.0, 0.0) if is_reversed else (0.0, 1.0)
@@ -136,12 +135,51 @@ class ForcedSlowFlow:
         return np.asarray((z[:, :-1] * self.size(z[:, -1])).view(complex))
 
     def solutions(self, sections: int) -> Floats:
-        """Return steady states at both ends of the span and at parts between, (found, k + 1)."""
-        z = np.empty((sections * kernel.FORCED_CELLS, self.curve.unknowns + 1))
-        found = ctypes.c_size_t()
-        status = kernel.lib.sm_forced_search(self.curve.owned, sections, z.ctypes.data, found)
-        kernel.check(status, "amplitude: slow flow")
-        return z[: found.value]
+        """Return steady states at both ends of the span and at parts between, (found, k + 1).
+
+        With z the effective amplitudes relative to the limits s, c the coupling factor and f(|z|)
+        the friction terms, steady states are
+
+            stiffness s / c z - c s f(|z|) z / |z| = F (1 / 2 + stiffness shift).
+
+        The left-hand side for z = |z| is the force that the moduli need. Cells of the plane of
+        moduli are searched if it exceeds the acting force, on the right, at some of their corners
+        and falls below it at others, for each mode.
+        """
+        part, modes = np.linspace(0.0, 1.0, sections), self.model.modes
+        flow = self.at(part)
+        table, stiffness = self.model.table, flow.balance(np.zeros_like(flow.force)).stiffness
+        scale = flow.inputs["limit_scale"][:, np.newaxis]
+        coupling = coupling_factor(self.model.reduced, flow.frequency)
+        spring, gain = stiffness * scale / coupling, coupling * scale
+        acting = flow.force * (0.5 + stiffness * flow.shift)
+        cells = np.where((self.ends.force != 0.0).any(axis=0), 100 if modes == 1 else 32, 0)
+        axes = [
+            np.linspace(0.0, most, count + 1)
+            for most, count in zip(table.amplitude_range, cells.tolist(), strict=True)
+        ]
+
+        def grid(along: list[Floats]) -> Floats:
+            return np.stack(np.meshgrid(*along, indexing="ij"), axis=-1)
+
+        def spread(values: Complexes) -> Complexes:  # over the corners
+            return values.reshape(sections, *[1] * modes, modes)
+
+        corners = grid(axes)
+        needed = np.abs(spread(spring) * corners - spread(gain) * table(corners))
+        enough = _at_any_corner(needed <= spread(np.abs(acting)), cells)
+        too_little = _at_any_corner(needed >= spread(np.abs(acting)), cells)
+        at, *cell = np.nonzero((enough & too_little).all(axis=-1))
+        middles = [0.5 * (axis[1:] + axis[:-1]) if axis.size > 1 else axis for axis in axes]
+        modulus = grid(middles)[tuple(cell)]
+        taken = spring[at] * modulus - gain[at] * table(modulus)
+        effective = phasor(modulus, np.angle(acting[at] * taken.conj()))
+        a = scale[at] * effective / coupling[at] - (flow.shift * flow.force)[at]
+        z = np.column_stack((a.view(float) / self.size(part[at]), part[at]))
+        is_solved = [
+            kernel.lib.sm_curve_solved(self.curve, row.ctypes.data) == kernel.OK for row in z
+        ]
+        return z[is_solved]
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Return scaled rates (points, k) as a function of y (points, k), with a'' included.
@@ -156,11 +194,21 @@ class ForcedSlowFlow:
             (at,) = np.nonzero(np.isfinite(y).all(axis=1))
             a = np.ascontiguousarray(y[at] * size[at]).view(complex)
             inputs = flow.inputs[at]
-            moving = flow.with_inputs(inputs).balance(a).rate
-            if not self.model.combinations:
-                inside = np.isfinite(moving).all(axis=1)
-                moving[inside] = rates(flow.flow, inputs[inside], a[inside])
+            if self.model.combinations:
+                moving = flow.with_inputs(inputs).balance(a).rate
+            else:
+                moving = rates(flow.flow, inputs, a, may_leave=True)
             found[at] = np.ascontiguousarray(moving).view(float) / size[at]
             return found
 
         return rates_of
+
+
+def _at_any_corner(flags: Flags, cells: NDArray[np.int_]) -> Flags:
+    """Return flags (sections, cells of A, cells of B, ...) from those at corners of the cells.
+
+    A mode without cells has a single corner.
+    """
+    for axis in np.flatnonzero(cells) + 1:
+        flags = np.delete(flags, -1, axis=axis) | np.delete(flags, 0, axis=axis)
+    return flags

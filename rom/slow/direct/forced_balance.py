@@ -42,9 +42,6 @@ _FIRST_SHIFT = 0.1  # of the largest detuning of a mode by slip
 # before they reach their steady motion.
 _COARSE = {1: 1e-5, 2: 1e-3}
 _PRECISION = {1: 1e-3, 2: 0.03}
-# Steps without progress after which a state within the tolerance is accepted: the phase lines of
-# two modes drift against the grid (test_the_branch_of_two_modes_is_followed_from_a_steady_state).
-_STALLED = 3
 LINES = (16, 32, 64, 128)
 CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
 
@@ -104,7 +101,9 @@ class ForcedBalance:
             stalled = 0 if far < 0.5 * least or not secants.own_suffice else stalled + 1
             least = min(far, least)
             converged = far <= CLOSEST * self.tolerance
-            if converged or (far <= self.tolerance and stalled >= _STALLED):
+            # Three steps without progress: the phase lines of two modes drift against the grid
+            # (test_the_branch_of_two_modes_is_followed_from_a_steady_state).
+            if converged or (far <= self.tolerance and stalled >= 3):
                 return Balanced(
                     amplitude=found,
                     off=off,

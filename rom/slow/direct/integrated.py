@@ -34,13 +34,7 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 _WINDOWS = ((1.0, 30), (8.0, 12), (40.0, 8))
 # |n| + |m| of the harmonics, by modes, in the shortest window and in longer ones.
 _HIGHEST, _HIGHEST_LONG = {1: 31, 2: 9}, {1: 31, 2: 13}
-# Time steps per sample to try; of fourth order for rigid contacts, of second order for elastic.
-_REFINED = {"rigid": (1, 2, 4, 8), "elastic": (2, 4, 8, 16)}
-# Error due to the steps, relative to the change by half as many. It falls irregularly with the
-# steps where elastic contacts turn between two of them.
-_BY_STEPS = {"rigid": 0.5, "elastic": 1.0}
 _TRANSIENT = 0.2  # largest part of the tolerance for the rest of the transient
-_STEADY = 0.01  # change from window to window of a motion that counts as steady at last
 _LESS = 0.5  # part to which changes must fall within the patience
 
 
@@ -145,8 +139,10 @@ def integrated(
     if modes == 2:
         # two carriers drift apart by more than a period in it
         shortest = max(shortest, float(1.2 * reduced.carrier.min() / np.ptp(reduced.carrier)))
-    contacts = "rigid" if reduced.contacts is None else "elastic"
-    refined = list(_REFINED[contacts])
+    # Time steps per sample to try; of fourth order for rigid contacts, of second order for elastic
+    # ones. The error of these falls irregularly where contacts turn between two steps.
+    rigid = reduced.contacts is None
+    refined, by_steps = ([1, 2, 4, 8], 0.5) if rigid else ([2, 4, 8, 16], 1.0)
     for times, most in _WINDOWS:
         highest = (_HIGHEST if times == 1.0 else _HIGHEST_LONG)[modes]
         orders = harmonic_orders(highest, modes, reduced.even)
@@ -155,11 +151,12 @@ def integrated(
         before = run.until_steady(fit, refined[0], 4.0 * tolerance, most)
         while True:
             found = run.until_steady(fit, refined[1], tolerance, most)
-            error = _BY_STEPS[contacts] * np.abs(found.amplitude - before.amplitude) + found.rest
+            error = by_steps * np.abs(found.amplitude - before.amplitude) + found.rest
             off = relative_error(reduced, error, found.amplitude)
             moving = relative_error(reduced, found.rest, found.amplitude)
             still, finest = moving <= _TRANSIENT * tolerance, len(refined) == 2
-            steady = still or (times == _WINDOWS[-1][0] and moving <= _STEADY)
+            # in the longest windows, a motion that hardly changes is taken for steady
+            steady = still or (times == _WINDOWS[-1][0] and moving <= 0.01)
             if off <= tolerance or (finest and steady):
                 return error, run.harmonics(fit, found)
             due_to_steps = still or np.any(found.rest <= _LESS * before.rest)

@@ -32,12 +32,6 @@ from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 _HIGHEST = (9, 13, 17)  # |n| + |m| of the harmonics of two modes, in turn
 _LEAST_STEPS = {1: 256, 2: 128}  # by modes: at least 8 in a period of the highest harmonic
-# Least relative error of two modes: a balance leaves out motion between the harmonics. By
-# test_the_branch_of_two_modes_is_followed_from_a_steady_state it changes amplitudes by 8e-4.
-_BETWEEN = 1e-3
-# Error due to the steps, relative to the change by twice as many. The rule is of second order for
-# rigid contacts. Elastic contacts that turn between two steps converge irregularly.
-_BY_STEPS = {"rigid": 1 / 3, "elastic": 1.0}
 
 Method = Literal["balance", "integration"]
 
@@ -198,13 +192,17 @@ def _balanced(
         found, by_harmonics = _with_harmonics(balance, found)
         found, by_lines = _resolved(balance, found, "lines", LINES[-1], 0.5)
     found, by_steps = _resolved(balance, found, "steps", most, 1.0)
-    by_steps = _BY_STEPS["rigid" if reduced.contacts is None else "elastic"] * by_steps
+    # The rule is of second order for rigid contacts. Elastic contacts that turn between two steps
+    # converge irregularly.
+    by_steps = by_steps / 3.0 if reduced.contacts is None else by_steps
     # Near resonance the first secants underestimate the distance from the steady state.
     by_iteration = found.off + CLOSEST * balance.tolerance * np.abs(found.amplitude)
     # changes estimate the error by harmonics and grid, but do not bound it
     error = 2.0 * (by_harmonics + by_lines + by_steps) + by_iteration
     if modes == 2:
-        error = np.maximum(error, _BETWEEN * np.abs(found.amplitude))
+        # A balance leaves out motion between the harmonics, which changes amplitudes by 8e-4 in
+        # test_the_branch_of_two_modes_is_followed_from_a_steady_state.
+        error = np.maximum(error, 1e-3 * np.abs(found.amplitude))
     return error, found
 
 

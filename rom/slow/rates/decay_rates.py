@@ -13,11 +13,6 @@ from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
 
-# A mode at rest has the rates of this amplitude, relative to the range of the table: friction
-# terms are in proportion to the amplitude there.
-_AT_REST = 1e-9
-_MOST_PASSES, _CONVERGED = 50, 1e-13  # of the frequencies; the latter is rounding
-
 
 def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     """Return damping and frequency of free vibration at given amplitudes.
@@ -55,7 +50,8 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     if not np.all(np.isfinite(given) & (given >= 0.0)):
         raise SlipmodeError("amplitudes: must be finite numbers >= 0 [kg^1/2 m]")
     table = model.table
-    points = np.maximum(given, _AT_REST * table.amplitude_range).reshape(-1, model.modes)
+    # a mode at rest has the rates of a small amplitude, to which friction is in proportion
+    points = np.maximum(given, 1e-9 * table.amplitude_range).reshape(-1, model.modes)
     if np.any(points > table.amplitude_range):
         raise outside_table(points, table)
     values = table.values.copy()
@@ -63,9 +59,9 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     flow = shifted_flow(replace(model, table=replace(table, values=values)), 0.0)
     a = points.astype(complex)
     frequency = np.tile(model.reduced.frequency, (len(points), 1))
-    for _ in range(_MOST_PASSES):
+    for _ in range(50):
         growth = rates(flow, inputs_of(np.zeros_like(a), frequency), a) / a
         frequency = frequency + growth.imag
-        if np.abs(growth.imag).max(initial=0.0) <= _CONVERGED * frequency.max(initial=1.0):
+        if np.abs(growth.imag).max(initial=0.0) <= 1e-13 * frequency.max(initial=1.0):  # rounding
             break
     return -growth.real.reshape(given.shape), frequency.reshape(given.shape)

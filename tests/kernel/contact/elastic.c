@@ -344,7 +344,6 @@ static void check_component_of(int laws) {
     sm_component *c, *twin;
     CHECK_STATUS(sm_component_create(&flow, &j.contact, &motion, 1e-6, &c), SM_OK);
     CHECK_STATUS(sm_component_create(&flow, &j.contact, &motion, 1e-6, &twin), SM_OK);
-    free_joints(&j); /* the component has all that it needs */
     CHECK(sm_component_output_count(c) == outputs);
     const size_t count = sm_component_state_count(c);
     double *state = new_doubles(count), *rows = new_doubles(3 * outputs), *row = new_doubles(outputs);
@@ -364,6 +363,7 @@ static void check_component_of(int laws) {
     CHECK_STATUS(sm_component_set_state(twin, state), SM_NOT_FINITE);
     sm_component_free(c);
     sm_component_free(twin);
+    free_joints(&j);
     free_table(&t);
     free(modes_out);
     free(forces_out);

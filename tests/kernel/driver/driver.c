@@ -15,7 +15,6 @@ void check_torus_growth(void);
 void check_harmonics(void);
 void check_motion(void);
 void check_table(void);
-void check_between(void);
 void check_curves(void);
 void check_slow_flow(void);
 void check_directional(void);
@@ -43,7 +42,6 @@ static const struct {
               {"motion", check_motion},
               {"harmonics", check_harmonics},
               {"table", check_table},
-              {"between", check_between},
               {"curves", check_curves},
               {"slow-flow", check_slow_flow},
               {"directional", check_directional},

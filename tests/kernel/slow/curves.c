@@ -6,7 +6,7 @@
 #include "driver.h"
 #include "fixtures.h"
 
-#define ROW(unknowns) (4 * (size_t)(unknowns) + 2) /* doubles of a point */
+#define ROW(unknowns) (2 * ((size_t)(unknowns) + 1) + (size_t)((unknowns) * (unknowns))) /* doubles */
 
 /* y^2 + (p - 1/2)^2 = 0.16: folds at p = 0.1 and 0.9. */
 static sm_status circle(const void *of, const double *z, double *F, double *J) {
@@ -37,9 +37,8 @@ static sm_status focus(const void *of, const double *z, double *F, double *J) {
 typedef struct {
     sm_curve curve;
     double start[SM_CURVE_UNKNOWNS + 1];
-    size_t most, count, found;
-    double *points, *first, *z;
-    uint8_t *folds;
+    size_t most, count;
+    double *points, *first;
     sm_branch branch;
 } call;
 
@@ -51,8 +50,6 @@ static call new_call(sm_curve_rates rates, int32_t unknowns, size_t most) {
 
 static void free_call(call *c) {
     free(c->points);
-    free(c->z);
-    free(c->folds);
 }
 
 static sm_status branch(void *arguments) {
@@ -60,16 +57,10 @@ static sm_status branch(void *arguments) {
     return sm_curve_branch(&c->curve, c->start, c->most, c->points, &c->branch);
 }
 
-/* Where it folds, and Hopf points, of a branch that there is. */
-static void find_specials(call *c) {
-    const int32_t k = c->curve.unknowns;
+/* The points of a branch that there is. */
+static void find_points(call *c) {
     c->count = c->branch.before + 1 + c->branch.after;
-    c->first = c->points + (c->most - 1 - c->branch.before) * ROW(k);
-    c->folds = calloc(c->count - 1, 1);
-    c->z = new_doubles((c->count - 1) * ((size_t)k + 1));
-    CHECK(c->folds != NULL);
-    CHECK_STATUS(sm_curve_specials(&c->curve, c->count, c->first, c->folds, c->z, &c->found),
-                 SM_OK);
+    c->first = c->points + (c->most - 1 - c->branch.before) * ROW(c->curve.unknowns);
 }
 
 static void check_closed(void) {
@@ -78,14 +69,20 @@ static void check_closed(void) {
     c.start[1] = 0.5;
     CHECK_STATUS(branch(&c), SM_OK);
     CHECK(c.branch.closed && c.branch.before == 0);
-    find_specials(&c);
-    CHECK(c.found == 2 && c.folds[0] && c.folds[1]);
-    CHECK_NEAR(c.z[1] + c.z[3], 1.0, 1e-8);
-    CHECK_NEAR(fabs(c.z[1] - c.z[3]), 0.8, 1e-8);
-    const double z[] = {-0.4, 0.5, 0.3, 0.5};
-    uint8_t passed[2];
-    CHECK_STATUS(sm_curve_passes(1, c.count, c.first, 2, z, passed), SM_OK);
-    CHECK(passed[0] && !passed[1]);
+    find_points(&c);
+    int folds = 0;
+    for (size_t i = 0; i + 1 < c.count; i++) {
+        const double *row = c.first + i * ROW(1), *next = row + ROW(1);
+        folds += row[3] * next[3] < 0.0; /* the tangent turns back */
+        CHECK_NEAR(row[4], 2.0 * row[0], 1e-6);
+    }
+    CHECK(folds == 2);
+    const double guess[] = {0.02, 0.09}, upwards[] = {1.0, 0.0};
+    double point[ROW(1)];
+    CHECK_STATUS(sm_curve_point_near(&c.curve, guess, upwards, upwards, point), SM_OK);
+    CHECK_NEAR(point[0], 0.02, 1e-15);
+    CHECK_NEAR(point[1], 0.5 - sqrt(0.16 - 0.02 * 0.02), 1e-12);
+    CHECK(point[2] > 0.0);
     free_call(&c);
 }
 
@@ -105,15 +102,12 @@ static void check_hopf(void) {
     call c = new_call(focus, 3, 200);
     CHECK_STATUS(branch(&c), SM_OK);
     CHECK(!c.branch.closed && c.branch.before == 0); /* it begins at p = 0 */
-    find_specials(&c);
-    CHECK(c.found == 1 && !c.folds[0]);
-    CHECK_NEAR(c.z[0], 0.06, 1e-8);
-    CHECK_NEAR(c.z[3], 0.3, 1e-8);
-    const double *last = c.first + (c.count - 1) * ROW(3), *eigenvalues = last + 8;
+    find_points(&c);
+    const double *last = c.first + (c.count - 1) * ROW(3), *jacobian = last + 8;
     CHECK_NEAR(last[3], 0.8, 1e-6);
-    CHECK_NEAR(eigenvalues[0], last[3] - 0.3, 1e-12);
-    CHECK_NEAR(fabs(eigenvalues[1]), 2.0, 1e-12);
-    CHECK_NEAR(eigenvalues[4], -1.0, 1e-12);
+    CHECK_NEAR(jacobian[0], last[3] - 0.3, 1e-12);
+    CHECK_NEAR(jacobian[1], -2.0, 1e-12);
+    CHECK_NEAR(jacobian[8], -1.0, 1e-12);
     free_call(&c);
 }
 
@@ -122,13 +116,13 @@ typedef struct {
     sm_slow_flow flow;
     sm_inputs inputs[2];
     sm_forced forced;
-    double *z;
-    size_t sections, found;
+    sm_curve curve;
+    double z[2 * SM_MODES + 1]; /* a steady state */
 } forced_call;
 
 /* Little friction, so that the steady states are within the table. */
 static forced_call new_forced(int modes) {
-    forced_call c = {.t = new_table(modes, 6, modes == 2 ? 6 : 1), .sections = 2};
+    forced_call c = {.t = new_table(modes, 6, modes == 2 ? 6 : 1)};
     const int values = 6 * (modes == 2 ? 6 : 1) * 4 * 2 * modes;
     for (int i = 0; i < values; i++) c.t.values[i] *= 0.01;
     c.flow = flow_over(&c.t);
@@ -136,27 +130,30 @@ static forced_call new_forced(int modes) {
         c.inputs[k] = resonant_inputs();
         c.inputs[k].frequency[0] -= 0.02 * k;
     }
-    c.z = new_doubles(c.sections * SM_FORCED_CELLS * (2 * (size_t)modes + 1));
     return c;
 }
 
 static sm_status search(void *arguments) {
     forced_call *c = arguments;
     c->forced = (sm_forced){&c->flow, c->inputs, {4.0, 4.0}};
-    return sm_forced_search(&c->forced, c->sections, c->z, &c->found);
+    const sm_status status = sm_forced_curve(&c->forced, 0.02, &c->curve);
+    if (status != SM_OK) return status;
+    for (int u = 0; u <= 2 * c->flow.table.modes; u++)
+        c->z[u] = u < 2 * c->flow.table.modes ? 0.01 : 0.5;
+    return sm_curve_solved(&c->curve, c->z);
 }
 
 /* What is found balances, and so does the branch through it. */
 static void check_forced(int modes) {
     forced_call c = new_forced(modes);
     CHECK_STATUS(search(&c), SM_OK);
-    CHECK(c.found >= c.sections);
+    CHECK_NEAR(c.z[2 * modes], 0.5, 1e-15);
     call along = new_call(NULL, 2 * modes, 500);
-    CHECK_STATUS(sm_forced_curve(&c.forced, 0.02, &along.curve), SM_OK);
+    along.curve = c.curve;
     memcpy(along.start, c.z, (2 * (size_t)modes + 1) * sizeof *c.z);
     CHECK_STATUS(branch(&along), SM_OK);
     CHECK(along.branch.after > 0);
-    find_specials(&along);
+    find_points(&along);
     for (size_t i = 0; i < along.count; i++) {
         const double *z = along.first + i * ROW(2 * modes);
         double F[2 * SM_MODES], J[2 * SM_MODES * (2 * SM_MODES + 1)];
@@ -164,15 +161,11 @@ static void check_forced(int modes) {
         for (int u = 0; u < 2 * modes; u++) CHECK_NEAR(F[u], 0.0, 1e-9);
     }
     free_call(&along);
-    free(c.z);
     free_table(&c.t);
 }
 
 static void check_refusals(void) {
     call c = new_call(circle, 1, 4);
-    uint8_t flags[4];
-    double z[8];
-    size_t found;
     c.start[0] = 0.4;
     c.start[1] = 0.5;
     CHECK_STATUS(sm_curve_branch(NULL, c.start, 4, c.points, &c.branch), SM_BAD_ARGUMENT);
@@ -188,21 +181,24 @@ static void check_refusals(void) {
     CHECK_REFUSES(double, c.start[0], NAN, branch(&c), SM_NOT_CONVERGED);
     CHECK_REFUSES(double, c.start[1], INFINITY, branch(&c), SM_NOT_CONVERGED);
     CHECK_STATUS(branch(&c), SM_OK);
-    CHECK_STATUS(sm_curve_specials(&c.curve, 2, NULL, flags, z, &found), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_curve_specials(&c.curve, 2, c.points, NULL, z, &found), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_curve_specials(&c.curve, 2, c.points, flags, NULL, &found), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_curve_specials(&c.curve, 2, c.points, flags, z, NULL), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_curve_passes(5, 2, c.points, 1, z, flags), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_curve_passes(1, 2, NULL, 1, z, flags), SM_BAD_ARGUMENT);
+    const double guess[] = {0.4, 0.5}, normal[] = {0.0, 1.0}, far[] = {0.0, 0.99};
+    double point[ROW(1)];
+    CHECK_STATUS(sm_curve_point_near(NULL, guess, normal, normal, point), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_point_near(&c.curve, NULL, normal, normal, point), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_point_near(&c.curve, guess, NULL, normal, point), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_point_near(&c.curve, guess, normal, NULL, point), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_point_near(&c.curve, guess, normal, normal, NULL), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_point_near(&c.curve, far, normal, normal, point), SM_NOT_CONVERGED);
     free_call(&c);
 
     forced_call f = new_forced(2);
-    CHECK_REFUSES(size_t, f.sections, 1, search(&f), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, f.inputs[1].frequency[0], -1.0, search(&f), SM_BAD_ARGUMENT);
+    CHECK_STATUS(search(&f), SM_OK);
+    CHECK_STATUS(sm_curve_solved(NULL, f.z), SM_BAD_ARGUMENT);
+    CHECK_STATUS(sm_curve_solved(&f.curve, NULL), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, f.inputs[1].frequency[0], -3.0, search(&f), SM_NOT_CONVERGED);
     CHECK_REFUSES(int32_t, f.flow.table.modes, 3, search(&f), SM_BAD_ARGUMENT);
-    CHECK_REFUSES_NOT_FINITE(f.inputs[0].frequency, SM_MODES, search, &f);
-    CHECK_REFUSES_NOT_FINITE(f.inputs[1].force, SM_MODES, search, &f);
-    free(f.z);
+    CHECK_REFUSES(double, f.inputs[0].frequency[0], NAN, search(&f), SM_NOT_CONVERGED);
+    CHECK_REFUSES(double, f.inputs[1].force[1], NAN, search(&f), SM_NOT_CONVERGED);
     free_table(&f.t);
 }
 

@@ -17,7 +17,6 @@
 
 #include "contact/elastic/dual.h"
 
-#define BEYOND (1.0 + 1e-9) /* rho: what is longer, is by more than rounding */
 #define LONGEST_PATH 30.0   /* in units of rho: beyond, the direction is that of the path */
 
 /* What a step of one contact is made of. */
@@ -105,7 +104,7 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
  * phase line: sliders follow at once, straight. From outside the disk no path would enter it
  * without a leap of the force, and steps in which it does had no solution. */
 static void slide_within(path *p) {
-    const double rho = BEYOND * p->rho[0];
+    const double rho = (1.0 + 1e-9) * p->rho[0]; /* beyond by more than rounding */
     const double square = p->stretch[0] * p->stretch[0] + p->stretch[1] * p->stretch[1];
     if (square <= rho * rho) return;
     const double part = p->rho[0] / sqrt(square);

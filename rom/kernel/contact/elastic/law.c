@@ -4,8 +4,6 @@
 
 #include "base/check.h"
 
-#define MOST_SLIDERS 100000
-
 size_t sm_elastic_memory(const sm_elastic *elastic) {
     size_t count = 0;
     for (int32_t k = 0; k < elastic->elements; k++)
@@ -73,7 +71,7 @@ static sm_status check_frictional(const sm_element *element) {
 
 sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts) {
     if (!elastic || elastic->elements < 1 || elastic->elements > contacts || !elastic->element ||
-        !elastic->reference || elastic->sliders < 0 || elastic->sliders > MOST_SLIDERS ||
+        !elastic->reference || elastic->sliders < 0 || elastic->sliders > 100000 ||
         (elastic->sliders > 0 && !elastic->slider))
         return SM_BAD_ARGUMENT;
     if (!sm_all_finite(elastic->reference, (size_t)contacts)) return SM_NOT_FINITE;

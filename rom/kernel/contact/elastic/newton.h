@@ -10,9 +10,6 @@
 #include "contact/elastic/equations.h"
 #include "contact/elastic/solve.h"
 
-#define SM_STICKING 1e-14 /* of the reference stiffness: a smaller deficit of the tangent is rounding */
-#define SM_SLIGHT 1e-3    /* of the residual that is tolerated: y that is as it was */
-
 /* fmax, but for NaN: a call costs more than the comparison. */
 SM_INLINE double sm_larger(double a, double b) { return b > a ? b : a; }
 
@@ -23,23 +20,7 @@ SM_INLINE double sm_largest(double least, const double *values, size_t n) {
     return least;
 }
 
-/* f, y, deficit and memory at the contact DOF of sliders; returns whether they stick. */
-SM_INLINE int sm_evaluate_sliders(sm_elastic_solver *s, int32_t e, const double *memory,
-                                  const double *x, double *next) {
-    const sm_element *element = &s->elastic->element[e];
-    const int32_t i = element->column[0];
-    const double reference = s->elastic->reference[i];
-    sm_element_force at;
-    at.next = next;
-    sm_sliders_evaluate(s->elastic, element, s->scale, x[i], memory, &at);
-    s->f[i] = at.force[0];
-    s->y[i] = reference * x[i] - s->f[i];
-    s->state[e] = (int32_t)at.state;
-    const double deficit = s->deficit[(size_t)i * SM_MOST_COLUMNS] = reference - at.tangent[0][0];
-    return fabs(deficit) <= SM_STICKING * reference;
-}
-
-/* The same of another element; adds the contact DOFs that do not stick to the active ones. */
+/* f, y, deficit and memory of an element; adds the contact DOFs that do not stick to the active ones. */
 static int sm_evaluate_element(sm_elastic_solver *s, int32_t e, const double *memory,
                                const double *x, double *next, int active) {
     const sm_element *element = &s->elastic->element[e];
@@ -56,7 +37,8 @@ static int sm_evaluate_element(sm_elastic_solver *s, int32_t e, const double *me
         s->y[i] = reference * x[i] - at.force[k];
         for (int j = 0; j < columns; j++) {
             deficit[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
-            sticks &= fabs(deficit[j]) <= SM_STICKING * reference;
+            /* of the reference stiffness: a smaller deficit of the tangent is rounding */
+            sticks &= fabs(deficit[j]) <= 1e-14 * reference;
         }
         if (!sticks) s->active[active++] = i;
     }
@@ -98,10 +80,7 @@ SM_INLINE int sm_evaluate(sm_elastic_solver *s, const double *memory, const doub
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
         const int remembered = sm_element_memory(element);
-        if (element->law != SM_SLIDERS)
-            active = sm_evaluate_element(s, e, memory, x, next, active);
-        else if (!sm_evaluate_sliders(s, e, memory, x, next))
-            s->active[active++] = element->column[0];
+        active = sm_evaluate_element(s, e, memory, x, next, active);
         memory += remembered;
         next += remembered;
     }
@@ -125,7 +104,7 @@ SM_INLINE double sm_renew_residual(sm_elastic_solver *s, double tolerated) {
     size_t changed = 0;
     for (int32_t i = 0; i < s->contacts; i++) {
         const double by = s->y[i] - s->taken[i];
-        if (fabs(by) <= SM_SLIGHT * tolerated * s->elastic->reference[i]) continue;
+        if (fabs(by) <= 1e-3 * tolerated * s->elastic->reference[i]) continue;
         s->changed[changed] = i;
         s->by[changed++] = by;
         s->taken[i] = s->y[i];

@@ -2,17 +2,15 @@
 
 #include <math.h>
 
-#define SLID 1e-9 /* what a slider that slid may be off its limit by rounding, relative to that */
-
 /* How far beyond z[1] the parabola through three points rises, if z[1] is the highest. */
 static double rise(const double z[3]) {
     const double bend = 2.0 * z[1] - z[0] - z[2], slope = z[2] - z[0];
     return z[1] > z[0] && z[1] > z[2] ? slope * slope / (8.0 * bend) : 0.0;
 }
 
-/* Whether a slider that is stretched so far, or pulls as much, is at its limit. */
+/* Whether a slider that is stretched so far, or pulls as much, is at its limit, to rounding. */
 static int slid(double stretch, double limit) {
-    return fabs(fabs(stretch) - limit) <= SLID * limit;
+    return fabs(fabs(stretch) - limit) <= 1e-9 * limit;
 }
 
 /* y misses as much at the last step and, if the contact was farthest before the middle one, at that

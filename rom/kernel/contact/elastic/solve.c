@@ -7,10 +7,8 @@
 #include "base/check.h"
 #include "contact/elastic/newton.h"
 
-#define MOST_PIECES 65536
 #define MOST_HELD 4.0
 #define TOLERANCE 1e-11 /* of the displacements */
-#define ROUNDING 1e-15
 
 /* Normal displacements of further initial guesses, relative to all displacements. */
 static const double START[] = {0.0, -1.0, 1.0, -1e3, 1e3};
@@ -65,7 +63,7 @@ static double rounding_of(const sm_elastic *elastic, double scale) {
         const double preload = scale * element->preload / element->normal_stiffness;
         largest = sm_larger(largest, sm_larger(preload, element->gap));
     }
-    return ROUNDING * largest;
+    return 1e-15 * largest;
 }
 
 /* What was found at displacements. */
@@ -151,7 +149,7 @@ static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *
             memcpy(s->start, x, n * sizeof(double));
         } else {
             piece *= 0.5;
-            if (piece < 1.0 / MOST_PIECES) return status;
+            if (piece < 1.0 / 65536.0) return status;
             memcpy(x, s->start, n * sizeof(double));
         }
     }

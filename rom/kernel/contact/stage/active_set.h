@@ -45,9 +45,6 @@ static inline void sm_slipping_forget(const sm_slipping *a, int contacts) {
     for (int i = 0; i < contacts; i++) a->place[i] = 0;
 }
 
-/* Of S_ii, at least: where S is singular rounding may leave nothing of a pivot, or less. */
-#define SM_LEAST_PIVOT 1e-14
-
 static inline void sm_slipping_add(const sm_slipping *a, int n, const double *matrix, int i) {
     const int row = (*a->count)++;
     double *fresh = a->factor + (size_t)row * (size_t)n;
@@ -57,7 +54,8 @@ static inline void sm_slipping_add(const sm_slipping *a, int n, const double *ma
         for (int k = 0; k < j; k++) sum -= fresh[k] * earlier[k];
         fresh[j] = j < row ? sum / earlier[j] : sum;
     }
-    const double least = SM_LEAST_PIVOT * matrix[(size_t)i * (size_t)n + (size_t)i];
+    /* where S is singular rounding may leave nothing of a pivot, or less */
+    const double least = 1e-14 * matrix[(size_t)i * (size_t)n + (size_t)i];
     fresh[row] = sqrt(fresh[row] > least ? fresh[row] : least);
     a->order[row] = i;
     a->place[i] = row + 1;
@@ -100,7 +98,6 @@ static inline void sm_slipping_divide(const sm_slipping *a, int n, double *restr
     }
 }
 
-#define SM_DESCENT_STEPS 100 /* per contact: many times what was ever seen */
 #define SM_DESCENT_FRESH 64  /* steps between factors made anew: rotations round */
 
 typedef struct {
@@ -242,7 +239,7 @@ SM_INLINE sm_status sm_active_set_solve(const sm_stepper *s, sm_descent *m, cons
     const sm_slipping *a = &m->slipping;
     double work = 0.0, highest = INFINITY;
     int stuck = 0;
-    for (int k = 0; k < SM_DESCENT_STEPS * m->contacts; k++) {
+    for (int k = 0; k < 100 * m->contacts; k++) { /* many times what was ever seen */
         if (sm_descent_balance(s, m, lanes, r)) return SM_OK;
         if (!isfinite(m->potential)) return SM_NOT_FINITE;
         if (stuck && !(m->potential < highest)) {

@@ -2,15 +2,12 @@
 
 #include "contact/stage/newton_cg.h"
 
-#define STEPS 6
-#define FLAT 20.0 /* v / alpha from which tanh is 1 to rounding */
-
 /* One Chebyshev step; what it leaves of the residual at most, relative to the limits. */
 SM_INLINE double iterate(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     double left = 0.0;
     sm_tanh_linearise(n, lanes, s, m);
-    sm_tanh_factor(n, lanes, s, m);
-    sm_tanh_divide(n, lanes, m, m->residual);
+    sm_tanh_factor(n, lanes, s, m->d, m->factor);
+    sm_tanh_divide(n, lanes, m->factor, m->residual);
     for (int i = 0; i < n; i++) {
         const double per_alpha = 1.0 / s->laws[i].alpha;
         const double *restrict g = m->y + i * lanes, *restrict sech2 = m->d + i * lanes;
@@ -22,15 +19,16 @@ SM_INLINE double iterate(const int n, const int lanes, const sm_stepper *s, sm_l
             const double before = fabs(v[l]), moved = v[l] + delta[l];
             const double after = g[l] > 0.0 ? moved : -moved;
             const double least = (after < before ? after : before) * per_alpha;
-            /* beyond the reach of the expansion a Newton step alone, right where g is flat */
-            const double rest = x * x < 1.0 || least > FLAT ? curved * fabs(x) : 1.0;
+            /* beyond the reach of the expansion a Newton step alone, right where g is flat: tanh is 1
+             * to rounding from 20 on */
+            const double rest = x * x < 1.0 || least > 20.0 ? curved * fabs(x) : 1.0;
             const double ordered = rest < INFINITY ? rest : INFINITY;
             left = ordered > left ? ordered : left;
             bend[l] = x * x < 1.0 ? g[l] * curved : 0.0; /* -g'' delta^2 / 2 */
             v[l] = moved;
         }
     }
-    sm_tanh_divide(n, lanes, m, m->u);
+    sm_tanh_divide(n, lanes, m->factor, m->u);
     for (int k = 0; k < n * lanes; k++) m->v[k] += m->u[k];
     return left;
 }
@@ -38,7 +36,7 @@ SM_INLINE double iterate(const int n, const int lanes, const sm_stepper *s, sm_l
 /* `n` is a literal where there are few contacts. */
 SM_INLINE int chebyshev(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     sm_tanh_guess_all(n, lanes, s, m);
-    for (int k = 0; k < STEPS; k++)
+    for (int k = 0; k < 6; k++)
         if (iterate(n, lanes, s, m) < s->tolerance) return 1;
     return 0;
 }
@@ -50,25 +48,24 @@ SM_INLINE int smooth(const int lanes, const sm_stepper *s, sm_lanes *m) {
     return chebyshev(s->contacts, lanes, s, m);
 }
 
-SM_HOT static int smooth_few(const sm_stepper *s, sm_lanes *m) {
-    return smooth(SM_FEW_LANES, s, m);
+SM_INLINE sm_status solve(const int lanes, const sm_stepper *s, sm_lanes *m) {
+    if (s->smooth) {
+        if (smooth(lanes, s, m)) return SM_OK;
+        memset(m->v, 0, (size_t)(s->contacts * lanes) * sizeof(double));
+    }
+    return sm_newton_solve(lanes, s, m);
 }
 
-SM_HOT static int smooth_many(const sm_stepper *s, sm_lanes *m) { return smooth(SM_LANES, s, m); }
-
-SM_HOT static sm_status newton_few(const sm_stepper *s, sm_lanes *m) {
-    return sm_newton_solve(SM_FEW_LANES, s, m);
+SM_HOT static sm_status solve_few(const sm_stepper *s, sm_lanes *m) {
+    return solve(SM_FEW_LANES, s, m);
 }
 
-SM_HOT static sm_status newton_many(const sm_stepper *s, sm_lanes *m) {
-    return sm_newton_solve(SM_LANES, s, m);
+SM_HOT static sm_status solve_many(const sm_stepper *s, sm_lanes *m) {
+    return solve(SM_LANES, s, m);
 }
 
 sm_status sm_solve_lanes(const sm_stepper *s, sm_lanes *m) {
-    const int few = m->lanes == SM_FEW_LANES;
-    if (s->smooth && (few ? smooth_few(s, m) : smooth_many(s, m))) return SM_OK;
-    if (s->smooth) memset(m->v, 0, (size_t)(s->contacts * m->lanes) * sizeof(double));
-    return few ? newton_few(s, m) : newton_many(s, m);
+    return m->lanes == SM_FEW_LANES ? solve_few(s, m) : solve_many(s, m);
 }
 
 SM_INLINE sm_status stage_of(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {

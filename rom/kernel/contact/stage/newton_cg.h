@@ -53,15 +53,16 @@ SM_INLINE void sm_tanh_linearise(const int n, const int lanes, const sm_stepper 
     }
 }
 
-/* The factor L D L^T of J = S + diag g'(v): unit lower triangle, inverse pivots. */
-SM_INLINE void sm_tanh_factor(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
-    double *restrict f = m->factor;
+/* The factor L D L^T of J = S + diag g'(v), from the slopes sech2 (n, lanes) of tanh: unit lower
+ * triangle, inverse pivots. */
+SM_INLINE void sm_tanh_factor(const int n, const int lanes, const sm_stepper *s,
+                              const double *restrict sech2, double *restrict f) {
     for (int i = 0; i < n; i++) {
         const double steepest = s->laws[i].limit / s->laws[i].alpha;
-        const double *restrict sech2 = m->d + i * lanes;
         double *restrict pivot = f + (size_t)(i * n + i) * lanes;
         SM_SIMD
-        for (int l = 0; l < lanes; l++) pivot[l] = s->matrix[i * n + i] + steepest * sech2[l];
+        for (int l = 0; l < lanes; l++)
+            pivot[l] = s->matrix[i * n + i] + steepest * sech2[i * lanes + l];
         for (int j = 0; j < i; j++) {
             double *restrict entry = f + (size_t)(i * n + j) * lanes;
             SM_SIMD
@@ -89,8 +90,8 @@ SM_INLINE void sm_tanh_factor(const int n, const int lanes, const sm_stepper *s,
 }
 
 /* x = J^-1 x */
-SM_INLINE void sm_tanh_divide(const int n, const int lanes, const sm_lanes *m, double *x) {
-    const double *restrict f = m->factor;
+SM_INLINE void sm_tanh_divide(const int n, const int lanes, const double *restrict f,
+                              double *restrict x) {
     for (int i = 1; i < n; i++)
         for (int j = 0; j < i; j++) {
             SM_SIMD

@@ -38,30 +38,14 @@ SM_INLINE void sm_warm_invert_two(const sm_stepper *s, sm_warm *warm, const doub
 
 /* The factor L D L^T of J, or the inverse. */
 SM_INLINE void sm_warm_factorise(const int n, const sm_stepper *s, sm_warm *warm) {
-    double *restrict f = warm->factor;
-    const double *restrict sech2 = warm->sech2;
-    if (n == 2) {
-        const double scale[2] = {1.0, 1.0};
-        const double slope[2] = {s->laws[0].limit * warm->per_alpha * sech2[0],
-                                 s->laws[1].limit * warm->per_alpha * sech2[1]};
-        sm_warm_invert_two(s, warm, scale, slope);
+    if (n != 2) {
+        sm_tanh_factor(n, 1, s, warm->sech2, warm->factor);
         return;
     }
-    for (int i = 0; i < n; i++) {
-        double pivot = s->matrix[i * n + i]
-                       + s->laws[i].limit * warm->per_alpha * sech2[i];
-        for (int j = 0; j < i; j++) {
-            double sum = s->matrix[i * n + j];
-            for (int k = 0; k < j; k++) sum -= f[i * n + k] * f[j * n + k];
-            f[i * n + j] = sum;
-        }
-        for (int j = 0; j < i; j++) {
-            const double entry = f[i * n + j] * f[j * n + j];
-            pivot -= f[i * n + j] * entry;
-            f[i * n + j] = entry;
-        }
-        f[i * n + i] = 1.0 / pivot;
-    }
+    const double scale[2] = {1.0, 1.0};
+    const double slope[2] = {s->laws[0].limit * warm->per_alpha * warm->sech2[0],
+                             s->laws[1].limit * warm->per_alpha * warm->sech2[1]};
+    sm_warm_invert_two(s, warm, scale, slope);
 }
 
 /* Friction tanh(v / alpha) and its slope, and the factor of J there. */
@@ -85,18 +69,14 @@ SM_INLINE void sm_warm_linearise(const int n, const sm_stepper *s, sm_warm *warm
 
 /* x = J^-1 x */
 SM_INLINE void sm_warm_divide(const int n, const sm_warm *warm, double *restrict x) {
-    const double *restrict f = warm->factor;
-    if (n == 2) {
-        const double first = x[0];
-        x[0] = f[0] * first + f[2] * x[1];
-        x[1] = f[2] * first + f[1] * x[1];
+    if (n != 2) {
+        sm_tanh_divide(n, 1, warm->factor, x);
         return;
     }
-    for (int i = 1; i < n; i++)
-        for (int j = 0; j < i; j++) x[i] -= f[i * n + j] * x[j];
-    for (int i = 0; i < n; i++) x[i] *= f[i * n + i];
-    for (int i = n - 1; i > 0; i--)
-        for (int j = 0; j < i; j++) x[j] -= f[i * n + j] * x[i];
+    const double *restrict f = warm->factor;
+    const double first = x[0];
+    x[0] = f[0] * first + f[2] * x[1];
+    x[1] = f[2] * first + f[1] * x[1];
 }
 
 /* Moves `next` by Chebyshev's step, J^-1 delta and its correction by the curvature of g; returns

@@ -1,5 +1,5 @@
 /* The step-able component: inputs held or ramped over a step, slow flow, contact motion at the
- * communication point. It owns copies of everything it needs, in one block of memory. */
+ * communication point. */
 #include <stdlib.h>
 
 #include "base/check.h"
@@ -20,7 +20,6 @@ typedef struct {
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
 #define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
-#define LEAST_STEP 1e-3  /* [rad] of mode A, of a step that is taken for its own outputs */
 /* Doubles of a component's state before those of its contacts. */
 #define CONTACTS_FROM (SLOW_STATE_COUNT + sizeof(sm_inputs) / sizeof(double))
 
@@ -48,11 +47,12 @@ sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *contact
     return sm_motion_check(motion, contact, &flow->table);
 }
 
-/* `shared`: the tables are not copied. */
-static sm_status create(const sm_slow_flow *flow, const sm_contact *contact,
-                        const sm_motion *motion, double tolerance, int shared,
-                        sm_component **component) {
-    const sm_status status = sm_check_positive(tolerance);
+sm_status sm_component_checked_create(const sm_slow_flow *flow, const sm_contact *contact,
+                                      const sm_motion *motion, double tolerance,
+                                      sm_component **component) {
+    if (!flow || !contact || !motion || !component) return SM_BAD_ARGUMENT;
+    sm_status status = sm_slow_flow_check(flow);
+    if (status == SM_OK) status = sm_check_positive(tolerance);
     if (status != SM_OK) return status;
     if (tolerance >= 1.0) return SM_BAD_ARGUMENT;
     const size_t header = sm_whole_lines(sm_doubles(sizeof(sm_component)));
@@ -63,8 +63,7 @@ static sm_status create(const sm_slow_flow *flow, const sm_contact *contact,
         double *own = sm_take(&block, header);
         if (!counts) c = (void *)own;
         c->flow = *flow;
-        if (!shared) c->flow.table = sm_table_copy(&flow->table, &block);
-        sm_contact_output_place(&c->contacts, motion, contact, &flow->table, shared, &block);
+        sm_contact_output_place(&c->contacts, motion, contact, &block);
     }
     c->tolerance = tolerance;
     c->inputs.limit_scale = 1.0;
@@ -78,15 +77,9 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
                               sm_component **component) {
     if (!component) return SM_BAD_ARGUMENT;
     const sm_status status = sm_component_check(flow, contact, motion);
-    return status == SM_OK ? create(flow, contact, motion, tolerance, 0, component) : status;
-}
-
-sm_status sm_component_shared_create(const sm_slow_flow *flow, const sm_contact *contact,
-                                     const sm_motion *motion, double tolerance,
-                                     sm_component **component) {
-    if (!flow || !contact || !motion || !component) return SM_BAD_ARGUMENT;
-    const sm_status status = sm_slow_flow_check(flow);
-    return status == SM_OK ? create(flow, contact, motion, tolerance, 1, component) : status;
+    return status == SM_OK
+               ? sm_component_checked_create(flow, contact, motion, tolerance, component)
+               : status;
 }
 
 void sm_component_free(sm_component *component) { free(component); }
@@ -353,7 +346,7 @@ static double own_step(sm_component *c) {
 
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
-    const double least = LEAST_STEP / c->inputs.frequency[0];
+    const double least = 1e-3 / c->inputs.frequency[0]; /* a thousandth of a radian of mode A */
     const sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
     for (double h = own_step(c); h > least; h = c->slow.step) {

@@ -4,9 +4,6 @@
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
 
-#define MOST_ELASTIC 1000000
-#define SPARE 4 /* stretches that the queue has room for as a step begins */
-
 static size_t node_count(const sm_table *table) {
     return (size_t)table->count_a * (size_t)table->count_b;
 }
@@ -20,7 +17,7 @@ static sm_status check_values(const double *values, size_t nodes, size_t per_nod
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table) {
     if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > MOST_ELASTIC) return SM_BAD_ARGUMENT;
+    if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
     if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
     const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
     const size_t modes = (size_t)contact->modes, nodes = node_count(table);
@@ -35,75 +32,24 @@ sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
     return status == SM_OK ? sm_check_positive(motion->memory_periods) : status;
 }
 
-/* Numbers that are of the motion alone, 0 where it is not wanted. */
-typedef struct {
-    size_t elastic, orders;
-} sizes;
-
-static sizes sizes_of(const sm_motion *motion) {
-    if (!motion->wanted) return (sizes){0, 0};
-    return (sizes){(size_t)motion->elastic, (size_t)motion->orders_count};
-}
-
-static void place_elastic(sm_contact_output *out, const sm_elastic *elastic, sm_block *block) {
-    const size_t bytes = (size_t)elastic->elements * sizeof(sm_element);
-    out->elastic = *elastic;
-    sm_element *element = (void *)sm_take(block, sm_doubles(bytes));
-    if (element) memcpy(element, elastic->element, bytes);
-    out->elastic.element = element ? element : elastic->element;
-    out->elastic.slider = sm_keep(block, elastic->slider, 2 * (size_t)elastic->sliders);
-    out->elastic.reference =
-        sm_keep(block, elastic->reference, (size_t)out->contact.contacts);
-    out->contact.elastic = &out->elastic;
-}
-
-static void place_contact(sm_contact_output *out, const sm_contact *contact, sm_block *block) {
-    const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
-    out->contact = *contact;
-    out->contact.response = &out->response;
-    out->contact.stiffness = sm_keep(block, contact->stiffness, n * n);
-    out->contact.coupling = sm_keep(block, contact->coupling, 2 * modes * n);
-    if (contact->law == SM_ELASTIC) {
-        place_elastic(out, contact->elastic, block);
-        return;
-    }
-    out->limit = sm_keep(block, contact->limit, n);
-    out->contact.limit = out->scaled_limit = sm_take(block, n);
-    out->contact.damping = sm_keep(block, contact->damping, n * n);
-    out->contact.mass = contact->mass ? sm_keep(block, contact->mass, n * n) : NULL;
-}
-
-/* `nodes`: of the tables that are copied, 0: they are shared. */
-static void place_motion(sm_contact_output *out, const sm_motion *motion, size_t nodes,
-                         sm_block *block) {
-    const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
-    const sizes s = sizes_of(motion);
-    out->motion = *motion;
-    out->motion.modes_out = sm_keep(block, motion->modes_out, s.elastic * 2 * modes);
-    out->motion.forces_out = sm_keep(block, motion->forces_out, s.elastic * 2 * modes);
-    out->motion.contacts_out = sm_keep(block, motion->contacts_out, s.elastic * n);
-    if (nodes > 0) {
-        out->motion.reaction = sm_keep(block, motion->reaction, nodes * s.orders * n * 2);
-        out->motion.response = sm_keep(block, motion->response, nodes * s.orders * s.elastic * 2);
-    }
-    for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(block, s.orders * n * 2);
-    int32_t *orders = (void *)sm_take(block, sm_doubles(s.orders * 2 * sizeof(int32_t)));
-    if (orders && s.orders > 0) memcpy(orders, motion->orders, s.orders * 2 * sizeof(int32_t));
-    out->motion.orders = orders;
-    out->response = (sm_modal_response){.orders_count = (int32_t)s.orders, .orders = orders};
-}
-
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
-                             const sm_contact *contact, const sm_table *table, int shared,
-                             sm_block *block) {
-    const int orders = (int)sizes_of(motion).orders;
-    place_contact(out, contact, block);
+                             const sm_contact *contact, sm_block *block) {
+    const size_t n = (size_t)contact->contacts;
+    const int32_t orders = motion->wanted ? motion->orders_count : 0;
+    out->motion = *motion;
+    out->contact = *contact;
+    out->response = (sm_modal_response){.orders_count = orders, .orders = motion->orders};
+    out->contact.response = &out->response;
+    if (contact->law != SM_ELASTIC) {
+        out->limit = contact->limit;
+        out->contact.limit = out->scaled_limit = sm_take(block, n);
+    }
     sm_march_place(&out->march, &out->contact, orders, block);
     out->state = sm_take(block, sm_march_state_count(contact));
     out->before.state = sm_take(block, sm_march_state_count(contact));
     out->queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
     out->before.queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
-    place_motion(out, motion, shared ? 0 : node_count(table), block);
+    for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(block, 2 * (size_t)orders * n);
 }
 
 static double slowest_period(const sm_contact_output *out, const sm_inputs *inputs) {
@@ -144,8 +90,7 @@ static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow,
 /* What acts on the contacts as an amplitude at the carrier: with the force that acts on them. */
 static void add_off_resonance(const sm_slow_flow *flow, int j, sm_complex force,
                               double *amplitude) {
-    const sm_complex off_resonance =
-        sm_cmul(sm_cx(flow->off_resonance[j][0], flow->off_resonance[j][1]), force);
+    const sm_complex off_resonance = sm_cmul(sm_pair(flow->off_resonance[j]), force);
     amplitude[2 * j] += off_resonance.re;
     amplitude[2 * j + 1] += off_resonance.im;
 }
@@ -163,8 +108,7 @@ static sm_segment segment_of(const sm_slow_flow *flow, const sm_stretch *stretch
         g.frequency[j] = start->frequency[j];
         g.frequency_rate[j] = start->frequency_rate[j];
         if (flow->off_resonance[j][0] == 0.0 && flow->off_resonance[j][1] == 0.0) continue;
-        const sm_complex from = sm_cx(cos(start->phase[j]), sin(start->phase[j]));
-        const sm_complex to = sm_cx(cos(end->phase[j]), sin(end->phase[j]));
+        const sm_complex from = sm_unit(start->phase[j]), to = sm_unit(end->phase[j]);
         const double growth = start->force_rate[j], phase_rate = start->phase_rate[j];
         add_off_resonance(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
         add_off_resonance(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
@@ -253,8 +197,9 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow
 }
 
 void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow) {
-    /* a stretch that cannot be marched stays: reading the motion returns its status */
-    while (out->queue->count > SM_STRETCHES - SPARE && take_first(out, flow) == SM_OK) continue;
+    /* Room for four stretches as the next step begins. One that cannot be marched stays: reading the
+     * motion returns its status. */
+    while (out->queue->count > SM_STRETCHES - 4 && take_first(out, flow) == SM_OK) continue;
 }
 
 /* Brings the state to the present. */
@@ -305,7 +250,7 @@ void sm_contact_output_set_state(sm_contact_output *out, const double *values) {
 /* What moves the structure at a contact DOF where x_c and f_c (N_c) are: x_c, or the force that an
  * elastic contact falls short by. */
 static double draw(const sm_contact_output *out, size_t i, const double *x_c, const double *f_c) {
-    return out->contact.law == SM_ELASTIC ? out->elastic.reference[i] * x_c[i] - f_c[i] : x_c[i];
+    return out->contact.law == SM_ELASTIC ? out->contact.elastic->reference[i] * x_c[i] - f_c[i] : x_c[i];
 }
 
 /* x (elastic) where the contacts are at x_c, with forces behind. */
@@ -315,10 +260,9 @@ static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
     const size_t elastic = (size_t)out->motion.elastic;
     sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES], force[SM_MODES];
     for (size_t j = 0; j < modes; j++) {
-        carrier[j] = sm_cx(cos(inputs->angle[j]), sin(inputs->angle[j]));
-        q[j] = sm_cscale(sm_cmul(sm_cx(y[2 * j], y[2 * j + 1]), carrier[j]), 2.0);
-        const sm_complex phasor = sm_cx(cos(inputs->phase[j]), sin(inputs->phase[j]));
-        force[j] = sm_cscale(sm_cmul(phasor, carrier[j]), 2.0 * inputs->force[j]);
+        carrier[j] = sm_unit(inputs->angle[j]);
+        q[j] = sm_cscale(sm_cmul(sm_pair(y + 2 * j), carrier[j]), 2.0);
+        force[j] = sm_cscale(sm_cmul(sm_unit(inputs->phase[j]), carrier[j]), 2.0 * inputs->force[j]);
     }
     for (size_t k = 0; k < elastic; k++) {
         x[k] = 0.0;

@@ -52,7 +52,6 @@ typedef struct {
         double *state;
     } before;
     sm_instant instant;
-    sm_elastic elastic;        /* of the contact, where its law is that */
     sm_march march;
     double *reaction[2]; /* (orders_count, N_c, 2) at the start and the end of a stretch */
     int reaction_known;            /* 1: reaction[1] is that of the inputs and amplitudes here */
@@ -63,11 +62,9 @@ typedef struct {
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table);
 
-/* Copies what it needs to the block; the output does not move then. Where the tables are shared,
- * the arrays of the motion are not copied. */
+/* The output does not move then; arrays of motion and contact outlive it. */
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
-                             const sm_contact *contact, const sm_table *table, int shared,
-                             sm_block *block);
+                             const sm_contact *contact, sm_block *block);
 
 /* Begins a step, */
 void sm_contact_output_begin(sm_contact_output *out);

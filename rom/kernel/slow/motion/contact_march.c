@@ -9,22 +9,6 @@
 #include "base/check.h"
 #include "base/exact_sum.h"
 
-#define MAX_STEPS 1e10 /* of one march: hours */
-/* Tolerances of v / alpha; at the end S magnifies the error of v in the force that is read. */
-#define ON_THE_WAY 1e-5
-#define AT_THE_END 1e-10
-/* Halvings of a step. Elastic contacts have no inertia: later steps do not depend on the motion
- * between two steps. */
-#define ELASTIC_HALVINGS 6
-/* Largest deviation of a velocity from a straight line in a step, relative to the velocity without
- * friction. */
-#define BEND 0.2
-#define STRAIGHT 0.2 /* part of BEND below which the next step is twice as long */
-#define AS_READ 0.3 /* part of BEND allowed in the last step if the velocity is read */
-/* Vibrations that have decayed to exp(-5) at the end of a march are not resolved. */
-#define DECAYED 5.0
-#define KEPT 6 /* numbers of each contact that a step changes */
-
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
 }
@@ -48,7 +32,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
                                 block);
         return;
     }
-    march->before = sm_take(block, KEPT * n);
+    march->before = sm_take(block, 6 * n); /* numbers of each contact that a step changes */
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts, block);
     sm_lanes_place(&march->lane, contacts, 1, block);
@@ -214,7 +198,8 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Seconds in which the slowest vibration of the rigid contacts decays; infinite: it does not. */
+/* Seconds in which the slowest vibration of the rigid contacts decays to exp(-5), which need not be
+ * resolved; infinite: it does not. */
 static double lasting(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
@@ -222,7 +207,7 @@ static double lasting(const sm_contact *contact) {
         const double mass = contact->mass ? contact->mass[k] : 0.0;
         longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
     }
-    return DECAYED * longest;
+    return 5.0 * longest;
 }
 
 /* Steps of h 2^-level seconds; time is counted in the finest of them. */
@@ -246,9 +231,10 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
     }
     const double longest = SM_TWO_PI / (fastest * steps_per_period);
     const double count = ceil((to - from) / longest * (1.0 - 1e-9));
-    if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
+    if (!(count <= 1e10)) return SM_BAD_ARGUMENT; /* that would take hours */
     const int elastic = contact->law == SM_ELASTIC;
-    const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;
+    /* elastic contacts have no inertia: later steps do not depend on the motion between two steps */
+    const int halvings = elastic ? 6 : SM_RIGID_LEVELS - 1;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
                         .to = to,
@@ -262,7 +248,7 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
     steps->whole = (int64_t)1 << steps->finest;
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
     if (steps->finest > 0 && !elastic) {
-        steps->bend = BEND * free_velocity(contact, segment);
+        steps->bend = 0.2 * free_velocity(contact, segment);
         const double before = 1.0 - lasting(contact) / (to - from);
         steps->lasting = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
     }
@@ -294,11 +280,14 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
         const double within = 1.0 - least * (double)(known - at);
         const int last = at + parts == steps->end;
         const int finest = at < steps->lasting ? 0 : steps->finest;
-        const double allowed = last && steps->to_be_read ? AS_READ * steps->bend : steps->bend;
+        /* a velocity that is read is resolved further */
+        const double allowed = last && steps->to_be_read ? 0.3 * steps->bend : steps->bend;
+        /* of v / alpha; at the end S magnifies the error of v in the force that is read */
+        const double tolerance = last ? 1e-10 : 1e-5;
         double bent;
         const sm_status status =
-            step_rigid(n, march, level, steps->h * part, within, part,
-                       last ? AT_THE_END : ON_THE_WAY, level < finest ? allowed : INFINITY, &bent);
+            step_rigid(n, march, level, steps->h * part, within, part, tolerance,
+                       level < finest ? allowed : INFINITY, &bent);
         if (status != SM_OK) return status;
         if (level < finest && bent > allowed) {
             put_back_rigid(n, march);
@@ -306,7 +295,7 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
             continue;
         }
         at += parts;
-        if (bent < STRAIGHT * steps->bend && level > 0) level--;
+        if (bent < 0.2 * steps->bend && level > 0) level--;
     }
     return SM_OK;
 }

@@ -35,8 +35,6 @@ SM_INLINE void sm_forcing_place(sm_forcing *f, int contacts, sm_block *block) {
     f->cubic = sm_take(block, 4 * n);
 }
 
-SM_INLINE sm_complex sm_unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
-
 /* Whether the factors for steps of h are there already; they will be. */
 SM_INLINE int factors_found(sm_forcing *f) {
     int same = f->found.h == f->h && f->found.reaction == f->reaction;

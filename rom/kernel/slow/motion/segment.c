@@ -5,26 +5,13 @@
 
 #include "base/check.h"
 
-static sm_complex unit(double angle) { return sm_cx(cos(angle), sin(angle)); }
-
 void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
                          sm_complex carrier[SM_MODES]) {
     for (int j = 0; j < SM_MODES; j++) {
         const double angle =
             g->angle[j] + elapsed * (g->frequency[j] + 0.5 * g->frequency_rate[j] * elapsed);
-        carrier[j] = j < modes ? unit(angle) : sm_cx(1.0, 0.0);
+        carrier[j] = j < modes ? sm_unit(angle) : sm_cx(1.0, 0.0);
     }
-}
-
-sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
-    const double r2 = r * r, r3 = r2 * r, end = 3.0 * r2 - 2.0 * r3, start = 1.0 - end;
-    const double rate_start = g->duration * (r - 2.0 * r2 + r3);
-    const double rate_end = g->duration * (r3 - r2);
-    double a[2];
-    for (int p = 0; p < 2; p++)
-        a[p] = start * g->amplitude_start[2 * j + p] + end * g->amplitude_end[2 * j + p]
-               + rate_start * g->rate_start[2 * j + p] + rate_end * g->rate_end[2 * j + p];
-    return sm_cx(a[0], a[1]);
 }
 
 void sm_segment_cubics(const sm_segment *g, int j, double cubics[2][4]) {
@@ -38,6 +25,13 @@ void sm_segment_cubics(const sm_segment *g, int j, double cubics[2][4]) {
         cubics[p][2] = 3.0 * change - 2.0 * leaving - arriving;
         cubics[p][3] = leaving + arriving - 2.0 * change;
     }
+}
+
+sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
+    double c[2][4], a[2];
+    sm_segment_cubics(g, j, c);
+    for (int p = 0; p < 2; p++) a[p] = c[p][0] + r * (c[p][1] + r * (c[p][2] + r * c[p][3]));
+    return sm_cx(a[0], a[1]);
 }
 
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }

@@ -34,6 +34,9 @@ def test_a_closed_curve_is_passed_once():
     z = branch.points.z
     assert branch.closed
     assert np.hypot(z[:, 0], z[:, 1] - 0.5) == pytest.approx(0.4, abs=1e-12)
+    np.testing.assert_array_equal(
+        branch.points.pass_by(np.array([[-0.4, 0.5], [0.3, 0.5]])), [True, False]
+    )
     length = np.linalg.norm(np.diff(z, axis=0), axis=1).sum()
     assert length == pytest.approx(0.8 * np.pi, rel=0.02)
     assert sorted(at[-1] for _, at in branch.special) == pytest.approx([0.1, 0.9])

@@ -28,7 +28,7 @@ def model():
 def rates_at(problem, z):
     """F (k,) and its Jacobian (k, k + 1), of the core."""
     z, F, J = np.array(z), np.empty(z.size - 1), np.empty((z.size - 1, z.size))
-    arrays = (each.ctypes.data_as(kernel.DOUBLES) for each in (z, F, J))
+    arrays = (np.ctypeslib.as_ctypes(each.ravel()) for each in (z, F, J))
     assert problem.curve.rates(problem.curve.of, *arrays) == kernel.OK
     return F, J
 
