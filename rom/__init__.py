@@ -16,6 +16,7 @@ from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
@@ -65,6 +66,7 @@ __all__ = [
     "Accuracy",
     "Backbone",
     "CombinationResonance",
+    "ContactFit",
     "ContactPairs",
     "Contacts",
     "Coulomb",
@@ -113,6 +115,7 @@ __all__ = [
     "combination_resonances",
     "contact_pairs",
     "decay_rates",
+    "fit_contacts",
     "identify",
     "identify_sine",
     "limit_cycles",

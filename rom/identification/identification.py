@@ -49,7 +49,9 @@ BAND = 0.2  # opacity of bands in pictures
 
 @frozen
 class DecayBackbone:
-    """Frequency and damping of a mode against its amplitude, by an identified law.
+    """Frequency and damping of a mode against its amplitude.
+
+    By an identified law, or as measured otherwise, for `fit_contacts`.
 
     Attributes
     ----------
@@ -66,6 +68,11 @@ class DecayBackbone:
         By name of the record, the `LocalRates` of the first look.
     unit : str
         Of the amplitudes.
+    left_out : (records, 2, n) ndarray
+        Frequency and damping by the law without each of the records. Empty if the deviations of
+        the n values are independent.
+    steady : bool
+        Whether the vibration is steady, in sine tests; else it is free.
     """
 
     mode: int
@@ -76,6 +83,8 @@ class DecayBackbone:
     damping_deviation: Floats
     points: Mapping[str, LocalRates]
     unit: str
+    left_out: Floats = field(default_factory=lambda: np.zeros((0, 2, 0)))
+    steady: bool = False
 
     def plot(self, axes: tuple[Axes, Axes] | None = None) -> Any:
         """Draw frequency [Hz] and damping ratio with bands of two standard deviations."""
@@ -225,6 +234,7 @@ class Identification:
             self._deviations(zeta[1:]),
             points,
             self.source.measurement.unit,
+            np.stack((omega[1:], zeta[1:]), axis=1),
         )
 
     def predict(self, record: str | int | Record, extrapolate: bool = False) -> Prediction:
