@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import Literal, NamedTuple, get_args
@@ -10,7 +11,7 @@ import numpy as np
 import scipy.special
 
 from slipmode.rom.arrays import Floats, in_one_line
-from slipmode.rom.errors import Finding, SlipmodeError, warn
+from slipmode.rom.errors import Finding, SlipmodeError, naming, warn
 from slipmode.rom.identification.contacts.data import measured_points
 from slipmode.rom.identification.contacts.groups import ContactGroups, GroupLaw, parameter_value
 from slipmode.rom.identification.contacts.posterior import (
@@ -177,9 +178,9 @@ def fit_contacts(
     Frequency and damping follow from the describing functions of the contacts, with the coupling
     between contacts and without higher harmonics. The difference from a friction table at the
     optimum is added, and the fit repeated until the parameters change by less than 0.2 standard
-    deviations. Contacts that stiffen a chain by 0.5 % change its damping by up to 0.6 % in this
-    way, contacts that stiffen it by 4 % by up to 8 %
-    (tests/rom/identification/contacts/test_closed_form.py).
+    deviations. Contacts with 0.5 % of the stiffness of a mode change its damping by up to 0.6 % in
+    this way, contacts with 4 % by up to 10 %. Stronger ones are refused if the fit does not
+    converge (tests/rom/identification/contacts/test_closed_form.py).
 
     Initial values count as known to a factor of 10 (a standard deviation): parameters that the
     data do not determine keep them. Intervals are those of Laplace's approximation, in logarithms.
@@ -189,7 +190,7 @@ def fit_contacts(
     Backbones of several modes are taken to be independent of each other.
     """
     if unknown := [each for each in adjust if each not in get_args(Adjusted)]:
-        raise SlipmodeError(f"adjust: {in_one_line(unknown[0])}: must be damping or frequency")
+        raise SlipmodeError(f"adjust = {in_one_line(unknown[0])}: must be damping or frequency")
     if not isinstance(sensor, int | np.integer) or not 0 <= sensor < structure.n_dofs:
         raise SlipmodeError(
             f"sensor = {in_one_line(sensor)}: must be a DOF, 0 to {structure.n_dofs - 1}"
@@ -233,13 +234,17 @@ def _optimum(problem: FitProblem) -> _Optimum:
     unknowns = min((fit(each, none) for each in starts), key=lambda each: each.cost).x
     for _ in range(_MOST_TABLES):
         reductions, forms = problem.reductions(unknowns)
-        tables = problem.tables(reductions, forms, unknowns)
+        with warnings.catch_warnings(record=True) as caught, naming("fitted laws"):
+            warnings.simplefilter("always")  # those of the last tables are passed on
+            tables = problem.tables(reductions, forms, unknowns)
         residuals = problem.stacked(tables.values, unknowns)
         closed = problem.residuals(forms, unknowns[np.newaxis])[0]
         fit = problem.fit(forms, residuals - closed)
         J = problem.jacobian(forms, unknowns)
         following = fit(unknowns, none).x
         if np.linalg.norm(J @ (following - unknowns)) <= _CONVERGED:
+            for each in caught:
+                warnings.warn(each.message, each.category, stacklevel=3)
             minimum = Minimum(unknowns, 0.5 * float(residuals @ residuals))
             of_data = residuals[: -unknowns.size]  # without those of the initial values
             freedom = of_data.size - unknowns.size
@@ -291,9 +296,9 @@ def _posterior(problem: FitProblem, optimum: _Optimum) -> Posterior:
     quantile = float(scipy.special.stdtrit(min(records, default=np.inf) - 1, 0.975))
     quantile *= max(optimum.misfit, 1.0)
     x, J = optimum.minimum.x, optimum.jacobian
-    covariance = np.linalg.inv(J.T @ J)
+    covariance = np.asarray(np.linalg.inv(J.T @ J), dtype=float)
     half = quantile * np.sqrt(np.diag(covariance))
-    interval: Floats = x + np.outer([-1.0, 1.0], half)
+    interval = np.stack((x - half, x + half))
     for k in np.flatnonzero(half > LINEAR).tolist():
         slope, step = covariance[k] / covariance[k, k], min(half[k], 1.0)
         interval[:, k] = [

@@ -21,7 +21,6 @@ from slipmode.rom.short_repr import frozen
 OPEN = np.log(2.0)
 PRIOR = np.log(10.0)  # deviation of the logarithms of initial values
 LINEAR = 0.1  # half-widths up to which Laplace's approximation is used
-_LEAST_EXPONENT = 0.02  # in products that are shown, relative to the largest
 
 
 class Minimum(NamedTuple):
@@ -74,19 +73,18 @@ class Posterior:
         deviation = np.sqrt(np.diag(self.covariance))
         (at,) = np.nonzero(self.quantile * deviation > OPEN)
         names = [self.names[k] for k in at]
+        covariance = self.covariance[np.ix_(at, at)]
         determined, undetermined = {}, []
-        variances, vectors = np.linalg.eigh(self.covariance[np.ix_(at, at)])
-        for variance, vector in zip(variances, vectors.T, strict=True):
-            exponents = vector / vector[np.argmax(np.abs(vector))]
-            scale = np.linalg.norm(exponents)
-            half = self.quantile * np.sqrt(max(variance, 0.0)) * scale
+        for vector in np.linalg.eigh(covariance)[1].T:
+            exponents = np.round(vector / vector[np.argmax(np.abs(vector))], 2)
+            half = self.quantile * np.sqrt(exponents @ covariance @ exponents)
             words = _product(names, exponents)
             if half > OPEN:
                 undetermined.append(words)
             else:
                 middle = exponents @ self.logarithms[at]
-                ends = np.exp([middle - half, middle + half])
-                determined[words] = (float(ends[0]), float(ends[1]))
+                low, high = np.exp([middle - half, middle + half]).tolist()
+                determined[words] = low, high
         return determined, tuple(undetermined)
 
 
@@ -124,8 +122,7 @@ def _product(names: Sequence[str], exponents: Floats) -> str:
     """Return a product of powers in words."""
     words = []
     for name, exponent in zip(names, exponents, strict=True):
-        if abs(exponent) >= _LEAST_EXPONENT:
-            base = f"(1 + {name})" if name.endswith(".chi") else name
-            power = f"{exponent:.2f}".rstrip("0").rstrip(".")
-            words.append(base if power == "1" else f"{base}^{power}")
+        base = f"(1 + {name})" if name.endswith(".chi") else name
+        if exponent != 0.0:
+            words.append(base if exponent == 1.0 else f"{base}^{exponent:g}")
     return " * ".join(words)
