@@ -64,10 +64,10 @@ class DecayBackbone:
         Damping ratio delta / omega [-].
     frequency_deviation, damping_deviation : (n,) ndarray
         Standard deviations by the scatter between records. Infinite for fewer than three.
-    points : dict
-        By name of the record, the `LocalRates` of the first look.
     unit : str
         Of the amplitudes.
+    points : dict
+        By name of the record, the `LocalRates` of the first look.
     left_out : (records, 2, n) ndarray
         Frequency and damping by the law without each of the records. Empty if the deviations of
         the n values are independent.
@@ -81,8 +81,8 @@ class DecayBackbone:
     damping: Floats
     frequency_deviation: Floats
     damping_deviation: Floats
-    points: Mapping[str, LocalRates]
     unit: str
+    points: Mapping[str, LocalRates] = field(default_factory=dict)
     left_out: Floats = field(default_factory=lambda: np.zeros((0, 2, 0)))
     steady: bool = False
 
@@ -232,8 +232,8 @@ class Identification:
             zeta[0],
             self._deviations(omega[1:]),
             self._deviations(zeta[1:]),
-            points,
             self.source.measurement.unit,
+            points,
             np.stack((omega[1:], zeta[1:]), axis=1),
         )
 

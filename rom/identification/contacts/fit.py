@@ -67,6 +67,8 @@ class ContactFit:
         tables. The fit is corrected for it.
     models : dict
         Model of each mode alone, up to its largest measured amplitude.
+    source : FitSource
+        What further results are computed from.
     """
 
     laws: dict[str, GroupLaw]
@@ -100,7 +102,6 @@ class ContactFit:
             damping=self.source.tables.values[mode][1],
             frequency_deviation=points.deviation[0],
             damping_deviation=points.deviation[1],
-            points={},
             unit="m",
             steady=points.steady,
         )

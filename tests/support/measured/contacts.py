@@ -45,7 +45,6 @@ def backbone(model, noise, seed, mode=0, points=20):
         damping=zeta * (1.0 + noise * rng.standard_normal(points)),
         frequency_deviation=noise * zeta * omega,
         damping_deviation=noise * zeta,
-        points={},
         unit="m",
         steady=True,
     )
@@ -77,6 +76,5 @@ def free_decay(structure, groups, noise, seed, start=4e-4, points=20):
         damping=zeta * (1.0 + noise * rng.standard_normal(points)),
         frequency_deviation=noise * zeta * omega,
         damping_deviation=noise * zeta,
-        points={},
         unit="m",
     )

@@ -209,7 +209,6 @@ POINTS = rom.DecayBackbone(
     damping=np.array([1e-3, 2e-3]),
     frequency_deviation=np.array([0.1, 0.1]),
     damping_deviation=np.array([1e-5, 1e-5]),
-    points={},
     unit="m",
 )
 
