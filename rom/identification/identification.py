@@ -56,6 +56,7 @@ class DecayBackbone:
     Attributes
     ----------
     mode : int
+        0 for A, 1 for B; of a structure its number.
     amplitude : (n,) ndarray
         [sensor unit]
     frequency : (n,) ndarray
@@ -108,7 +109,8 @@ class DecayBackbone:
                 ax.xaxis.get_major_locator().set_params(subs=(1.0, 2.0, 5.0))
                 ax.xaxis.set_major_formatter("{x:g}")
                 ax.xaxis.set_minor_formatter("")
-        axes[1].set_xlabel(f"amplitude of mode {'AB'[self.mode]} [{self.unit}]")
+        mode = "AB"[self.mode] if self.mode < 2 else f"{self.mode}"
+        axes[1].set_xlabel(f"amplitude of mode {mode} [{self.unit}]")
         return axes
 
 

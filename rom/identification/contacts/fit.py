@@ -224,15 +224,10 @@ class _Optimum(NamedTuple):
 
 def _optimum(problem: FitProblem) -> _Optimum:
     _, forms = problem.reductions(problem.initial)
-    starts = problem.starts(forms)
-    if not starts.size:
-        raise SlipmodeError(
-            "groups: the contacts have no motion at the measured amplitudes with the initial "
-            "laws; begin with laws that are closer to the data"
-        )
     none = np.zeros(len(problem.names), dtype=bool)
     fit = problem.fit(forms)
-    unknowns = min((fit(each, none) for each in starts), key=lambda each: each.cost).x
+    fitted = [fit(each, none) for each in problem.starts(forms)]
+    unknowns = min(fitted, key=lambda each: each.cost).x
     for _ in range(_MOST_TABLES):
         reductions, forms = problem.reductions(unknowns)
         with warnings.catch_warnings(record=True) as caught, naming("fitted laws"):

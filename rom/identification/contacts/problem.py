@@ -140,7 +140,8 @@ class FitProblem:
     def jacobian(self, forms: Forms, unknowns: Floats) -> Floats:
         """Return the derivatives of the residuals, (residuals, names)."""
         found = self.residuals(forms, unknowns + _STEP * np.eye(unknowns.size + 1)[:, 1:])
-        return np.asarray((found[1:] - found[0]).T / _STEP)
+        # 0 where the contacts have no motion with the changed unknown.
+        return np.asarray(np.nan_to_num((found[1:] - found[0]).T / _STEP))
 
     def fit(self, forms: Forms, correction: Any = 0.0) -> Fit:
         """Return the function that fits unknowns by least squares, see `posterior.Fit`."""
@@ -161,8 +162,9 @@ class FitProblem:
             def jacobian(x: Floats) -> Floats:
                 return self.jacobian(forms, whole(x))[:, free]
 
-            if not free.any():
-                return Minimum(start, 0.5 * float(np.sum(residuals(start[free]) ** 2)))
+            cost = 0.5 * float(np.sum(residuals(start[free]) ** 2))
+            if not (free.any() and np.isfinite(cost)):
+                return Minimum(start, cost if np.isfinite(cost) else np.inf)
             low, high = self.bounds[:, free]
             found = least_squares(
                 residuals, start[free], jacobian, (low, high), x_scale="jac", ftol=1e-6
@@ -180,8 +182,7 @@ class FitProblem:
         tried = np.clip(self.initial + spread, *self.bounds)
         tried[0] = self.initial
         cost = np.sum(self.residuals(forms, tried) ** 2, axis=1)
-        best = np.argsort(cost)[:_STARTS]  # NaN is last
-        return np.asarray(tried[best[np.isfinite(cost[best])]])
+        return np.asarray(tried[np.argsort(cost)[:_STARTS]])  # NaN is last
 
     def tables(self, reductions: Mapping[int, Reduced], forms: Forms, unknowns: Floats) -> Tables:
         """Return backbones by friction tables."""

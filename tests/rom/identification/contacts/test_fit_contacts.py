@@ -51,7 +51,7 @@ def test_laws_from_free_decays_in_full_order():
         measured = free_decay(chain(seed), WALL, 0.02, seed)
         start = moved(WALL, np.random.default_rng(seed)) | {"joint": WALL["joint"]}
         fit = rom.fit_contacts(chain(seed), {0: measured}, start, sensor=SENSOR, fixed=JOINT_KNOWN)
-        assert fit.parameters["wall.limit"] == pytest.approx(0.5, rel=5e-3)  # 1.5e-3
+        assert fit.parameters["wall.limit"] == pytest.approx(0.5, rel=3e-3)  # 1.4e-3
         assert fit.parameters["wall.stiffness"] == pytest.approx(2e4, rel=2e-3)  # 5e-4
         assert fit.unidentified == () and fit.combinations == {}
         found += hits(fit, WALL)
@@ -152,8 +152,8 @@ def test_fitted_backbone_and_model():
     fitted = fit.backbone(0)
     off = (fitted.damping - measured.damping) / measured.damping_deviation
     assert np.sqrt(np.mean(off**2)) < 1.5
-    table = fit.models[0].table
-    assert table.amplitude_range[0] > 1e-5
+    axes = replace(fitted, mode=2).plot()
+    assert axes[1].get_xlabel() == "amplitude of mode 2 [m]"
     assert fit.law.groups[1][0] == fit.laws["wall"]
     with pytest.raises(rom.SlipmodeError, match="mode = 1: must be one of 0"):
         fit.backbone(1)
