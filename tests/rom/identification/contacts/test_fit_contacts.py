@@ -17,6 +17,7 @@ from measured.contacts import (
 )
 
 from slipmode import rom
+from slipmode.rom.identification.fit import jackknife_variance
 
 WALL = {"joint": (rom.Jenkins(10.0, 1e4), [0, 1]), "wall": (rom.Jenkins(0.5, 2e4), [2])}
 JOINT_KNOWN = ("joint.limit", "joint.stiffness")
@@ -193,9 +194,14 @@ def test_laws_from_an_identified_backbone():
         records.append(rom.Record(f"hit{k}", signal[np.newaxis], 1000.0))
     data = rom.Measurement(records, "displacement", "um", ("sensor",))
     found = rom.identify(data, bands=[(45.0, 70.0)], law="power")
+    measured = found.backbone()
+    scatter = np.sqrt(jackknife_variance(measured.left_out))
+    assert scatter == pytest.approx(
+        np.stack((measured.frequency_deviation, measured.damping_deviation))
+    )
     fixed = ("all.force", "all.beta")
     fit = rom.fit_contacts(
-        chain(1), {0: found.backbone()}, groups, sensor=SENSOR, fixed=fixed, adjust=("damping",)
+        chain(1), {0: measured}, groups, sensor=SENSOR, fixed=fixed, adjust=("damping",)
     )
     fit.interval.pop("mode 0.damping")
     assert fit.parameters["all.stiffness"] == pytest.approx(2e4, rel=0.01)
