@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import field
+from itertools import compress
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
@@ -241,10 +242,9 @@ def _optimum(problem: FitProblem) -> _Optimum:
         if np.linalg.norm(J @ (following - unknowns)) <= _CONVERGED:
             for each in caught:
                 warnings.warn(each.message, each.category, stacklevel=3)
-            minimum = Minimum(unknowns, 0.5 * float(residuals @ residuals))
             of_data = residuals[: -unknowns.size]  # without those of the initial values
-            freedom = of_data.size - unknowns.size
-            misfit = float(np.sqrt(of_data @ of_data / freedom))
+            misfit = float(np.sqrt(of_data @ of_data / (of_data.size - unknowns.size)))
+            minimum = Minimum(unknowns, 0.5 * float(residuals @ residuals))
             return _Optimum(minimum, misfit, J, tables, fit)
         unknowns = following
     raise SlipmodeError(
@@ -262,22 +262,20 @@ def _result(problem: FitProblem, optimum: _Optimum) -> ContactFit:
         )
         warn([Finding("contact laws", "uncertain", reason, "warning")], stacklevel=4)
     posterior = _posterior(problem, optimum)
+    names = problem.names
     values, low, high = (
-        {
-            name: float(parameter_value(name, each))
-            for name, each in zip(problem.names, logarithms, strict=True)
-        }
+        [float(parameter_value(name, each)) for name, each in zip(names, logarithms, strict=True)]
         for logarithms in (x, *posterior.interval)
     )
-    is_open = dict(zip(problem.names, posterior.is_open, strict=True))
+    unidentified = tuple(compress(names, posterior.is_open))
     determined, undetermined = posterior.combinations()
     return ContactFit(
         laws=problem.groups.laws(x[: len(problem.groups.names)]),
         law=problem.law(x),
-        parameters=values,
-        interval={name: (low[name], high[name]) for name in problem.names},
-        identified=tuple(name for name in problem.names if not is_open[name]),
-        unidentified=tuple(name for name in problem.names if is_open[name]),
+        parameters=dict(zip(names, values, strict=True)),
+        interval=dict(zip(names, zip(low, high, strict=True), strict=True)),
+        identified=tuple(name for name in names if name not in unidentified),
+        unidentified=unidentified,
         combinations=determined,
         undetermined=undetermined,
         misfit=misfit,

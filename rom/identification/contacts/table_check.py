@@ -13,14 +13,14 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.table.tabulation import tabulate
 
 # Range of the table relative to the largest amplitude by the closed form, which may be too small.
-_HEADROOM = 1.1
+_MARGIN = 1.1
 TABLE_TOLERANCE = 1e-3
 
 
 def tabulated(reduced: Reduced, law: Contacts, amplitude: Floats) -> Model:
     """Return the model of one mode up to amplitudes |a| (points,) [kg^1/2 m]."""
     return tabulate(
-        reduced, law, (_HEADROOM * float(amplitude.max()),), TABLE_TOLERANCE, detuning=True
+        reduced, law, (_MARGIN * float(amplitude.max()),), TABLE_TOLERANCE, detuning=True
     )
 
 
