@@ -24,6 +24,7 @@ from slipmode.rom.cyclic.travelling_wave import (
     travelling_wave,
 )
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
@@ -73,6 +74,7 @@ __all__ = [
     "Accuracy",
     "Backbone",
     "CombinationResonance",
+    "ContactFit",
     "ContactPairs",
     "Contacts",
     "Coulomb",
@@ -126,6 +128,7 @@ __all__ = [
     "combination_resonances",
     "contact_pairs",
     "decay_rates",
+    "fit_contacts",
     "identify",
     "identify_sine",
     "limit_cycles",

@@ -12,5 +12,6 @@ fit.py             the fit to the raw signals; scatter between records
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
 sine/              identify_sine(): steady sine tests of one mode
+contacts/          fit_contacts(): contact laws of a structure from backbones
 models/            the law as a model that runs
 """

@@ -49,11 +49,14 @@ BAND = 0.2  # opacity of bands in pictures
 
 @frozen
 class DecayBackbone:
-    """Frequency and damping of a mode against its amplitude, by an identified law.
+    """Frequency and damping of a mode against its amplitude.
+
+    By an identified law, or as measured otherwise, for `fit_contacts`.
 
     Attributes
     ----------
     mode : int
+        0 for A, 1 for B; of a structure its number.
     amplitude : (n,) ndarray
         [sensor unit]
     frequency : (n,) ndarray
@@ -62,10 +65,15 @@ class DecayBackbone:
         Damping ratio delta / omega [-].
     frequency_deviation, damping_deviation : (n,) ndarray
         Standard deviations by the scatter between records. Infinite for fewer than three.
-    points : dict
-        By name of the record, the `LocalRates` of the first look.
     unit : str
         Of the amplitudes.
+    points : dict
+        By name of the record, the `LocalRates` of the first look.
+    left_out : (records, 2, n) ndarray
+        Frequency and damping by the law without each of the records. Empty if the deviations of
+        the n values are independent.
+    steady : bool
+        Whether the vibration is steady, in sine tests; else it is free.
     """
 
     mode: int
@@ -74,8 +82,10 @@ class DecayBackbone:
     damping: Floats
     frequency_deviation: Floats
     damping_deviation: Floats
-    points: Mapping[str, LocalRates]
     unit: str
+    points: Mapping[str, LocalRates] = field(default_factory=dict)
+    left_out: Floats = field(default_factory=lambda: np.zeros((0, 2, 0)))
+    steady: bool = False
 
     def plot(self, axes: tuple[Axes, Axes] | None = None) -> Any:
         """Draw frequency [Hz] and damping ratio with bands of two standard deviations."""
@@ -99,7 +109,8 @@ class DecayBackbone:
                 ax.xaxis.get_major_locator().set_params(subs=(1.0, 2.0, 5.0))
                 ax.xaxis.set_major_formatter("{x:g}")
                 ax.xaxis.set_minor_formatter("")
-        axes[1].set_xlabel(f"amplitude of mode {'AB'[self.mode]} [{self.unit}]")
+        mode = "AB"[self.mode] if self.mode < 2 else f"{self.mode}"
+        axes[1].set_xlabel(f"amplitude of mode {mode} [{self.unit}]")
         return axes
 
 
@@ -223,8 +234,9 @@ class Identification:
             zeta[0],
             self._deviations(omega[1:]),
             self._deviations(zeta[1:]),
-            points,
             self.source.measurement.unit,
+            points,
+            np.stack((omega[1:], zeta[1:]), axis=1),
         )
 
     def predict(self, record: str | int | Record, extrapolate: bool = False) -> Prediction:

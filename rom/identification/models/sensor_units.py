@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.slow_laws import SlowLaw
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2], of accelerometers in g
-_QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
+QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
 _PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}
 _UNIT = re.compile(r"([munµμ]?)m(/s(?:(?:\^|\*\*)?2|²)?)?")
 
@@ -27,7 +27,7 @@ def sensor_unit(unit: str) -> tuple[str, float]:
             f"unit = {unit!r}: must be m, m/s, m/s^2 (also with prefix m, u or n) or g"
         )
     derivatives = 0 if found[2] is None else 1 if found[2] == "/s" else 2
-    return _QUANTITIES[derivatives], _PREFIXES[found[1]]
+    return QUANTITIES[derivatives], _PREFIXES[found[1]]
 
 
 def shape_at_sensor(modes: int, modal_mass: Any, mode_shape: Any) -> Floats:
@@ -59,4 +59,4 @@ def sensor_factors(law: SlowLaw, unit: str, shape: Floats) -> Complexes:
     """
     quantity, size = sensor_unit(unit)
     omega = law.frequencies(*np.zeros((law.form.modes, 1)))[:, 0]
-    return np.asarray(2.0 * shape * (1j * omega) ** _QUANTITIES.index(quantity) / size)
+    return np.asarray(2.0 * shape * (1j * omega) ** QUANTITIES.index(quantity) / size)

@@ -98,8 +98,18 @@ class SineIdentification:
         omega_deviation, deviation = (
             np.sqrt(jackknife_variance(each[1:])) for each in (rates.imag, damping)
         )
+        left_out = np.stack((rates.imag[1:], damping[1:]), axis=1)
         return DecayBackbone(
-            0, a, rates.imag[0], damping[0], omega_deviation, deviation, points, self.unit
+            mode=0,
+            amplitude=a,
+            frequency=rates.imag[0],
+            damping=damping[0],
+            frequency_deviation=omega_deviation,
+            damping_deviation=deviation,
+            points=points,
+            unit=self.unit,
+            left_out=left_out,
+            steady=True,
         )
 
     def predict(

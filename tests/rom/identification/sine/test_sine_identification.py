@@ -113,6 +113,7 @@ def test_intervals_contain_the_truth():
 
 def test_backbones_have_bands_and_points(found):
     line = found.backbone()
+    assert line.steady
     assert line.amplitude[[0, -1]] == pytest.approx(found.range[0])
     x = line.amplitude / line.frequency**2
     damping = TRUE.stiffness(TRUE.omega, x).imag / (2.0 * TRUE.m * TRUE.omega**2)
