@@ -17,8 +17,9 @@ from importlib.metadata import version
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
+from slipmode.rom.identification.identification import Identification, identify
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
+from slipmode.rom.identification.models.identified import IdentifiedBackbone, IdentifiedLaw
 from slipmode.rom.identification.prediction import Prediction
 from slipmode.rom.identification.reading import read_measurement
 from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
@@ -68,10 +69,11 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
-    "DecayBackbone",
     "Friction",
     "FrictionalContact",
     "Identification",
+    "IdentifiedBackbone",
+    "IdentifiedLaw",
     "Iwan",
     "Jenkins",
     "Labels",

@@ -49,7 +49,7 @@ def test_one_step_of_the_jackknife_is_close_to_fits_without_a_record():
     for k in (0, 3):
         others = [i for i in range(6) if i != k]
         full = fit(decays.only(others), law.form, law.values, start[:, others]).law.values
-        step = found.source.left_out[k].values
+        step = found.uncertainty.left_out[k].values
         free = law.form.free
         deviation = np.array(list(found.deviation.values()))
         assert np.abs((full - step)[free] / deviation).max() < 0.3
