@@ -269,7 +269,7 @@ class IdentifiedLaw:
         return shape_at_sensor(self.law.form.modes, modal_mass, mode_shape)
 
     def _check_range(self, mode: int, largest: float, extrapolate: bool) -> None:
-        """Refuse amplitudes [sensor unit] beyond the measured range, unless asked for."""
+        """Refuse amplitudes [sensor unit] beyond the range, unless `extrapolate` is true."""
         if largest > self.range[mode, 1] * (1.0 + 1e-12) and not extrapolate:
             raise SlipmodeError(
                 f"amplitude: {largest:.4g} is beyond the largest measured amplitude of mode "
