@@ -54,9 +54,14 @@ class ErrorBudget:
         return 0.6 * self.resolution
 
     @property
+    def harmonics(self) -> float:
+        """Change of S_j by harmonics beyond the fifth to which no mode responds in the model."""
+        return 0.5 * self.tolerance
+
+    @property
     def response(self) -> float:
-        """Error of the contact motion due to a harmonic to which no mode responds in the model."""
-        return 0.1 * self.tolerance
+        """Motion of the contacts due to one such harmonic, if the model has those with more."""
+        return 0.05 * self.tolerance
 
     @property
     def modes(self) -> float:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 
+from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding
 
 
@@ -30,10 +31,10 @@ class Accuracy:
     periodicity : float
         Largest distance from a periodic contact motion.
     neglected_response : float
-        Largest contact motion due to the response of modes to one higher-order harmonic that the
-        table leaves out, relative to the motion without friction. 0 if the table has every
-        harmonic that counts; infinity if it could not be measured, because the contact motion
-        converges at none of the amplitudes that are tried.
+        Relative change of S_j by the response of modes to higher-order harmonics that the table
+        leaves out, the largest at a few amplitudes. Where the contact motion does not converge
+        with that response: the largest motion due to one harmonic, relative to the motion without
+        friction; infinity if none converges. 0 if the table has every harmonic that counts.
     neglected_modes : float
         Estimated relative change of S_j by the modes of the reduction that the table neglects: sum
         of their forces on the contacts, relative to those of the contact stiffness.
@@ -62,8 +63,9 @@ class Accuracy:
 
     @property
     def total(self) -> float:
-        """Stated error of S_j at the carriers: interpolation, resolution and neglected modes."""
-        return self.interpolation + self.resolution + self.neglected_modes
+        """Stated error of S_j at the carriers: of the table, and of what it neglects if known."""
+        harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
+        return self.interpolation + self.resolution + harmonics + self.neglected_modes
 
     def findings(self) -> list[Finding]:
         """Return warnings of a table that misses its tolerance or neglects a response of modes."""
@@ -75,7 +77,7 @@ class Accuracy:
                 f"{self.tolerance:g}; compare with slipmode validate"
             )
             found.append(Finding("friction", "uncertain", reason, "warning"))
-        if neglected := self.neglected_response:
+        if (neglected := self.neglected_response) > ErrorBudget(self.tolerance).harmonics:
             reason = (
                 "the contact motion at the largest amplitudes does not converge, so the response "
                 "to harmonics beyond the fifth is not known and is left out"

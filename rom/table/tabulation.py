@@ -14,7 +14,10 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.higher_order_harmonics import (
+    change_by_harmonics,
+    higher_order_harmonics,
+)
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
 from slipmode.rom.contact.slip_onset import onset_lines
@@ -236,9 +239,9 @@ class _Task:
         Where it does not converge so either, weak modes and harmonics beyond the fifth are left
         out. The table states the neglected response.
         """
-        reduced, budget = self.problem.reduced, self.budget
+        reduced, budget, ends = self.problem.reduced, self.budget, self.amplitude_range
         if reduced.formulation == "paper":
-            return self._refined(reduced, {})
+            return self._refined(reduced, {}, budget.interpolation)
         all_orders = HIGHEST_HARMONIC[1]
         attempts = [(all_orders, all_orders)] if len(reduced.modes) == 1 else []
         strongest: dict[Order, float] | None = None  # of the first attempt; None: not known
@@ -247,23 +250,28 @@ class _Task:
             problem = self._problem(few)
             grid = trial_grid(problem, self.tolerance)
             try:
-                higher = higher_order_harmonics(
-                    problem, grid, self.amplitude_range, budget.response, highest
-                )
+                higher = higher_order_harmonics(problem, grid, ends, budget.response, highest)
             except UnsettledError:
                 continue
             strongest = higher if strongest is None else strongest
             left = [strongest[order] for order in strongest if order not in higher]
+            neglected = 0.0
             try:
-                found = self._refined(few, higher)
+                # Tables of two modes take half the time without them.
+                if higher and len(reduced.modes) == 2:
+                    change = change_by_harmonics(problem, higher, grid, ends, budget.response)
+                    if change <= budget.harmonics:
+                        higher, neglected = {}, change
+                found = self._refined(few, higher, budget.interpolation - neglected)
             except UnsettledError:
                 if not higher:
                     raise
                 continue
-            return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
+            neglected = max(left, default=neglected)
+            return found._replace(neglected_response=neglected, neglected_modes=share)
         left = [np.inf] if strongest is None else list(strongest.values())
         few, share = with_responding(reduced, self.tolerance, RESPONSE_ORDER)
-        found = self._refined(few, {})
+        found = self._refined(few, {}, budget.interpolation)
         return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
 
     def _problem(
@@ -272,8 +280,10 @@ class _Task:
         own = self.problem
         return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
 
-    def _refined(self, reduced: Reduced, higher: Mapping[Order, float]) -> _Refined:
-        """Return the table to the tolerance, or as close as it comes."""
+    def _refined(
+        self, reduced: Reduced, higher: Mapping[Order, float], allowed: float
+    ) -> _Refined:
+        """Return the table with an allowed interpolation error, or as close as it comes."""
         budget, ends, modes = self.budget, self.amplitude_range, len(reduced.modes)
         trial = self._problem(reduced, 1, list(higher))
         search = ResolutionSearch(trial, ends, self.mapped, self.time_budget, bool(higher))
@@ -300,14 +310,14 @@ class _Task:
                 noise=budget.march,
                 kept=self.harmonics > 0,
             )
-            made = refine(sampling, budget.interpolation, self.time_budget)
+            made = refine(sampling, allowed, self.time_budget)
             tables.append(_Refined(torus, each, samples, *made))
             # At the onset of slip steps may be too long, and of two motions that contacts may come
             # to, other steps may find one. Of elastic contacts, errors up to twice the tolerance
             # are stated instead, as a finer table takes four times as long; so are errors of two
             # modes, where it would take minutes. Errors of more than four times the tolerance are
             # jumps of friction.
-            share = tables[0].error / budget.interpolation
+            share = tables[0].error / allowed
             stated = 1.0 if reduced.contacts is None else 2.0
             if modes == 2 or not stated < share <= 4.0:
                 break
