@@ -32,8 +32,7 @@ from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.passes import IntegratedPass
-from slipmode.runner.validation.reference import MOST_DOFS, full_motion
-from slipmode.runner.validation.validate import slow_motion, with_window
+from slipmode.runner.validation.validate import MOST_DOFS, full_motion, slow_motion, with_window
 
 _ERROR = 1e-3
 _STEPS = (16, 20, 24, 32, 40, 48, 64, 96, 128)  # per period, of full order

@@ -1,7 +1,7 @@
 """Sphinx: `make docs` builds these pages into build/docs.
 
-The keys of scenes come from slipmode.runner.scene.reference, commands from their parser, the API
-from docstrings: nothing is written down twice.
+The keys of scenes come from their declarations, commands from their parser, the API from
+docstrings: nothing is written down twice.
 """
 
 import re
@@ -11,10 +11,10 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from slipmode.rom import __version__
-from slipmode.runner.scene.reference import as_markdown as keys_of_scenes
 
-sys.path.insert(0, str(Path(__file__).parent))  # for commands.py and mathml.py
+sys.path.insert(0, str(Path(__file__).parent))  # for commands.py, scene_keys.py, mathml.py
 from commands import as_markdown as all_commands
+from scene_keys import as_markdown as keys_of_scenes
 
 project = "slipmode"
 version = release = __version__

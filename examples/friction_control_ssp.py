@@ -22,8 +22,7 @@ from fmpy.ssp.ssd import find_components, read_ssd, read_ssv
 from friction_control import SCENE, most_damped
 
 from slipmode import runner
-from slipmode.fmu.archive.binaries import extension, folder, host_platform
-from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.fmu.archive.binaries import extension, fmi_headers, folder, host_platform
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.fmi.ssp import Part, write_ssp
 

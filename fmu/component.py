@@ -33,11 +33,7 @@ from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.force_response import (
-    AppliedForces,
-    ForcePatterns,
-    phasor,
-)
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
@@ -89,10 +85,9 @@ class Component:
     def __init__(
         self, model: Model, force_patterns: ForcePatterns | None = None, **options: Any
     ) -> None:
-        chosen = ComponentOptions(**options)
-        last, elastic = model.reduced.n_dofs - 1, list(chosen.elastic)
-        if not all(0 <= dof <= last for dof in elastic):
-            raise SlipmodeError(f"elastic: DOFs must be 0 to {last}, got {elastic}")
+        chosen, last = ComponentOptions(**options), model.reduced.n_dofs - 1
+        if not all(0 <= dof <= last for dof in chosen.elastic):
+            raise SlipmodeError(f"elastic: DOFs must be 0 to {last}, got {list(chosen.elastic)}")
         self.model = model
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
@@ -227,10 +222,9 @@ class Component:
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
         outputs = np.empty((len(lengths), len(self.output_names)))
+        addresses = [each.ctypes.data for each in (lengths, scaled, outputs)]
         done = ctypes.c_size_t()
-        given, address = (lengths.ctypes.data, scaled.ctypes.data), outputs.ctypes.data
-        run = kernel.lib.sm_component_run
-        status = run(self._handle, allowed, *given, address, ctypes.byref(done))
+        status = kernel.lib.sm_component_run(self._handle, allowed, *addresses, ctypes.byref(done))
         k = done.value
         if k > 0:
             self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
@@ -289,9 +283,9 @@ class Component:
         """Continue from a state of this component, or of another component of the same model."""
         given = kernel.contiguous(state)
         count = kernel.lib.sm_component_state_count(self._handle)
-        own = self._inputs.size
-        if given.shape != (count + own,):
-            raise SlipmodeError(f"state: must have {count + own} entries, got {given.size}")
+        size = count + self._inputs.size
+        if given.shape != (size,):
+            raise SlipmodeError(f"state: must have {size} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
         kernel.check(kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
@@ -365,9 +359,8 @@ class Component:
             reason = self._departure(duration)
         own = self._named.modal(self._inputs)
         kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
-        return StoppedError(
-            f"stopped at t = {self.time:g} s: {reason}", self.time, outputs, outside
-        )
+        words = f"stopped at t = {self.time:g} s: {reason}"
+        return StoppedError(words, self.time, outputs, outside)
 
     def _departure(self, duration: float) -> str:
         """Return which amplitude leaves the table during a step, and when."""

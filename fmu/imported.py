@@ -35,10 +35,7 @@ simulation = extra("fmpy.simulation", "fmu")
 class Archive:
     """An FMU for Co-Simulation that can be loaded on this machine.
 
-    Parameters
-    ----------
-    path : path
-        The .fmu file.
+    Raises SlipmodeError if the file is not such an FMU.
 
     Attributes
     ----------
@@ -52,11 +49,6 @@ class Archive:
         Hash of its model by `resources.identity`; "" if it has none.
     amplitude_range : tuple of float
         Largest amplitudes of its friction table [kg^1/2 m], by mode; empty if it has none.
-
-    Raises
-    ------
-    SlipmodeError
-        If the file is not such an FMU.
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
@@ -83,28 +75,22 @@ class Archive:
 
     def require(self, names: Iterable[str], present: Iterable[str], words: str) -> None:
         """Raise SlipmodeError if a name is not among the present names, described by `words`."""
-        found, shown_names = list(present), 12
-        shown = ", ".join(found[:shown_names]) + (", ..." if len(found) > shown_names else "")
+        found = list(present)
+        shown = ", ".join(found[:12]) + (", ..." if len(found) > 12 else "")
         for name in names:
             if name not in found:
                 raise SlipmodeError(f"{self.path}: {name} is not among its {words}: {shown}")
 
     def _references(self, causality: str) -> dict[str, int]:
-        return {
-            variable.name: int(variable.valueReference)
-            for variable in self.description.modelVariables
-            if variable.causality == causality
-            and variable.type in ("Real", "Float64")
-            and not variable.dimensions
-        }
+        variables = [v for v in self.description.modelVariables if v.causality == causality]
+        numbers = [v for v in variables if v.type in ("Real", "Float64") and not v.dimensions]
+        return {v.name: int(v.valueReference) for v in numbers}
 
     def _check_library(self) -> None:
         host = host_platform()
         identifier = self.description.coSimulation.modelIdentifier
         library = library_path(host, int(self.fmi[0]), identifier)
-        with zipfile.ZipFile(self.path) as archive:
-            present = library in archive.namelist()
-        if not present:
+        if not zipfile.Path(self.path, library).exists():
             platforms = ", ".join(fmpy.supported_platforms(self.path)) or "none"
             raise SlipmodeError(f"{self.path}: has no library for {host}, only for {platforms}")
 
@@ -238,15 +224,11 @@ class Imported:
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values.
 
-        Raises
-        ------
-        SlipmodeError
-            If a name is unknown or the FMU refuses a value.
+        Raises SlipmodeError if a name is unknown or the FMU refuses a value.
         """
-        for name in values:
-            if name not in self._inputs:
-                known = ", ".join(self._inputs)
-                raise SlipmodeError(f"{name}: not an input; inputs are {known}")
+        for name in values.keys() - self._inputs.keys():
+            known = ", ".join(self._inputs)
+            raise SlipmodeError(f"{name}: not an input; inputs are {known}")
         try:
             self._set([self._inputs[name] for name in values], list(values.values()))
         except fmi1.FMICallException as error:
@@ -255,10 +237,7 @@ class Imported:
     def do_step(self, time: float, duration: float) -> None:
         """Advance from `time`, the present time, by `duration` > 0 [s].
 
-        Raises
-        ------
-        StoppedError
-            If the FMU refuses the step; the message has the reason that it logged.
+        Raises StoppedError, with the reason that the FMU logged, if it refuses the step.
         """
         if not abs(time - self._time) <= 1e-9 * max(1.0, abs(self._time)):
             raise SlipmodeError(f"time: the FMU stands at {self._time:g} s, not at {time:g} s")
@@ -274,11 +253,8 @@ class Imported:
     def run(self, durations: Floats, inputs: Floats) -> Floats:
         """Advance by many steps with inputs (steps, inputs); return outputs (steps, outputs).
 
-        Raises
-        ------
-        StoppedError
-            If a step fails; it has the outputs of the steps before. The FMU keeps the inputs of
-            the failed step.
+        Raises StoppedError, with the outputs of the steps before, if a step fails. The FMU keeps
+        the inputs of the failed step.
         """
         references = list(self._inputs.values())
         outputs = np.empty((len(durations), len(self.output_names)))

@@ -40,16 +40,15 @@ _RATES = [
 _RATES.append(place("limit_scale_rate"))
 
 
+def rate_of(name: str) -> str:
+    """Return the name of the rate of an input: force_rate_A of force_A, limit_scale_rate."""
+    return f"{name}_rate" if name == "limit_scale" else name.replace("_", "_rate_")
+
+
 class Inputs:
     """Names of a model's inputs, and records (n, width) of them for the core.
 
-    Parameters
-    ----------
-    model : Model
-    force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        Forces that a force input of 1 N represents. Default: the input is the modal force.
-    mode_names : sequence of str
-        See `present_modes`.
+    `force_patterns` and `mode_names` are as for `Component`.
     """
 
     def __init__(

@@ -16,8 +16,7 @@ import sysconfig
 import tempfile
 from pathlib import Path
 
-from slipmode.fmu.archive.binaries import host_platform
-from slipmode.fmu.archive.cross_compiler import TARGETS
+from slipmode.fmu.archive.binaries import TARGETS, host_platform
 
 ROOT = Path(__file__).parents[1]
 TOOLCHAIN = ROOT / "release" / "zig.cmake"

@@ -15,6 +15,10 @@ import logging
 from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
+from slipmode.rom.cyclic.disks import lumped_disk
+from slipmode.rom.cyclic.mistuned_disk import DiskResponse, MistunedDisk
+from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.travelling_wave import TravellingWave, WaveState, travelling_wave
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.identification import Identification, identify
@@ -69,6 +73,8 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "CyclicStructure",
+    "DiskResponse",
     "Friction",
     "FrictionalContact",
     "Identification",
@@ -80,6 +86,7 @@ __all__ = [
     "LimitCycle",
     "LocalRates",
     "Measurement",
+    "MistunedDisk",
     "ModeTable",
     "Model",
     "Motion",
@@ -108,8 +115,10 @@ __all__ = [
     "SteadyState",
     "Structure",
     "Tanh",
+    "TravellingWave",
     "Units",
     "ValidityWarning",
+    "WaveState",
     "__version__",
     "backbone",
     "combination_resonances",
@@ -119,6 +128,7 @@ __all__ = [
     "identify_sine",
     "limit_cycles",
     "load_structure",
+    "lumped_disk",
     "model_of_rates",
     "modes",
     "motion_patches",
@@ -135,6 +145,7 @@ __all__ = [
     "steady_state",
     "sum_harmonics",
     "tabulate",
+    "travelling_wave",
     "two_mass",
 ]
 

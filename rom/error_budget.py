@@ -61,7 +61,7 @@ class ErrorBudget:
     @property
     def response(self) -> float:
         """Motion of the contacts due to one such harmonic, if the model has those with more."""
-        return 0.05 * self.tolerance
+        return 0.1 * self.tolerance
 
     @property
     def modes(self) -> float:

@@ -4,7 +4,7 @@ recording = runner.run("two-mode")  # or the path of a scene
 runner.replay(recording.mcap)
 
 run.py       run: from the scene to the recording. Start here
-scene/ plan/ transients/ motion/ recording/ view/   in the order in which run needs them
+scene/ plan/ transients/ recording/ view/   in the order in which run needs them
 scenes/      the shipped scenes
 validation/  a scene compared with full order
 curves/      response curves, backbones, damper design of a scene

@@ -24,7 +24,7 @@ from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.run import run
-from slipmode.runner.scene.reference import as_text
+from slipmode.runner.scene.keys import table_text
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 from slipmode.runner.transients.passes import integration_cost
 from slipmode.runner.view.viewer import find_viewer
@@ -101,10 +101,8 @@ def _run(options: argparse.Namespace) -> int:
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
     print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
-    print(
-        f"  in all           {recording.total_seconds * 1e3:8.1f} ms  "
-        f"({recording.samples} samples of fast motion, recordings included)"
-    )
+    included = f"{recording.samples} samples of fast motion, recordings included"
+    print(f"  in all           {recording.total_seconds * 1e3:8.1f} ms  ({included})")
     for path in (recording.mcap, recording.rrd):
         if path:
             print(f"  {path}  ({path.stat().st_size / 1024:.0f} KiB)")
@@ -137,7 +135,7 @@ def _modes(options: argparse.Namespace) -> int:
 def _scenes(options: argparse.Namespace) -> int:
     shipped = shipped_scenes()
     if options.keys is not None:
-        print(as_text(options.keys))
+        print(table_text(options.keys))
     elif options.path is not None:
         if options.path not in shipped:
             raise SlipmodeError(f"{options.path}: no such scene; scenes: {', '.join(shipped)}")

@@ -12,7 +12,6 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.motion.record import contact_channels
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import RecordingData, read
@@ -26,6 +25,7 @@ from slipmode.runner.recording.record import (
 )
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.transients.motion import contact_channels
 from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
@@ -132,9 +132,7 @@ def run(
         from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
 
         plan = replace(plan, amplitude=range_of(fmu, plan))
-    model, cached = None, False
-    if scene.tabulated:
-        model, cached = plan.model(progress=progress)
+    model, cached = plan.model(progress=progress) if scene.tabulated else (None, False)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -159,7 +157,7 @@ def run(
         if model is None or component is None:
             pass_ = IntegratedPass(plan, recorder, raise_if_interrupted)
         else:
-            pass_ = SlowPass(plan, model, component, recorder, raise_if_interrupted)
+            pass_ = SlowPass(plan, recorder, raise_if_interrupted, model, component)
         pass_.run(progress)
     if mcap:
         write_layout(mcap, _channels(plan), plan.scene.units)

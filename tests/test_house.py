@@ -23,7 +23,7 @@ FLOORS = {
         "slow",
         "identification",
     ),
-    "runner": ("recording", "scene", "plan", "motion", "view"),
+    "runner": ("recording", "scene", "plan", "transients", "view"),
 }
 MOST_FILES, MOST_LINES = 12, 500
 

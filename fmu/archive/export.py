@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from importlib.metadata import files
 from os import PathLike
 from pathlib import Path
@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from slipmode.fmu.archive import binaries
-from slipmode.fmu.archive import cross_compiler as cross
 from slipmode.fmu.archive.resources import resource_files
 from slipmode.fmu.component import Component, findings_of
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
@@ -25,7 +24,7 @@ from slipmode.fmu.description.xml_files import (
     build_description,
     terminals_xml,
 )
-from slipmode.fmu.handle import takes
+from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError
@@ -92,15 +91,8 @@ def export(
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
     if force_patterns is not None:
         check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
-    component = Component(
-        model,
-        force_patterns,
-        contact=chosen.contact,
-        elastic=chosen.elastic,
-        mode_names=chosen.mode_names,
-        tolerance=chosen.tolerance,
-        warned=False,
-    )
+    shared = {field.name: getattr(chosen, field.name) for field in fields(ComponentOptions)}
+    component = Component(model, force_patterns, **shared | {"warned": False})
     variables = list_variables(model, force_patterns is not None, chosen)
     resources = resource_files(model, force_patterns, chosen, variables)
     if chosen.fmi == 2:
@@ -115,15 +107,12 @@ def export(
     )
     host = binaries.host_platform()
     libraries = {host: binaries.host_binary()}
-    libraries |= {
-        other: cross.platform_binary(other) for other in chosen.platforms if other != host
-    }
+    others = [platform for platform in chosen.platforms if platform != host]
+    libraries |= {platform: binaries.platform_binary(platform) for platform in others}
+    paths = {at: binaries.library_path(at, chosen.fmi, MODEL_IDENTIFIER) for at in libraries}
     content = {
         "modelDescription.xml": description.to_bytes(),
-        **{
-            binaries.library_path(at, chosen.fmi, MODEL_IDENTIFIER): library
-            for at, library in libraries.items()
-        },
+        **{paths[at]: library for at, library in libraries.items()},
         **{f"resources/{file}": content for file, content in resources.items()},
         **{f"sources/{file}": source.read_bytes() for file, source in sources.items()},
         "documentation/licenses/slipmode.txt": _license(),
@@ -155,12 +144,10 @@ def _forcing_findings(model: Model, options: ExportOptions) -> list[Finding]:
 
 def _summary(model: Model) -> str:
     modes = "one mode" if model.modes == 1 else "two modes"
-    contacts = contact_count(model)
-    return (
-        f"Amplitudes of {modes} of a structure with {contacts} dry-friction "
-        f"contact{'s' if contacts > 1 else ''} in slow time, {model.reduced.formulation} "
-        "formulation"
-    )
+    count = contact_count(model)
+    contacts = f"{count} dry-friction contact{'s' if count > 1 else ''}"
+    way = f"in slow time, {model.reduced.formulation} formulation"
+    return f"Amplitudes of {modes} of a structure with {contacts} {way}"
 
 
 def _license() -> bytes:

@@ -41,8 +41,7 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    constants = _constants(model, force_patterns, slow_flow(model, force_patterns), variables)
-    arrays = _arrays(model, force_patterns, options, variables, constants)
+    arrays = _arrays(model, force_patterns, options, variables)
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype=np.uint32)
@@ -77,13 +76,11 @@ def _arrays(
     force_patterns: ForcePatterns | None,
     options: ComponentOptions,
     variables: Sequence[Variable],
-    constants: Floats,
 ) -> dict[str, np.ndarray]:
     """Return the arrays in the order of checksums.npy and fmu/src/resources/model.c."""
     reduced, table, chosen = model.reduced, model.table, list(options.elastic)
     surface = response_surface(model, chosen) if options.contact else no_response(model)
-    contacts = _contacts(model)
-    nodes = (table.node_a.size, table.node_b.size)
+    contacts, nodes = _contacts(model), (table.node_a.size, table.node_b.size)
     layout = {
         "format": FORMAT,
         "modes": model.modes,
@@ -110,7 +107,7 @@ def _arrays(
     by_nodes = (*nodes, len(surface.orders))
     return {
         "layout": np.array(list(layout.values()), dtype=np.int32),
-        "constants": constants,
+        "constants": _constants(model, force_patterns, variables),
         "inputs": _with_starts(kernel.inputs(1).view(float).ravel(), variables, Kind.INPUT),
         "combinations": np.array(combinations, dtype=np.int32).reshape(-1, 3),
         "node_a": table.node_a,
@@ -160,13 +157,10 @@ def _contacts(model: Model) -> dict[str, Floats]:
 
 
 def _constants(
-    model: Model,
-    force_patterns: ForcePatterns | None,
-    flow: kernel.Structure,
-    variables: Sequence[Variable],
+    model: Model, force_patterns: ForcePatterns | None, variables: Sequence[Variable]
 ) -> Floats:
     """Return the struct `fmu_constants` of fmu/src/resources/model.h."""
-    nominal = np.zeros(3 * kernel.MODES + 1)
+    flow, nominal = slow_flow(model, force_patterns), np.zeros(3 * kernel.MODES + 1)
     for k, state in enumerate(states(variables)):
         nominal[k] = state.nominal
     parts = (

@@ -18,7 +18,7 @@ from slipmode.rom.laws.directions import law_words
 from slipmode.rom.slow.transient import TransientError
 
 
-def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding] = ()) -> bytes:
+def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding]) -> bytes:
     """Return the page that a tool opens as documentation; it lists findings as warnings."""
     warnings = [f"<li>{escape(each.line())}</li>" for each in findings if each.level != "info"]
     sections = []
@@ -32,7 +32,7 @@ def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding]
         fmi=given.options.fmi,
         version=version("slipmode"),
         facts=_table(_facts(model)),
-        validity=f"<li>{_contact_validity(model)}</li>\n<li>{_transient_validity(model)}</li>",
+        validity="\n".join(f"<li>{words}</li>" for words in _validity(model)),
         warnings="\n".join(["<h2>Warnings</h2>\n<ul>", *warnings, "</ul>"]) if warnings else "",
         variables="\n".join(sections),
     )
@@ -45,31 +45,31 @@ def contact_count(model: Model) -> int:
     return model.reduced.n_contacts if elements is None else len(elements.element)
 
 
-def _contact_validity(model: Model) -> str:
-    if model.reduced.contacts is None:
-        return "Contact motion is small against the modal motion; the contacts do not separate."
-    return (
-        "The modes are those of the structure whose contacts stick; two of them, at most, "
-        "dominate the motion."
-    )
-
-
-def _transient_validity(model: Model) -> str:
-    """Return what a change of the amplitudes within a cycle costs in accuracy, in words."""
+def _validity(model: Model) -> list[str]:
+    """Return what the model assumes, and what a change of amplitudes within a cycle costs."""
+    contacts = "Contact motion is small against the modal motion; the contacts do not separate."
+    if model.reduced.contacts is not None:
+        contacts = (
+            "The modes are those of the structure whose contacts stick; two of them, at most, "
+            "dominate the motion."
+        )
     largest, carrier = model.table.amplitude_range[np.newaxis], model.reduced.carrier
     rate = 0.01 * largest * carrier.min() / (2.0 * np.pi)
     error = TransientError.of(model.reduced, model.law).at(rate, carrier, largest) / largest
     listed = ", ".join(f"{100 * part:.2g} %" for part in error[0])
-    return (
+    transients = (
         "Amplitudes change little within a cycle. Where contacts slip and all amplitudes change "
         "by 1 % of the range of the friction table in a cycle, their estimated error is up to "
         f"{listed} of it. Steady states do not have this error."
     )
+    return [contacts, transients]
 
 
 def _facts(model: Model) -> list[tuple[str, ...]]:
     reduced, accuracy = model.reduced, model.accuracy
     combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
+    nodes = f"{model.table.node_a.size} x {model.table.node_b.size}"
+    ends = ", ".join(f"{value:g}" for value in model.table.amplitude_range)
     return [
         ("Formulation", reduced.formulation),
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
@@ -78,10 +78,9 @@ def _facts(model: Model) -> list[tuple[str, ...]]:
         ("Combination resonances", combinations),
         (
             "Friction table",
-            f"{model.table.node_a.size} x {model.table.node_b.size} amplitudes up to "
-            + ", ".join(f"{value:g}" for value in model.table.amplitude_range)
-            + f" kg^0.5 m; interpolation error {accuracy.interpolation:.1e}, "
-            f"resolution error {accuracy.resolution:.1e} of the largest value",
+            f"{nodes} amplitudes up to {ends} kg^0.5 m; interpolation error "
+            f"{accuracy.interpolation:.1e}, resolution error {accuracy.resolution:.1e} of the "
+            "largest value",
         ),
         ("Content hash of the model", model.hash),
     ]

@@ -20,20 +20,13 @@ MODEL_IDENTIFIER = "slipmode"
 
 @dataclass(frozen=True)
 class Origin:
-    """Origin of a model; None is not written.
+    """Origin of a model; None is not written."""
 
-    Attributes
-    ----------
-    author, copyright, license : str, optional
-        One line each, of the model. The library in the FMU has the license of slipmode.
-    generated : datetime, optional
-        With a time zone.
-    """
-
+    # author, copyright, license: One line each. The FMU's library has the license of slipmode
     author: str | None = None
     copyright: str | None = None
     license: str | None = None
-    generated: datetime | None = None
+    generated: datetime | None = None  # With a time zone
 
     def __post_init__(self) -> None:
         for key in ("author", "copyright", "license"):
@@ -53,20 +46,11 @@ class Origin:
 
 @frozen
 class Stimuli:
-    """Inputs of an experiment, step by step.
+    """Inputs of an experiment, step by step."""
 
-    Attributes
-    ----------
-    names : sequence of str
-        Names of inputs, each with its rate.
-    durations : (steps,) ndarray
-        Communication steps [s].
-    values : (steps, names) ndarray
-        Values at the start of each step, after jumps; during it inputs move at their rates.
-    """
-
-    names: Sequence[str]
-    durations: Floats
+    names: Sequence[str]  # Names of inputs, each with its rate
+    durations: Floats  # (steps,): Communication steps [s]
+    # (steps, names): At the start of each step, after jumps; in a step inputs move at their rates
     values: Floats
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipmode.fmu.component import Component
 from slipmode.fmu.description.options import ExportOptions, Stimuli
+from slipmode.fmu.inputs import rate_of
 from slipmode.fmu.stepping import StoppedError
 from slipmode.fmu.variables.variable import Kind, Variable
 
@@ -22,27 +23,17 @@ def reference_files(
     The result ends where the experiment leaves the friction table. Without stimuli the inputs
     keep their start values.
     """
-    start, stimuli = options.start, options.stimuli
+    start, stimuli, modes = options.start, options.stimuli, options.mode_names
     component.set_inputs(**{n: value for n, value in start.items() if n in component.input_names})
-    component.reset(
-        amplitude=[
-            complex(start.get(f"{mode}_re", 0.0), start.get(f"{mode}_im", 0.0))
-            for mode in options.mode_names
-        ]
-    )
+    parts = [[start.get(f"{mode}_{part}", 0.0) for part in ("re", "im")] for mode in modes]
+    component.reset(amplitude=[complex(*each) for each in parts])
     if stimuli is None:
         held = {v.name: float(v.start or 0.0) for v in variables if v.kind is Kind.INPUT}
         steps = max(round(options.stop_time / options.interval), 1)
         values = np.tile(list(held.values()), (steps, 1))
         stimuli = Stimuli(tuple(held), np.full(steps, options.interval), values)
-    names = ["time"]
-    names += [
-        v.name
-        for v in variables
-        if v.causality == "output"
-        and v.kind in (Kind.OUTPUT, Kind.START)
-        and v.name in component.output_names
-    ]
+    read = [v for v in variables if v.causality == "output" and v.name in component.output_names]
+    names = ["time", *(v.name for v in read if v.kind in (Kind.OUTPUT, Kind.START))]
     rows = _simulate(component, names, stimuli)
     manifest = Template(Path(__file__).with_name("fmi-ls-manifest.xml").read_text()).substitute(
         stop_time=float(options.stop_time),
@@ -63,10 +54,8 @@ def _stimuli_rows(stimuli: Stimuli) -> list[list[float]]:
     time = np.append(0.0, np.cumsum(stimuli.durations))
     ends = values.copy()
     for k, name in enumerate(names):
-        rate = name.replace("_", "_rate_", 1)
-        rate = "limit_scale_rate" if name == "limit_scale" else rate
-        if rate in names:
-            ends[:, k] += stimuli.durations * values[:, names.index(rate)]
+        if rate_of(name) in names:
+            ends[:, k] += stimuli.durations * values[:, names.index(rate_of(name))]
     rounding = 1e-12 * np.maximum(np.abs(values).max(axis=0), 1e-300)
     rows = [[0.0, *values[0]]]
     for k in range(1, len(time) - 1):

@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from slipmode.fmu.description.options import MODEL_IDENTIFIER, ExportOptions
-from slipmode.fmu.variables.quantities import UNITS, Quantity
-from slipmode.fmu.variables.variable import Kind, Type, Variable
+from slipmode.fmu.variables.variable import UNITS, Kind, Quantity, Type, Variable
 
 
 def to_bytes(root: Element) -> bytes:
@@ -57,12 +56,8 @@ class Fmi3Description:
         for quantity in used:
             self._add_type(types, quantity)
         _add_log_categories(SubElement(root, "LogCategories"))
-        experiment = {
-            "startTime": 0.0,
-            "stopTime": options.stop_time,
-            "tolerance": options.tolerance,
-            "stepSize": options.step_size,
-        }
+        experiment = {"startTime": 0.0, "stopTime": options.stop_time}
+        experiment |= {"tolerance": options.tolerance, "stepSize": options.step_size}
         SubElement(root, "DefaultExperiment", {k: literal(v) for k, v in experiment.items()})
         listed = SubElement(root, "ModelVariables")
         for variable in self.variables:
@@ -140,14 +135,9 @@ class Fmi3Description:
         attributes = {}
         if variable.quantity is not None:
             attributes["declaredType"] = variable.quantity.type_name
-        for name, value in (
-            ("min", variable.minimum),
-            ("max", variable.maximum),
-            ("nominal", variable.nominal),
-            ("start", variable.start),
-        ):
-            if value is not None:
-                attributes[name] = literal(value)
+        values = {"min": variable.minimum, "max": variable.maximum, "nominal": variable.nominal}
+        values["start"] = variable.start
+        attributes |= {name: literal(each) for name, each in values.items() if each is not None}
         if variable.derivative_of is not None:
             attributes["derivative"] = self._reference(variable.derivative_of)
         if variable.kind is Kind.START:  # at discontinuities of forces, in Model Exchange
@@ -193,12 +183,9 @@ class Fmi2Description(Fmi3Description):
         )
         simulation = _true("canHandleVariableCommunicationStepSize", "canInterpolateInputs")
         simulation["maxOutputDerivativeOrder"] = "1"
-        for tag, own in (
-            ("ModelExchange", _true("completedIntegratorStepNotNeeded")),
-            ("CoSimulation", simulation),
-        ):
-            interface = SubElement(root, tag, common | own)
-            files = SubElement(interface, "SourceFiles")
+        exchange = _true("completedIntegratorStepNotNeeded")
+        for tag, own in (("ModelExchange", exchange), ("CoSimulation", simulation)):
+            files = SubElement(SubElement(root, tag, common | own), "SourceFiles")
             for name in self.sources:
                 SubElement(files, "File", name=name)
 
@@ -238,13 +225,8 @@ def terminals_xml(variables: Sequence[Variable]) -> bytes:
         if name not in made:
             attributes = {"name": name, "matchingRule": "bus", "description": words}
             made[name] = SubElement(terminals, "Terminal", attributes)
-        SubElement(
-            made[name],
-            "TerminalMemberVariable",
-            variableName=variable.name,
-            memberName=member,
-            variableKind="signal",
-        )
+        said = {"variableName": variable.name, "memberName": member, "variableKind": "signal"}
+        SubElement(made[name], "TerminalMemberVariable", said)
     return to_bytes(root)
 
 
@@ -292,11 +274,10 @@ def _unit_attributes(quantity: Quantity) -> dict[str, str]:
 
 
 def _add_items(enumeration: Element) -> None:
-    for name, value, description in (
-        ("inside", "1", "The amplitudes are well inside the friction table"),
-        ("near_edge", "2", "An amplitude is near the edge of the friction table"),
-    ):
-        SubElement(enumeration, "Item", name=name, value=value, description=description)
+    inside = "The amplitudes are well inside the friction table"
+    near_edge = "An amplitude is near the edge of the friction table"
+    SubElement(enumeration, "Item", name="inside", value="1", description=inside)
+    SubElement(enumeration, "Item", name="near_edge", value="2", description=near_edge)
 
 
 def _add_log_categories(categories: Element) -> None:

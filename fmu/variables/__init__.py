@@ -2,5 +2,4 @@
 
 listing.py      variables of a model, in their order, and what they depend on. Start here.
 variable.py     Variable: kind and slot say where fmu/src/instance/variables.c finds its value
-quantities.py   declared types and units
 """

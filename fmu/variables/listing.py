@@ -12,8 +12,7 @@ from math import inf, isfinite
 
 from slipmode.fmu.description.options import ExportOptions
 from slipmode.fmu.inputs import place
-from slipmode.fmu.variables.quantities import Quantity
-from slipmode.fmu.variables.variable import Kind, Variable
+from slipmode.fmu.variables.variable import Kind, Quantity, Variable
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.laws.directions import ContactDirection, contact_directions
 from slipmode.rom.laws.friction import is_homogeneous
@@ -23,18 +22,9 @@ from slipmode.rom.validity import carrier_range
 def list_variables(model: Model, newtons: bool, options: ExportOptions) -> list[Variable]:
     """Return all variables, in the order of their value references.
 
-    Parameters
-    ----------
-    model : Model
-    newtons : bool
-        Whether forces are in newtons, not modal.
-    options : ExportOptions
-        Its mode names are the names of the model's modes.
-
-    Raises
-    ------
-    SlipmodeError
-        If a start value is given to a variable that takes none, or is not finite.
+    `newtons` is whether forces are in newtons, not modal; the mode names of the options are those
+    of the model. Raises SlipmodeError if a start value is given to a variable that takes none, or
+    is not finite.
     """
     inputs = list(_inputs(model, newtons, options))
     variables = [
@@ -105,13 +95,11 @@ def _parameters(model: Model, options: ExportOptions) -> Iterator[Variable]:
     for mode, letter in enumerate(options.mode_names):
         said = f"Modal damping of mode {letter}, below 0 if it is self-excited"
         damping = float(model.reduced.modal_damping[mode])
-        yield Variable(
-            f"damping_{letter}", Kind.PARAMETER, mode, Quantity.DAMPING, said, start=damping
-        )
+        name = f"damping_{letter}"
+        yield Variable(name, Kind.PARAMETER, mode, Quantity.DAMPING, said, damping)
     slot, said = kernel.MODES, "Relative tolerance of an internal step"
-    yield Variable(
-        "tolerance", Kind.PARAMETER, slot, Quantity.RATIO, said, options.tolerance, 1e-13, 1e-2
-    )
+    limits = (options.tolerance, 1e-13, 1e-2)
+    yield Variable("tolerance", Kind.PARAMETER, slot, Quantity.RATIO, said, *limits)
     if options.contact:
         slot, said = kernel.MODES + 1, "Compute the motion of contacts and DOFs; else it reads 0"
         yield Variable("contact_wanted", Kind.PARAMETER, slot, None, said, start=True)
@@ -128,10 +116,8 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
 
     for k, name in enumerate(amplitudes):
         said = f"{('Real', 'Imaginary')[k % 2]} part of the amplitude of mode {modes[k // 2]}"
-        nominal = float(largest[k // 2])
-        yield Variable(
-            name, Kind.START, 1 + k, Quantity.AMPLITUDE, said, start=0.0, nominal=nominal
-        )
+        size = float(largest[k // 2])
+        yield Variable(name, Kind.START, 1 + k, Quantity.AMPLITUDE, said, 0.0, nominal=size)
     for mode, name in enumerate(angles):
         said = f"Carrier angle of mode {modes[mode]}: the integral of its frequency, in [0, 2 pi)"
         yield Variable(name, Kind.OUTPUT, 5 + mode, Quantity.ANGLE, said, nominal=1.0)
@@ -169,11 +155,8 @@ def _motion(
     The arrays are last: FMI 2.0 has none.
     """
     kinds = (Kind.INPUT, Kind.PARAMETER, Kind.START)
-    needs = tuple(
-        v.name
-        for v in variables
-        if (v.kind in kinds and v.name != "tolerance") or v.name.startswith("theta_")
-    )
+    needed = [v.name for v in variables if v.kind in kinds or v.name.startswith("theta_")]
+    needs = tuple(name for name in needed if name != "tolerance")
     directions = contact_directions(model.law, model.reduced.n_contacts)
     rows = (
         ("x", "displacement", Quantity.DISPLACEMENT),
@@ -189,10 +172,9 @@ def _motion(
             array = Variable(name, Kind.OUTPUT, slot, quantity, said, needs=needs, size=size)
             arrays.append(array)
         for i, direction in enumerate(directions):
-            said = _contact_words(word, direction, i)
-            name = f"contact_{i}_{letter}"
-            yield Variable(name, Kind.OUTPUT, slot, quantity, said, needs=needs)
-            slot += 1
+            name, said = f"contact_{i}_{letter}", _contact_words(word, direction, i)
+            yield Variable(name, Kind.OUTPUT, slot + i, quantity, said, needs=needs)
+        slot += size
     for k, dof in enumerate(options.elastic):
         said, quantity = f"Displacement of DOF {dof}", Quantity.DISPLACEMENT
         yield Variable(f"x_{dof}", Kind.OUTPUT, slot + k, quantity, said, needs=needs)

@@ -1,11 +1,71 @@
-"""A variable of an FMU."""
+"""A variable of an FMU, and its physical quantity: a declared type with a unit."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import IntEnum
+from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from math import pi
 
-from slipmode.fmu.variables.quantities import Quantity
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit and how it is displayed."""
+
+    name: str
+    base: dict[str, int] = field(default_factory=dict)  # exponents of SI units and rad; if whole
+    display: str | None = None  # name of the display unit
+    factor: float = 1.0  # display value of one unit
+
+
+UNITS = {
+    unit.name: unit
+    for unit in (
+        Unit("1"),
+        Unit("s", {"s": 1}),
+        Unit("1/s", {"s": -1}),
+        Unit("N", {"kg": 1, "m": 1, "s": -2}, "mN", 1e3),
+        Unit("N/s", {"kg": 1, "m": 1, "s": -3}),
+        Unit("N/kg^0.5"),
+        Unit("N/(kg^0.5.s)"),
+        Unit("rad/s", {"rad": 1, "s": -1}, "Hz", 1.0 / (2.0 * pi)),
+        Unit("rad/s2", {"rad": 1, "s": -2}),
+        Unit("rad", {"rad": 1}, "deg", 180.0 / pi),
+        Unit("kg^0.5.m"),
+        Unit("kg^0.5.m/s"),
+        Unit("m", {"m": 1}, "mm", 1e3),
+        Unit("m/s", {"m": 1, "s": -1}, "mm/s", 1e3),
+        Unit("J", {"kg": 1, "m": 2, "s": -2}, "mJ", 1e3),
+        Unit("W", {"kg": 1, "m": 2, "s": -3}, "mW", 1e3),
+    )
+}
+
+
+class Quantity(Enum):
+    """A declared type: its name, unit ("" for an enumeration) and description."""
+
+    TIME = ("Time", "s", "Time")
+    RATIO = ("Ratio", "1", "Number without a dimension")
+    RATIO_RATE = ("RatioRate", "1/s", "Rate of a number without a dimension")
+    FORCE = ("Force", "N", "Force")
+    FORCE_RATE = ("ForceRate", "N/s", "Rate of a force")
+    MODAL_FORCE = ("ModalForce", "N/kg^0.5", "Force on a mode of unit modal mass")
+    MODAL_FORCE_RATE = ("ModalForceRate", "N/(kg^0.5.s)", "Rate of a modal force")
+    FREQUENCY = ("AngularFrequency", "rad/s", "Angular frequency")
+    FREQUENCY_RATE = ("AngularFrequencyRate", "rad/s2", "Rate of an angular frequency")
+    ANGLE = ("Angle", "rad", "Angle")
+    DAMPING = ("ModalDamping", "1/s", "Modal damping")
+    AMPLITUDE = ("ModalAmplitude", "kg^0.5.m", "Amplitude of a mode of unit modal mass")
+    AMPLITUDE_RATE = ("ModalAmplitudeRate", "kg^0.5.m/s", "Rate of a modal amplitude")
+    DISPLACEMENT = ("Displacement", "m", "Displacement")
+    VELOCITY = ("Velocity", "m/s", "Velocity")
+    ENERGY = ("Energy", "J", "Energy")
+    POWER = ("Power", "W", "Power")
+    TABLE_STATUS = ("TableStatus", "", "Where the amplitudes are in the friction table")
+
+    def __init__(self, type_name: str, unit: str, description: str) -> None:
+        self.type_name = type_name
+        self.unit = unit
+        self.description = description
 
 
 class Type(IntEnum):

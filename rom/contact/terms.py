@@ -67,7 +67,9 @@ class ContactTerms:
         """
         reduced, a = self.problem.reduced, self.amplitudes
         carriers = self.P[:, : a.shape[1]]
-        force = -np.einsum("jc,pjc->pj", reduced.coupling, carriers)
+        projection = self.problem.forces.projection
+        projection = reduced.coupling if projection is None else projection
+        force = -np.einsum("jc,pjc->pj", projection, carriers)
         return np.where(a == 0.0, 0.0, force - reduced.indirect_damping * a)
 
     @property

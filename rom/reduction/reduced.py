@@ -20,6 +20,18 @@ from slipmode.rom.structure.structure import Structure
 
 Formulation = Literal["consistent", "paper"]
 
+# The arrays that every `Reduced` has, and the axes of each: n DOFs, m modes, c contacts,
+# p nonresonant modes, q all modes.
+REDUCED_ARRAYS = {
+    **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
+    **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
+    **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
+    **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
+    **dict.fromkeys(("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"),
+    **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
+    "damping_coupling": "qq",
+}
+
 # Modal force of forces that do no work on their mode, relative to the largest force. Responses are
 # per unit of modal force; this one is not 0, and too small to drive the mode.
 _NO_WORK = 2.0**-100

@@ -77,7 +77,7 @@ class Partition:
 def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
     """Return contact directions W (n, N_c) from DOF indices or from a matrix, checked.
 
-    1 <= N_c <= n; indices are distinct, W is finite and of full column rank.
+    1 <= N_c <= n; indices are distinct, W is finite, and no two of its columns are parallel.
     """
     given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
     if given.ndim == 1:
@@ -92,7 +92,18 @@ def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
         raise SlipmodeError(
             f"contact: must have 1 to {n_dofs} contacts, one per DOF at most, got {n_contacts}"
         )
-    _pivot_dofs(W)
+    lengths = np.sqrt(W.power(2).sum(axis=0))
+    if not lengths.all():
+        raise SlipmodeError("contact: every direction (column of W) must have a nonzero entry")
+    unit = W / lengths
+    cosine = scipy.sparse.triu(abs(unit.T @ unit), 1).tocoo()
+    same = np.flatnonzero(cosine.data > 1.0 - TOLERANCE)
+    if same.size:
+        i, j = (int(each[same[0]]) for each in cosine.coords)
+        raise SlipmodeError(
+            f"contact: directions (columns of W) must be linearly independent; {i} and {j} are "
+            "the same"
+        )
     return W
 
 
@@ -119,17 +130,13 @@ def _selection(dofs: Indices, n_dofs: int) -> Sparse:
 def _pivot_dofs(W: Sparse) -> Indices:
     """Return one DOF per contact, ascending, so that W restricted to them is well conditioned."""
     lengths = np.sqrt(W.power(2).sum(axis=0))
-    if not lengths.all():
-        raise SlipmodeError("contact: every direction (column of W) must have a nonzero entry")
     touched = np.unique(W.indices)
     unit_rows = W[touched].toarray().T / lengths[:, np.newaxis]
     triangle, order = scipy.linalg.qr(unit_rows, mode="r", pivoting=True)
     pivots = np.abs(np.diag(triangle))
     if pivots.size < W.shape[1] or pivots[-1] <= TOLERANCE * pivots[0]:
-        cosine = np.abs(np.triu(unit_rows @ unit_rows.T, 1))
-        parallel = np.argwhere(cosine > 1.0 - TOLERANCE)
-        same = f"; {parallel[0][0]} and {parallel[0][1]} are the same" if len(parallel) else ""
         raise SlipmodeError(
-            f"contact: directions (columns of W) must be linearly independent{same}"
+            "contact: directions (columns of W) of rigid contacts must be linearly independent; "
+            "those of a closed ring need not be if the contacts are elastic (rom.Jenkins)"
         )
     return np.sort(touched[order[: W.shape[1]]]).astype(np.intp)

@@ -44,8 +44,9 @@ class Structure:
         beta [s] of C = beta K, `Rayleigh` for C = alpha M + beta K, or C itself [N s/m],
         symmetric and positive semidefinite.
     contact : sequence of int, or (n, N_c) array or sparse matrix
-        Indices of the contact DOFs, or the directions W [-], with 1 <= N_c <= n linearly
-        independent columns. A column with +1 and -1 is the relative displacement of two nodes.
+        Indices of the contact DOFs, or the directions W [-], with 1 <= N_c <= n columns, no two
+        of them parallel; of rigid contacts (Tanh, Coulomb) linearly independent. A column with +1
+        and -1 is the relative displacement of two nodes.
     labels : Labels, optional
         Node and direction of each DOF.
 

@@ -63,7 +63,7 @@ class Accuracy:
 
     @property
     def total(self) -> float:
-        """Stated error of S_j at the carriers: of the table, and of what it neglects if known."""
+        """Stated error of S_j at the carriers; a neglected response is left out if unknown."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
         return self.interpolation + self.resolution + harmonics + self.neglected_modes
 

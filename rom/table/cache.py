@@ -15,10 +15,9 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model
-from slipmode.rom.table.model_content import REDUCED_ARRAYS
 from slipmode.rom.table.tabulation import extended_range, tabulate
 
 _SHAPES = ("mode_shapes", "contact_shapes", "nonresonant_shapes")

@@ -21,15 +21,10 @@ from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import CombinationResonance
-from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table
-from slipmode.rom.table.model_content import (
-    REDUCED_ARRAYS,
-    check_arrays,
-    check_contacts,
-    check_header,
-)
+from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
 FORMAT = 24  # of the file; raised whenever tables computed before must not be used any more

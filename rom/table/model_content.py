@@ -14,21 +14,9 @@ from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh, limits
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import MOST
-from slipmode.rom.reduction.reduced import Formulation
+from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
-
-# The arrays of `Reduced` that every model has, and the axes of each: n DOFs, m modes, c contacts,
-# p nonresonant modes, q all modes.
-REDUCED_ARRAYS = {
-    **dict.fromkeys(("frequency", "carrier", "modal_damping"), "m"),
-    **dict.fromkeys(("mass", "damping", "stiffness", "carried_mass"), "cc"),
-    **dict.fromkeys(("spring", "damper", "contact_motion"), "mc"),
-    **dict.fromkeys(("nonresonant_frequency", "nonresonant_damping"), "p"),
-    **dict.fromkeys(("nonresonant_spring", "nonresonant_inertia", "nonresonant_damper"), "pc"),
-    **{"mode_shapes": "nm", "contact_shapes": "nc", "nonresonant_shapes": "np"},
-    "damping_coupling": "qq",
-}
 
 
 def check_header(header: Mapping[str, Any]) -> None:

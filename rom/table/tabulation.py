@@ -250,7 +250,8 @@ class _Task:
             problem = self._problem(few)
             grid = trial_grid(problem, self.tolerance)
             try:
-                higher = higher_order_harmonics(problem, grid, ends, budget.response, highest)
+                smallest = budget.response / len(reduced.modes)
+                higher = higher_order_harmonics(problem, grid, ends, smallest, highest)
             except UnsettledError:
                 continue
             strongest = higher if strongest is None else strongest

@@ -10,7 +10,7 @@ from typing import Any
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.runner.scene.contacts import law_of, preloaded
+from slipmode.runner.scene.contacts import loaded_law
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
 
@@ -31,9 +31,7 @@ def mode_table(
             raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
         scene = load_scene(file)
         structure = scene.build()
-        law = law_of(scene, structure.n_contacts)
-        rest = preloaded(scene, structure, law)  # open contacts are not stuck
-        law = law if rest is None else rest.law
+        law, _ = loaded_law(scene, structure)  # open contacts are not stuck
         elastic = None if isinstance(law, RigidFriction) else law
         return rom.modes(structure, elastic, number, progress=True)
     where = None if contact is None else _contacts(contact)
@@ -47,10 +45,8 @@ def _contacts(words: Sequence[str]) -> Any:
         return [int(word) for word in words]
     found = [re.fullmatch(r"(\d+)(?:-(\d+))?:(\w+)", word) for word in words]
     if not all(found):
-        wrong = words[found.index(None)]
-        raise SlipmodeError(
-            f"--contact: must be DOFs, NODE:DIRECTION or NODE-NODE:DIRECTION, got {wrong!r}"
-        )
+        allowed = "DOFs, NODE:DIRECTION or NODE-NODE:DIRECTION"
+        raise SlipmodeError(f"--contact: must be {allowed}, got {words[found.index(None)]!r}")
     named = [match.groups() for match in found if match]
     return [
         (int(a), direction) if b is None else (int(a), int(b), direction)

@@ -25,8 +25,6 @@ from slipmode.runner.scene.sections import Scene
 
 _Forced = TypeVar("_Forced", rom.ResponseCurve, rom.PerformanceCurve)
 
-_AT_EDGE = 0.97  # of the range of a friction table: a curve that comes as far may be cut off
-
 
 @frozen
 class SceneForcing:
@@ -64,7 +62,7 @@ def scene_response_curve(
     the table. Default: the first forced mode's frequency, 5 % to both sides of its natural one.
     """
     forcing = SceneForcing.of(scene, progress=progress)
-    excited = forcing.plan.excited
+    excited, at_edge = forcing.plan.excited, 0.97  # of a table's range: the curve may be cut off
     vary = vary or cast(Varied, f"frequency_{excited.modes[0]}")
     which = _in_model(vary, excited.modes)
     if span is None:
@@ -96,7 +94,7 @@ def scene_response_curve(
 
     if scene.saved_model is not None:
         curve, largest = curve_of(scene.saved_model), np.array(forcing.plan.amplitude)
-        if vary != "limit" and np.any(np.abs(curve.amplitude) > _AT_EDGE * largest):
+        if vary != "limit" and np.any(np.abs(curve.amplitude) > at_edge * largest):
             reason = "the steady states go on beyond the friction table of model.file"
             warn([Finding("curve", "is cut off", reason, "warning")])
         return curve
@@ -106,7 +104,7 @@ def scene_response_curve(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rom.ValidityWarning)  # the final curve repeats them
             _, reached = curve_on(tried, 0.05)  # coarse: it only shows how far the curve goes
-        cut_off = reached > _AT_EDGE * tried
+        cut_off = reached > at_edge * tried
         if not cut_off.any():
             break
         tried = np.where(cut_off, 3.0 * tried, tried)
@@ -162,13 +160,9 @@ def scene_performance(
     # not settle; the range is then halved.
     for factor in (8.0, 4.0, 2.0, 1.0):
         try:
+            range_, tolerance = (factor * furthest,), scene.model.tolerance
             model, _ = cached_model(
-                reduced,
-                law,
-                (factor * furthest,),
-                scene.model.tolerance,
-                detuning=True,
-                progress=progress,
+                reduced, law, range_, tolerance, detuning=True, progress=progress
             )
             break
         except SlipmodeError:

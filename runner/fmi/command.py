@@ -2,74 +2,65 @@
 
 from __future__ import annotations
 
-import argparse
+from argparse import Namespace
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+
+from slipmode.runner.commands import SCENE, AddCommand, Argument
 
 HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
 
 
-def add_fmu_command(command: Callable[..., argparse.ArgumentParser]) -> None:
-    """Add it; `command(name, call, help, example)` makes a parser."""
-    fmu = command(
-        "fmu", _fmu, "export a scene's model as an FMU", "fmu two-mode -o two-mode.fmu --fmi 2"
+def add_fmu_command(add: AddCommand) -> None:
+    """Add the command."""
+    reach = (
+        "amplitudes that it holds for, relative to what the scene needs: more for importers "
+        f"that force it harder ({HEADROOM:g}: the shipped scenes' forces and a tenth more)"
     )
-    fmu.add_argument("scene", help="a scene file, or the name of a shipped scene")
-    fmu.add_argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)")
-    fmu.add_argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)")
-    fmu.add_argument(
-        "--range",
-        type=float,
-        default=HEADROOM,
-        metavar="FACTOR",
-        help="amplitudes that it holds for, relative to what the scene needs: more for importers "
-        f"that force it harder ({HEADROOM:g}: the shipped scenes' forces and a tenth more)",
-    )
-    fmu.add_argument(
-        "--contacts",
-        action="store_true",
-        help="contacts as outputs, without a window of the scene",
-    )
-    for what in ("author", "copyright", "license"):
-        fmu.add_argument(f"--{what}", metavar="TEXT", help="of the model (nothing is said)")
-    fmu.add_argument("--dated", action="store_true", help="say when it was made")
-    fmu.add_argument(
-        "--ssp",
-        action="store_true",
-        help="in a system structure package, with start values and units (SCENE.ssp)",
-    )
-    fmu.add_argument(
-        "--platforms",
-        nargs="+",
-        default=[],
-        metavar="PLATFORM",
-        help="besides this machine's: x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, "
-        "aarch64-darwin",
+    contacts = "contacts as outputs, without a window of the scene"
+    package = "in a system structure package, with start values and units (SCENE.ssp)"
+    names = "x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin"
+    others = {"nargs": "+", "default": [], "metavar": "PLATFORM"}
+    about = [f"--{what}" for what in ("author", "copyright", "license")]
+    add(
+        "fmu",
+        _fmu,
+        "export a scene's model as an FMU",
+        "fmu two-mode -o two-mode.fmu --fmi 2",
+        SCENE,
+        Argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)"),
+        Argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)"),
+        Argument("--range", type=float, default=HEADROOM, metavar="FACTOR", help=reach),
+        Argument("--contacts", action="store_true", help=contacts),
+        *(Argument(name, metavar="TEXT", help="of the model (nothing is said)") for name in about),
+        Argument("--dated", action="store_true", help="say when it was made"),
+        Argument("--ssp", action="store_true", help=package),
+        Argument("--platforms", help=f"besides this machine's: {names}", **others),
     )
 
 
-def _fmu(options: argparse.Namespace) -> int:
+def _fmu(options: Namespace) -> int:
     from slipmode.fmu.description.options import Origin
     from slipmode.runner.fmi.export import export_fmu
     from slipmode.runner.scene.scene import load_scene
 
     now = datetime.now(UTC) if options.dated else None
-    origin = Origin(options.author, options.copyright, options.license, now)
-    arguments: dict[str, Any] = {
-        "fmi": options.fmi,
-        "platforms": options.platforms,
-        "headroom": options.range,
-        "contacts": options.contacts,
-        "origin": origin,
-        "progress": True,
-    }
+    scene, output = load_scene(options.scene), options.output
+    export: Callable[..., Path] = export_fmu
     if options.ssp:
         from slipmode.runner.fmi.ssp import export_ssp  # it reads the FMU by FMPy
 
-        scene = load_scene(options.scene)
-        print(export_ssp(scene, options.output or Path(f"{scene.name}.ssp"), **arguments))
-    else:
-        print(export_fmu(options.scene, options.output, **arguments))
+        output, export = output or Path(f"{scene.name}.ssp"), export_ssp
+    path = export(
+        scene,
+        output,
+        fmi=options.fmi,
+        platforms=options.platforms,
+        headroom=options.range,
+        contacts=options.contacts,
+        origin=Origin(options.author, options.copyright, options.license, now),
+        progress=True,
+    )
+    print(path)
     return 0

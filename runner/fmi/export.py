@@ -17,8 +17,8 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
+from slipmode.runner.plan.amplitude_range import shortened
 from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.plan.settling import shortened
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
@@ -122,15 +122,14 @@ def _stays(plan: Plan, model: Model, factor: float) -> bool:
         name: script.scaled(factor) if name.startswith("force_") else script
         for name, script in plan.schedule.scripts.items()
     }
-    schedule, excited = replace(plan.schedule, scripts=scripts), plan.excited
-    if plan.scene.model.formulation == "consistent":
-        excited = excited.started(schedule)
+    schedule = replace(plan.schedule, scripts=scripts)
+    excited = plan.excited.started(schedule)
     try:
         component = excited.component(model, plan.scene.run.tolerance)
     except SlipmodeError:  # it starts outside
         return False
     steps = shortened(schedule, model, excited.modes, component.input_names)
-    return excited.follow(component, *steps).stop is None
+    return excited.follow(component, steps.durations, steps.inputs).stop is None
 
 
 def _euler_step(plan: Plan, model: Model) -> float:

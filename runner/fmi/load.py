@@ -16,32 +16,23 @@ from slipmode.runner.recording.channels import energy
 def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
     """Return the largest amplitudes of the friction table of an FMU of a scene [kg^1/2 m].
 
-    They are the amplitude range of the plan times one factor of at least 1.
-
-    Raises
-    ------
-    SlipmodeError
-        If the file is no FMU for this machine, or not of the scene's model.
+    They are the amplitude range of the plan times one factor of at least 1. Raises SlipmodeError
+    if the file is no FMU for this machine, or not of the scene's model.
     """
     found = Archive(path).amplitude_range
-    if len(found) != len(plan.amplitude):
-        raise _another_model(path)
-    factor = np.divide(found, plan.amplitude)
-    if factor.min() < 1.0 or not np.allclose(factor, factor[0], rtol=1e-9, atol=0.0):
-        raise _another_model(path)
-    return found
+    if len(found) == len(plan.amplitude):
+        factor = np.divide(found, plan.amplitude)
+        if factor.min() >= 1.0 and np.allclose(factor, factor[0], rtol=1e-9, atol=0.0):
+            return found
+    raise _another_model(path)
 
 
 def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     """Return an FMU that starts as the scene does at t = 0.
 
-    Raises
-    ------
-    SlipmodeError
-        If the file is no FMU for this machine, or does not hold this model.
+    Raises SlipmodeError if the file is no FMU for this machine, or does not hold this model.
     """
-    archive = Archive(path)
-    schedule = plan.schedule
+    archive, schedule = Archive(path), plan.schedule
     if archive.identity != identity(model, plan.excited.force_patterns):
         raise _another_model(path)
     archive.require(schedule.scripted, archive.inputs, "inputs")

@@ -12,7 +12,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from slipmode.fmu.description.xml_files import literal, to_bytes
-from slipmode.fmu.variables.quantities import UNITS
+from slipmode.fmu.variables.variable import UNITS
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
@@ -21,27 +21,17 @@ from slipmode.runner.scene.scene import Scene
 
 fmpy = extra("fmpy", "fmu")
 
-_SPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 _COMPONENT = "structure"
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
 
 
 @dataclass(frozen=True)
 class Part:
-    """A component of a system.
-
-    Attributes
-    ----------
-    name : str
-    fmu : Path
-        For Co-Simulation.
-    values : dict of str to float
-        Start values, if others than the FMU's.
-    """
+    """A component of a system."""
 
     name: str
-    fmu: Path
-    values: Mapping[str, float] = field(default_factory=dict)
+    fmu: Path  # For Co-Simulation
+    values: Mapping[str, float] = field(default_factory=dict)  # Start values other than the FMU's
 
     @cached_property
     def variables(self) -> list[Any]:
@@ -123,7 +113,8 @@ def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
 def _spaces(**spaces: str) -> dict[str, str]:
     """Return the version and the name spaces of a document."""
     named = {"ssc": "Common"} | spaces
-    declared = {f"xmlns:{prefix}": f"{_SPACE}{name}" for prefix, name in named.items()}
+    space = "http://ssp-standard.org/SSP1/SystemStructure"
+    declared = {f"xmlns:{prefix}": f"{space}{name}" for prefix, name in named.items()}
     return declared | {"version": "1.0"}
 
 
@@ -135,13 +126,9 @@ def _description(scene: Scene, parts: Sequence[Part], pairs: Sequence[Mapping[st
     _add_connectors(system, shown)
     elements = SubElement(system, "ssd:Elements")
     for part in parts:
-        component = SubElement(
-            elements,
-            "ssd:Component",
-            name=part.name,
-            type="application/x-fmu-sharedlibrary",
-            source=f"resources/{_file_of(part, scene)}",
-        )
+        source = f"resources/{_file_of(part, scene)}"
+        said = {"name": part.name, "type": "application/x-fmu-sharedlibrary", "source": source}
+        component = SubElement(elements, "ssd:Component", said)
         _add_connectors(component, part.connected)
         bindings = SubElement(component, "ssd:ParameterBindings")
         SubElement(bindings, "ssd:ParameterBinding", source=_parameter_file(part))

@@ -3,7 +3,6 @@
 plan.py              make_plan: every decision with its reason. Start here.
 excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
-settling.py          how long constant inputs have to be followed in it
 transients.py        stretches at full order
 checks.py            steps that are too long, windows that are too large, strained assumptions
 """

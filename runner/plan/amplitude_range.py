@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slipmode.fmu.inputs import rate_of
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import UnsettledError
@@ -16,11 +18,8 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited, Path
-from slipmode.runner.plan.settling import Stretches, shortened
-from slipmode.runner.scene.schedule import LIMIT_SCALE, Schedule
-
-_MARGIN = 0.15  # of the final table's range over the largest amplitude of the dry run
-_FIRST_GUESS = 4.0  # times the amplitude at which the first contact slips
+from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.schedule import Schedule, is_rate
 
 
 @frozen
@@ -55,7 +54,7 @@ def dry_run(
     cannot be taken on any table, or contacts do not settle at amplitudes that the run reaches.
     """
     tried = _first_guess(excited, schedule)
-    smallest = np.maximum(0.5 * tried / _FIRST_GUESS, np.abs(excited.amplitude))
+    smallest = np.maximum(tried / 8.0, np.abs(excited.amplitude))  # half the onset of slip
     self_excited = excited.reduced.modal_damping < 0.0
     # self-excited contacts slip freely at 2^8 times the first guess, and take no more energy
     largest = np.where(self_excited, 2.0**8, 2.0**40) * tried
@@ -83,15 +82,15 @@ def dry_run(
             raise unsettled
         tried = np.where(reached > 0.5 * tried, 2.0 * tried, tried)
         if np.any(tried > largest):
-            raise SlipmodeError(_unbounded(excited))
+            raise _unbounded(excited)
     # a self-excited mode that stays at rest may be started by an importer of its FMU
     rests = (reached == 0.0) & self_excited
-    least = np.maximum((1.0 + _MARGIN) * reached, np.where(rests, 1.0, 1e-2) * tried)
+    least = np.maximum(1.15 * reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
     amplitude = tuple(round_up(float(value)) for value in least)
-    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; "
+    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; 15% margin"
     share = _contact_share(excited, coarse, reached)
-    return DryRun(amplitude, reached, f"{reason}{_MARGIN:.0%} margin", share, *transient)
+    return DryRun(amplitude, reached, reason, share, *transient)
 
 
 def run_on_saved_model(excited: Excited, schedule: Schedule, model: Model) -> tuple[DryRun, bool]:
@@ -112,20 +111,22 @@ def _contact_share(excited: Excited, model: Model, reached: Floats) -> Floats:
     return np.asarray(share / excited.reduced.frequency**2)
 
 
-def _unbounded(excited: Excited) -> str:
-    """Return why the amplitudes of a scene grow without bound."""
+def _unbounded(excited: Excited) -> SlipmodeError:
+    """Return the refusal of a scene whose amplitudes grow without bound."""
     for mode, damping in zip(excited.modes, excited.reduced.modal_damping, strict=True):
         if damping < 0.0:
-            return (
+            return SlipmodeError(
                 f"aerodynamics.{mode}: friction does not hold mode {mode}, which grows without "
                 "bound; excite it less or give structure.damping more; or give model.amplitude, "
                 "and the run ends there"
             )
-    return "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
+    return SlipmodeError(
+        "forcing: the amplitudes grow without bound; give structure.damping a value > 0"
+    )
 
 
 def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
-    """Return several times the amplitude at which the first contact slips, or opens, (modes,).
+    """Return four times the amplitude at which the first contact slips, or opens, (modes,).
 
     It is at least the quasi-static response to the forces, which amplitudes do not stay far below.
     """
@@ -134,7 +135,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
     scripted = schedule.extremes([f"force_{mode}" for mode in excited.modes])
     force = np.abs(excited.modal_force) * np.abs(scripted).max(axis=0)
     static = np.maximum(0.5 * force / frequency**2, 1.5 * np.abs(excited.amplitude))
-    return np.asarray(np.maximum(np.where(np.isfinite(first), _FIRST_GUESS * first, 0.0), static))
+    return np.asarray(np.maximum(np.where(np.isfinite(first), 4.0 * first, 0.0), static))
 
 
 def _path(
@@ -147,13 +148,11 @@ def _path(
     """
     # steps are then short enough to show peaks and changes within a cycle
     component = excited.component(model, 5e-10)
-    names = component.input_names
-    durations, inputs = shortened(schedule, model, excited.modes, names)
-    path = excited.follow(component, durations, inputs)
+    stretches = shortened(schedule, model, excited.modes, component.input_names)
+    path = excited.follow(component, stretches.durations, stretches.inputs)
     complete = path.stop is None
     if path.stop is not None and not path.stop.left_table:
         raise SlipmodeError(f"run: {path.stop}")
-    stretches = Stretches(durations, inputs, schedule.stretches().durations(), names)
     effective, error = along_run(excited, model, stretches, path)
     reached: Floats = effective.max(axis=0)
     if not complete and not np.any(reached > 0.5 * model.table.amplitude_range):
@@ -172,15 +171,13 @@ def along_run(
     amplitudes is no error.
     """
     time, (before, after) = path.time, stretches.around(path.time)
-    scale = np.minimum(*(stretches.values(LIMIT_SCALE, time, k) for k in (before, after)))
+    scale = np.minimum(*(stretches.values("limit_scale", time, k) for k in (before, after)))
     relative = path.amplitude / scale[:, np.newaxis]
     shift = AppliedForces.of(model.reduced, excited.force_patterns).shift
     sides = []
     for number in (before, after):
         force, phase = (
-            np.column_stack(
-                [stretches.values(f"{name}_{mode}", time, number) for mode in excited.modes]
-            )
+            np.stack([stretches.values(f"{name}_{m}", time, number) for m in excited.modes], 1)
             for name in ("force", "phase")
         )
         acting = path.amplitude + shift * phasor(excited.modal_force * force, phase)
@@ -192,3 +189,87 @@ def along_run(
     estimate = TransientError.of(excited.reduced, excited.law)
     error[moving] = estimate.at(rate, excited.reduced.carrier, effective[:-1][moving])
     return effective, error
+
+
+def shortened(
+    schedule: Schedule, model: Model, modes: Sequence[Mode], names: Sequence[str]
+) -> Stretches:
+    """Return the stretches of a schedule, none longer than its motion changes.
+
+    A ramp that is shortened goes as far as before, but faster. `names` are the inputs of the
+    model's component.
+    """
+    straight = schedule.stretches()
+    lengths, inputs = straight.durations(), straight.inputs(names)
+    shorter = np.minimum(lengths, _settling_time(straight, model, modes))
+    rates = [k for k, name in enumerate(names) if is_rate(name)]
+    inputs[:, rates] *= (lengths / shorter)[:, np.newaxis]
+    return Stretches(shorter, inputs, lengths, names)
+
+
+@frozen
+class Stretches:
+    """Stretches of a schedule, shortened or not, that follow one another from t = 0."""
+
+    durations: Floats  # (stretches,) [s]
+    inputs: Floats  # (stretches, names): Inputs of the component at their starts
+    scene: Floats  # (stretches,): Their durations in the scene [s]
+    names: Sequence[str]  # Names of the inputs
+
+    def around(self, time: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the numbers of the stretches just before and just after times (n,)."""
+        ends, slack = np.cumsum(self.durations), 1e-9 * self.durations
+        before, after = (np.searchsorted(ends + s, time, side="left") for s in (slack, -slack))
+        last = ends.size - 1
+        return np.minimum(before, last), np.minimum(after, last)
+
+    def values(self, name: str, time: Floats, number: NDArray[np.int64]) -> Floats:
+        """Return values (n,) of an input at times in the stretches of these numbers."""
+        if name not in self.names:  # limits without a script have the scale 1
+            return np.ones(time.size)
+        value, rate = (self.inputs[number, self.names.index(n)] for n in (name, rate_of(name)))
+        return np.asarray(value + rate * self._since(time, number))
+
+    def in_scene(self, time: Floats) -> Floats:
+        """Return the times in the scene (n,) [s] of times in these stretches.
+
+        Ramps are slower there by the factor of their duration; constant inputs last longer.
+        """
+        _, number = self.around(time)
+        moving = [k for k, name in enumerate(self.names) if is_rate(name)]
+        ramp = np.any(self.inputs[:, moving] != 0.0, axis=1)
+        factor = np.where(ramp, self.scene / self.durations, 1.0)
+        start = np.cumsum(self.scene) - self.scene
+        return np.asarray(start[number] + factor[number] * self._since(time, number))
+
+    def _since(self, time: Floats, number: NDArray[np.int64]) -> Floats:
+        """Return the times since the starts of stretches (n,) [s]."""
+        start = np.cumsum(self.durations) - self.durations
+        return np.clip(time - start[number], 0.0, self.durations[number])
+
+
+def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> Floats:
+    """Return how long the motion of each stretch changes at most, (stretches,) [s].
+
+    Friction takes energy out of the difference of any two motions, so that the influence of a
+    breakpoint decays at least as fast as the damping of the modes. Many decay times later,
+    constant inputs only produce beats, which repeat. Inputs that are slow compared with the decay
+    may as well move faster: the amplitudes are steady all along.
+    """
+    damping = model.reduced.modal_damping.min()
+    if damping <= 0.0:
+        return np.full(straight.steps, np.inf)
+    decay = 2.0 / damping
+    frequencies, phases = ([f"{name}_{m}" for m in modes] for name in ("frequency", "phase"))
+    start, end = straight.inputs(frequencies), straight.at_ends(frequencies)
+    moved = np.abs(end - start).max(axis=1)
+    turned = np.abs(straight.at_ends(phases) - straight.inputs(phases)).max(axis=1)
+    longest = np.zeros(straight.steps)
+    for term in model.combinations:
+        beat = np.maximum(*(np.abs(f @ (term.n, term.m) - f[:, term.mode]) for f in (start, end)))
+        turns = beat * straight.durations() > 1e-2  # [rad], below which a beat has no influence
+        period = 2.0 * np.pi / np.where(turns, beat, np.inf)
+        longest = np.maximum(longest, 3.0 * period)
+    # 50 decay times, and as many for each width of a peak that a frequency moves: ramps lag by a
+    # fiftieth of their height (tests/runner/plan/test_settling.py)
+    return np.asarray(50.0 * decay * (1.0 + moved * decay + turned) + longest)

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom import SlipmodeError, Structure
+from slipmode.rom import SlipmodeError, Structure, validity
 from slipmode.rom.arrays import Floats
 from slipmode.rom.frequencies import FrequencyUnit
 from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.validity import (
-    Finding,
-    carrier_findings,
-    check_carrier,
-    contact_findings,
-    direction_findings,
-    force_findings,
-    friction_findings,
-    mode_frequency_findings,
-    separation_findings,
-    share_findings,
-)
+from slipmode.rom.validity import Finding
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.scene.schedule import Schedule
@@ -33,7 +22,7 @@ def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> Non
     natural = zip(excited.modes, excited.reduced.frequency, *reached, strict=True)
     for mode, omega, *values in natural:
         key, unit = f"forcing.{mode}.frequency", scene.units.frequency
-        check_carrier(key, mode, float(omega), np.array(values), unit)
+        validity.check_carrier(key, mode, float(omega), np.array(values), unit)
     fastest = float(reached[1].max())
     per_second = fastest / (2 * np.pi)
     longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
@@ -58,8 +47,8 @@ def check_frequencies(excited: Excited, schedule: Schedule, unit: FrequencyUnit)
     omega, names = excited.reduced.frequency, excited.modes
     reached = np.array(schedule.frequency_range(names))
     return [
-        *mode_frequency_findings(names, omega),
-        *carrier_findings("forcing.{}.frequency", names, omega, reached, unit),
+        *validity.mode_frequency_findings(names, omega),
+        *validity.carrier_findings("forcing.{}.frequency", names, omega, reached, unit),
     ]
 
 
@@ -79,25 +68,23 @@ def check_assumptions(
     force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
     of_structure = []
     if structure is not None:
-        of_structure += separation_findings(structure, reduced, names)
-        of_structure += direction_findings(structure, law)
+        of_structure += validity.separation_findings(structure, reduced, names)
+        of_structure += validity.direction_findings(structure, law)
     return [
         *_self_excited(excited, largest_force),
         *of_structure,
-        *share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
-        *contact_findings(reduced, combination_resonances(reduced.carrier), names),
-        *friction_findings(reduced, law, amplitude),
-        *force_findings(AppliedForces.of(reduced, force), names),
+        *validity.share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
+        *validity.contact_findings(reduced, combination_resonances(reduced.carrier), names),
+        *validity.friction_findings(reduced, law, amplitude),
+        *validity.force_findings(AppliedForces.of(reduced, force), names),
     ]
 
 
 def _self_excited(excited: Excited, largest_force: Floats) -> list[Finding]:
     """Report modes that aerodynamics make grow, and whether anything starts them."""
     found = []
-    for j, mode in enumerate(excited.modes):
-        damping = excited.reduced.modal_damping[j]
-        if damping >= 0.0:
-            continue
+    for j in np.flatnonzero(excited.reduced.modal_damping < 0.0):
+        mode, damping = excited.modes[j], excited.reduced.modal_damping[j]
         reason = f"modal damping {damping:.3g} 1/s: it grows until friction holds it"
         found.append(Finding(f"mode {mode}", "self-excited", reason))
         if excited.amplitude[j] == 0.0 and largest_force[j] == 0.0:

@@ -57,7 +57,12 @@ class Excited:
         return start, end
 
     def started(self, schedule: Schedule) -> Self:
-        """Return the same with the `amplitude` that follows from `initial` and the forces."""
+        """Return the same with the `amplitude` that follows from `initial` and the forces.
+
+        In the paper's formulation it is `initial`.
+        """
+        if self.reduced.formulation == "paper":
+            return self
         force, _ = self.modal_forces(schedule, slice(1))
         frequency = schedule.inputs([f"frequency_{mode}" for mode in self.modes], slice(1))
         forces = AppliedForces.of(self.reduced, self.force_patterns)

@@ -23,12 +23,12 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
-from slipmode.runner.plan.amplitude_range import dry_run, run_on_saved_model
+from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.transients import Intervals, plan_transients
 from slipmode.runner.recording.channels import MODES, Mode
-from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
+from slipmode.runner.scene.contacts import check_scale, loaded_law
 from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.sections import Scene
@@ -154,9 +154,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     else:
         structure = scene.build() if structure is None else structure
         scene = scene.located(structure)
-        law = law_of(scene, structure.n_contacts)
-        rest = preloaded(scene, structure, law)
-        law = law if rest is None else rest.law
+        law, rest = loaded_law(scene, structure)
         check_scale(scene, law, structure.n_contacts)
         reduced = kept_reduction(
             structure,
@@ -184,8 +182,8 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
 
 def _integrated(plan: Plan) -> Plan:
     """Add the decisions of a scene without a friction table."""
-    scene, steps = plan.scene, plan.schedule.steps
-    reason = f'model.table = "none", for {scene.run.duration:g} s in {steps} steps'
+    scene = plan.scene
+    reason = f'model.table = "none", for {scene.run.duration:g} s in {plan.schedule.steps} steps'
     decisions = [
         *plan.decisions,
         Finding("friction table", "none, all at full order", reason),
@@ -207,45 +205,26 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         excited = replace(excited, reduced=reduced).started(schedule)
         start, end = schedule.frequencies(excited.modes)
         combinations = combination_resonances(start, end, even=reduced.even)
-    seen = None
+    seen: DryRun | None = None
     if scene.model.amplitude is None:
         seen = dry_run(excited, schedule, combinations, progress=progress)
         amplitude, reason = seen.amplitude, seen.reason
     else:
         amplitude = tuple(scene.model.amplitude["AB".index(mode)] for mode in excited.modes)
         reason = "given as model.amplitude"
-    largest = np.array(amplitude)
-    full_order, transients = plan_transients(
-        scene, excited.modes, seen, largest, excited.reduced.carrier
-    )
-    decisions = [
-        *plan.decisions,
+    found = [
         _other_modes(excited.reduced),
         Finding("friction table", _ranges(excited.modes, amplitude), reason),
         *_combination_decisions(combinations),
-        transients,
-        *_fast_motion_decisions(scene),
-        _recording_decision(scene),
-        *check_frequencies(plan.excited, schedule, scene.units.frequency),
-        *check_assumptions(
-            plan.structure, excited, schedule, largest if seen is None else seen.reached, seen
-        ),
     ]
-    return replace(
-        plan,
-        excited=excited,
-        decisions=decisions,
-        amplitude=amplitude,
-        combinations=combinations,
-        full_order=full_order,
-    )
+    plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
+    return _add_decisions(plan, found, seen)
 
 
 def _on_saved_model(plan: Plan, model: Model) -> Plan:
     """Add the decisions of a scene with a saved model, and run it once on this model."""
     scene, excited, schedule = plan.scene, plan.excited, plan.schedule
-    if scene.model.formulation == "consistent":
-        excited = excited.started(schedule)
+    excited = excited.started(schedule)
     with naming("initial"):
         excited.component(model, scene.run.tolerance)  # refuses a start outside the table
     with naming("forcing"):
@@ -259,8 +238,19 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         found += [_other_modes(excited.reduced), *_combination_decisions(model.combinations)]
     else:
         found.append(Finding("contacts", "none", "model.file has damping and frequency alone"))
-    largest = np.array(seen.amplitude)
-    _, transients = plan_transients(scene, excited.modes, seen, largest, excited.reduced.carrier)
+    amplitude, combinations = seen.amplitude, model.combinations
+    plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
+    return _add_decisions(plan, found, seen)
+
+
+def _add_decisions(plan: Plan, found: Sequence[Finding], seen: DryRun | None) -> Plan:
+    """Add decisions about a friction table, and those that follow from its range and a dry run."""
+    scene, excited, schedule = plan.scene, plan.excited, plan.schedule
+    largest = np.array(plan.amplitude)
+    full_order, transients = plan_transients(
+        scene, excited.modes, seen, largest, excited.reduced.carrier
+    )
+    reached = largest if seen is None else seen.reached
     decisions = [
         *plan.decisions,
         *found,
@@ -268,15 +258,9 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         *_fast_motion_decisions(scene),
         _recording_decision(scene),
         *check_frequencies(excited, schedule, scene.units.frequency),
-        *check_assumptions(None, excited, schedule, seen.reached, seen),
+        *check_assumptions(plan.known_structure, excited, schedule, reached, seen),
     ]
-    return replace(
-        plan,
-        excited=excited,
-        decisions=decisions,
-        amplitude=seen.amplitude,
-        combinations=model.combinations,
-    )
+    return replace(plan, decisions=decisions, full_order=full_order)
 
 
 def _ranges(modes: Sequence[Mode], amplitude: Sequence[float]) -> str:
@@ -293,17 +277,18 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
         forced = forcing is not None and forcing.amplitude.range(0.0, scene.run.duration)[1] > 0
         moved = forced or scene.initial.get(mode, 0.0) != 0.0
         moves = moves or moved
+        choice = "modelled"
         if moved or scene.aerodynamics.get(mode, 0j).imag < 0.0:
-            modes.append(mode)
             why = "forcing" if forced else "initial" if moved else "aerodynamics"
-            decisions.append(Finding(f"mode {mode}", "modelled", f"moved by {why}.{mode}"))
+            reason = f"moved by {why}.{mode}"
         elif scene.saved_model is not None:
-            modes.append(mode)
             reason = "part of model.file; neither forced nor moving at t = 0"
-            decisions.append(Finding(f"mode {mode}", "modelled", reason))
         else:
+            choice = "left out"
             reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
-            decisions.append(Finding(f"mode {mode}", "left out", reason))
+        if choice == "modelled":
+            modes.append(mode)
+        decisions.append(Finding(f"mode {mode}", choice, reason))
     if not moves:
         raise SlipmodeError(
             "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
@@ -355,15 +340,12 @@ def _other_modes(reduced: Reduced) -> Finding:
 def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Finding]:
     if not combinations:
         return [Finding("combination resonances", "none", "no combination frequency is near")]
-    return [
-        Finding(
-            "combination resonance",
-            f"{term.n:+d} A {term.m:+d} B",
-            f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]} in this scene: "
-            "in its slow flow",
-        )
-        for term in combinations
-    ]
+    found = []
+    for term in combinations:
+        within = f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]}"
+        reason = f"{within} in this scene: in its slow flow"
+        found.append(Finding("combination resonance", f"{term.n:+d} A {term.m:+d} B", reason))
+    return found
 
 
 def _fast_motion_decisions(scene: Scene) -> list[Finding]:

@@ -49,7 +49,7 @@ def plan_transients(
 
 def slow_time_error(scene: Scene, error: str) -> Finding:
     """Return the warning that slow time has a larger transient error than allowed."""
-    model = scene.model
+    model, reason = scene.model, f"{error}, above {100 * scene.model.transient_error:g} %"
     if scene.saved_model is not None:
         advice = "model.file has no structure to integrate at full order"
     elif model.transients == "slow":
@@ -58,8 +58,7 @@ def slow_time_error(scene: Scene, error: str) -> Finding:
         advice = 'model.formulation = "paper" allows slow time only'
     else:
         advice = "limits.scale allows slow time only"
-    reason = f"{error}, above {100 * model.transient_error:g} %; {advice}"
-    return Finding("transients", "slow time", reason, "warning")
+    return Finding("transients", "slow time", f"{reason}; {advice}", "warning")
 
 
 def _intervals(time: Floats, error: Floats, allowed: float, least: float) -> Intervals:

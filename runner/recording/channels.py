@@ -14,7 +14,6 @@ from typing import Any, Literal
 import numpy as np
 from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
 from google.protobuf.descriptor_pb2 import (
-    DescriptorProto,
     FieldDescriptorProto,
     FileDescriptorProto,
     FileDescriptorSet,
@@ -84,21 +83,12 @@ class Channel:
     def descriptor(self) -> FileDescriptorSet:
         """Return the protobuf schema of a sample: field number j + 1 is column j."""
         package, _, name = self.message_type.partition(".")
-        fields = [
-            FieldDescriptorProto(
-                name=field.name,
-                number=number,
-                type=FieldDescriptorProto.TYPE_DOUBLE,
-                label=FieldDescriptorProto.LABEL_OPTIONAL,
-            )
-            for number, field in enumerate(self.fields, start=1)
-        ]
-        file = FileDescriptorProto(
-            name=f"{package}/{name}.proto",
-            package=package,
-            syntax="proto3",
-            message_type=[DescriptorProto(name=name, field=fields)],
-        )
+        file = FileDescriptorProto(name=f"{package}/{name}.proto", package=package)
+        file.syntax = "proto3"
+        message = file.message_type.add(name=name)
+        kind, label = FieldDescriptorProto.TYPE_DOUBLE, FieldDescriptorProto.LABEL_OPTIONAL
+        for number, name in enumerate(self.names, start=1):
+            message.field.add(name=name, number=number, type=kind, label=label)
         return FileDescriptorSet(file=[file])
 
     def encode(self, values: Floats) -> NDArray[np.void]:
@@ -137,10 +127,6 @@ class Channel:
         return np.frombuffer(data, np.dtype(layout)).reshape(())
 
 
-_CONTACT = {"x": "m", "v": "m/s", "f": "N"}
-_PHASES = {"A_phase": "rad", "B_phase": "rad"}
-
-
 def _fields(units: Mapping[str, str]) -> tuple[Field, ...]:
     return tuple(Field(name, unit) for name, unit in units.items())
 
@@ -162,8 +148,8 @@ def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
 
 def contact(index: int, prefix: str = "") -> Channel:
     """Return the channel of displacement, velocity and friction force of a contact DOF."""
-    topic = f"{prefix}/contact/{index}"
-    return Channel(topic, _fields(_CONTACT), f"Motion of contact {index}")
+    fields = _fields({"x": "m", "v": "m/s", "f": "N"})
+    return Channel(f"{prefix}/contact/{index}", fields, f"Motion of contact {index}")
 
 
 def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
@@ -173,14 +159,15 @@ def elastic_contact(index: int, tangents: int, prefix: str = "") -> Channel:
     positive when closing; normal force N with preload; gap; state 0 stuck, 1 slipping, 2 open. A
     law without a normal has 0 `tangents`.
     """
-    named = dict(_CONTACT)
+    rigid, named = contact(index, prefix), dict[str, str]()
     if tangents == 2:
         named |= {"y": "m", "v_y": "m/s", "f_y": "N"}
     if tangents:
         named |= {"x_n": "m", "v_n": "m/s", "N": "N", "gap": "m"}
+    fields = (*rigid.fields, *_fields(named), Field("state", "1"))
+    words = f"{rigid.description}; state: 0 stuck, 1 slipping, 2 open"
     kind = ("ElasticContact", "FrictionalContact", "FrictionalContact2d")[tangents]
-    words = f"Motion of contact {index}; state: 0 stuck, 1 slipping, 2 open"
-    return Channel(f"{prefix}/contact/{index}", _fields(named | {"state": "1"}), words, kind)
+    return Channel(rigid.topic, fields, words, kind)
 
 
 def contact_share(contacts: int) -> Channel:
@@ -191,14 +178,14 @@ def contact_share(contacts: int) -> Channel:
 
 def phases() -> Channel:
     """Return the channel of the carrier angles at the samples of contact motion."""
-    words = "Phases of both carriers at the samples of contact motion"
-    return Channel(PHASES, _fields(_PHASES), words)
+    fields = _fields({"A_phase": "rad", "B_phase": "rad"})
+    return Channel(PHASES, fields, "Phases of both carriers at the samples of contact motion")
 
 
 def torus() -> Channel:
     """Return the channel of the motion of contact 0 over both phases, at a window's end."""
     words = "Motion of contact 0 over both phases, with the amplitudes at the end of a window"
-    return Channel(TORUS, _fields(_PHASES | _CONTACT), words)
+    return Channel(TORUS, (*phases().fields, *contact(0).fields), words)
 
 
 def elastic(dofs: Sequence[int]) -> Channel:
@@ -220,12 +207,8 @@ def control() -> Channel:
 
 def event_descriptor() -> FileDescriptorSet:
     """Return the protobuf schema of an event: ``foxglove.Log``, which viewers show as text."""
-    log = FileDescriptorProto(
-        name="foxglove/Log.proto",
-        package="foxglove",
-        syntax="proto3",
-        dependency=["google/protobuf/timestamp.proto"],
-    )
+    log = FileDescriptorProto(name="foxglove/Log.proto", package="foxglove", syntax="proto3")
+    log.dependency.append("google/protobuf/timestamp.proto")
     message = log.message_type.add(name="Log")
     levels = message.enum_type.add(name="Level")
     for number, name in enumerate(("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")):
@@ -235,13 +218,10 @@ def event_descriptor() -> FileDescriptorSet:
     type_names = {"timestamp": ".google.protobuf.Timestamp", "level": ".foxglove.Log.Level"}
     names = ("timestamp", "level", "message", "name", "file", "line")
     for number, name in enumerate(names, start=1):
-        message.field.add(
-            name=name,
-            number=number,
-            label=kind.LABEL_OPTIONAL,
-            type=types.get(name, kind.TYPE_STRING),
-            type_name=type_names.get(name),
-        )
+        member = message.field.add(name=name, number=number, label=kind.LABEL_OPTIONAL)
+        member.type = types.get(name, kind.TYPE_STRING)
+        if name in type_names:
+            member.type_name = type_names[name]
     timestamp = FileDescriptorProto()
     timestamp_pb2.DESCRIPTOR.CopyToProto(timestamp)
     return FileDescriptorSet(file=[timestamp, log])

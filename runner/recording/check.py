@@ -55,21 +55,18 @@ class Info:
     def text(self) -> str:
         """Return lines for a reader."""
         start, end = self.span
-        count = sum(channel.count for channel in self.channels)
         name = f"  ({self.scene_name})" if self.scene_name else ""
-        lines = [
-            f"{self.title or 'no slipmode recording'}{name}",
-            f"  {end - start:g} s, t = {start:g} to {end:g} s; {count} messages; "
-            f"chunks: {self.chunks}; {self.size / 1024:.0f} KiB",
-        ]
+        lines = [f"{self.title or 'no slipmode recording'}{name}"]
+        size = f"chunks: {self.chunks}; {self.size / 1024:.0f} KiB"
+        count = f"{sum(channel.count for channel in self.channels)} messages"
+        lines.append(f"  {end - start:g} s, t = {start:g} to {end:g} s; {count}; {size}")
         if self.damage:
             lines.append(f"  damaged: {self.damage}: see slipmode recover")
         width = max((len(channel.topic) for channel in self.channels), default=0)
         for channel in self.channels:
             fields = ", ".join(f"{name} [{unit}]" for name, unit in channel.units.items())
-            lines.append(
-                f"  {channel.topic:{width}} {channel.count:9}  {fields or channel.message_type}"
-            )
+            kind = fields or channel.message_type
+            lines.append(f"  {channel.topic:{width}} {channel.count:9}  {kind}")
         return "\n".join(lines + [f"  {key:15} {value}" for key, value in self.run.items()])
 
 
@@ -96,17 +93,12 @@ def info(path: str | PathLike[str]) -> Info:
 
 
 def _describe(inventory: Inventory, number: int) -> ChannelInfo:
-    record = inventory.channels[number]
     units = {}
     with suppress(SlipmodeError):  # another program's channel has no fields of samples
         if channel := sample_channel(inventory, number):
             units = channel.units
-    return ChannelInfo(
-        topic=record.topic,
-        message_type=inventory.schema_of(number).name,
-        units=units,
-        count=inventory.counts[number],
-    )
+    topic, kind = inventory.channels[number].topic, inventory.schema_of(number).name
+    return ChannelInfo(topic, kind, units, inventory.counts[number])
 
 
 def doctor(path: str | PathLike[str]) -> list[str]:
@@ -115,18 +107,14 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
     MCAP.
     """
-    inventory, outside = Inventory(), list[int]()
     with opened(path) as file:
-        complaints = list(_faults(file, inventory, outside))
-    if outside:
-        complaints.append(f"messages outside chunks: {len(outside)}, from byte {outside[0]} on")
-    mixed = inventory.mixed_clocks()
-    return [*complaints, mixed] if mixed else complaints
+        return list(_faults(file))
 
 
-def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterator[str]:
-    """Yield the faults of a file; note its records, and the bytes of messages outside chunks."""
+def _faults(file: BinaryIO) -> Iterator[str]:
+    inventory = Inventory()
     chunks: list[int] = []  # their first bytes
+    outside: list[int] = []  # first bytes of messages outside chunks
     disordered: set[int] = set()  # channels whose times are known to run backwards
     # entries that the indexes of the last chunk must have, and entries that they have
     expected: dict[int, bytes] | None = None
@@ -170,6 +158,10 @@ def _faults(file: BinaryIO, inventory: Inventory, outside: list[int]) -> Iterato
         yield from _summary_faults(file, chunks, inventory)
     except DamagedError as error:
         yield str(error)
+    if outside:
+        yield f"messages outside chunks: {len(outside)}, from byte {outside[0]} on"
+    if mixed := inventory.mixed_clocks():
+        yield mixed
 
 
 def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:

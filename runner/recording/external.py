@@ -59,11 +59,9 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
     else they are its log times. Raises SlipmodeError if there is no such file, it is not MCAP, its
     clocks are mixed, or it has no numbers.
     """
-    inventory = Inventory()
-    decoders: dict[int, _Decoder] = {}
+    inventory, decoders, refused = Inventory(), dict[int, _Decoder](), Counter[int]()
     times: dict[int, list[int]] = defaultdict(list)
     rows: dict[int, list[dict[str, float]]] = defaultdict(list)
-    refused: Counter[int] = Counter()
 
     def take(number: int, messages: Messages) -> None:
         if number not in decoders:
@@ -98,9 +96,8 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
             elif rows[number]:
                 left_out.append(f"{len(rows[number])} of {kind}: no numbers")
         if not channels:
-            damage = [inventory.damage] if inventory.damage else []
-            seen = [*left_out, *damage] or ["no messages at all"]
-            raise SlipmodeError(f"no numbers to show: {'; '.join(seen)}")
+            seen = "; ".join(filter(None, [*left_out, inventory.damage])) or "no messages at all"
+            raise SlipmodeError(f"no numbers to show: {seen}")
     words = "not a recording of slipmode"
     if origin:
         words += f"; t = 0 is {datetime.fromtimestamp(origin / NANOSECONDS, UTC).isoformat()}"

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError, UnknownChannelError
 from slipmode.rom.short_repr import short_list, short_repr
-from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
     EVENTS,
     NANOSECONDS,
@@ -27,6 +26,7 @@ from slipmode.runner.recording.channels import (
     decode_event,
 )
 from slipmode.runner.recording.mcap_reader import Inventory, Messages, opened
+from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import SCENE_FILE, Header
 
 
@@ -132,10 +132,9 @@ class Selection:
         channels = {topic: data.channels[topic] for topic in self.topics or data.channels}
         header = data.header
         if self.start > -math.inf or self.end < math.inf:
-            for topic, signals in channels.items():
-                kept = (self.start <= signals.time) & (signals.time <= self.end)
-                part = signals._replace(time=signals.time[kept], values=signals.values[kept])
-                channels[topic] = part
+            for topic, (channel, time, values) in channels.items():
+                kept = (self.start <= time) & (time <= self.end)
+                channels[topic] = Signals(channel, time[kept], values[kept])
             header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
             if not any(signals.time.size for signals in channels.values()):
                 raise SlipmodeError(
@@ -204,7 +203,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
             raise SlipmodeError(complaint)
         channels, left_out = Channels(), []
         for number, record in inventory.channels.items():
-            if record.topic in (EVENTS, overview.TOPIC):
+            if record.topic in (EVENTS, Overview.topic):
                 continue
             if (channel := layout(number)) is None:
                 left_out.append(kind_of(inventory, number))

@@ -258,10 +258,9 @@ def unpack(chunk: records.Chunk) -> tuple[list[Record], dict[int, Messages]]:
 
 
 def _decompressed(chunk: records.Chunk) -> bytes:
-    if chunk.compression not in ("zstd", "lz4", ""):
-        raise DamagedError(
-            f"a chunk is compressed as {chunk.compression!r}, which is not read here"
-        )
+    kind = chunk.compression
+    if kind not in ("zstd", "lz4", ""):
+        raise DamagedError(f"a chunk is compressed as {kind!r}, which is not read here")
     try:
         stream, size = get_chunk_data_stream(chunk, validate_crc=True)
         raw = stream.read(size)

@@ -28,16 +28,12 @@ FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is written 
 FIRST_FLUSH_SECONDS = 0.05  # the same for the first time; doubled each time, up to FLUSH_SECONDS
 ZSTD_LEVEL = 1  # twice as fast as level 3 on smooth motion, with no larger files
 
-MESSAGE_PREFIX = np.dtype(
-    [
-        ("opcode", "u1"),
-        ("length", "<u8"),
-        ("channel", "<u2"),
-        ("sequence", "<u4"),
-        ("log_time", "<u8"),
-        ("publish_time", "<u8"),
-    ]
-)  # in front of each message
+MESSAGE_PREFIX = np.dtype(  # in front of each message
+    {
+        "names": ["opcode", "length", "channel", "sequence", "log_time", "publish_time"],
+        "formats": ["u1", "<u8", "<u2", "<u4", "<u8", "<u8"],
+    }
+)
 HEADER_BYTES = 9  # of any record: opcode and length, which counts what follows
 INDEX_ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
 
@@ -79,11 +75,8 @@ class McapWriter:
             case records.Metadata():
                 self._summary.append(records.MetadataIndex(offset, length, record.name))
             case records.Attachment(name=name, media_type=media_type, data=data):
-                times = record.log_time, record.create_time
-                index = records.AttachmentIndex(
-                    offset, length, *times, len(data), name, media_type
-                )
-                self._summary.append(index)
+                about = record.log_time, record.create_time, len(data), name, media_type
+                self._summary.append(records.AttachmentIndex(offset, length, *about))
 
     def add_messages(
         self, channel: int, time_ns: NDArray[np.int64], messages: NDArray[np.void]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,6 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import NANOSECONDS, Channel
 
-SOURCE = "/modes"
-TOPIC = "/overview/modes"
 SCHEMA = f"""\
 std_msgs/Header header
 string[] name
@@ -35,6 +34,8 @@ class Overview:
 
     `modes` is the channel ``/modes``.
     """
+
+    topic: ClassVar = "/overview/modes"
 
     def __init__(self, modes: Channel) -> None:
         self._columns = [k for k, name in enumerate(modes.names) if name.endswith("_abs")]
@@ -72,15 +73,7 @@ def _joint_state(names: Sequence[str]) -> NDArray[np.void]:
     for part in (frame_id, count, *strings, count):
         body += bytes(-len(body) % 4) + part
     body += bytes(-len(body) % 8)
-    layout = np.dtype(
-        [
-            ("encoding", "V4"),
-            ("sec", "<i4"),
-            ("nanosec", "<u4"),
-            ("constant", f"V{len(body) - 8}"),
-            ("position", "<f8", (len(names),)),
-            ("empty", "V8"),  # the lengths of velocity and effort
-        ]
-    )
-    data = b"\0\1\0\0" + body + bytes(8 * len(names) + 8)
-    return np.frombuffer(data, layout).reshape(())
+    stamp = [("encoding", "V4"), ("sec", "<i4"), ("nanosec", "<u4")]
+    position = [("constant", f"V{len(body) - 8}"), ("position", "<f8", (len(names),))]
+    layout = np.dtype([*stamp, *position, ("empty", "V8")])  # no velocity, no effort
+    return np.frombuffer(b"\0\1\0\0" + body + bytes(8 * len(names) + 8), layout).reshape(())

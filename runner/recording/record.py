@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import IO, Self
 
 import numpy as np
@@ -27,7 +27,6 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
-from slipmode.runner.recording import overview
 from slipmode.runner.recording.channels import (
     EVENTS,
     NANOSECONDS,
@@ -37,6 +36,7 @@ from slipmode.runner.recording.channels import (
     event_descriptor,
 )
 from slipmode.runner.recording.mcap_writer import McapWriter
+from slipmode.runner.recording.overview import SCHEMA, Overview
 
 SCENE_FILE = "scene.toml"
 
@@ -57,21 +57,16 @@ def describe_run(scene_text: str, model: Model | None) -> dict[str, str]:
 
     Nothing else in a recording depends on the wall clock.
     """
-    modelled = {}
+    run = {"scene_hash": hashlib.sha256(scene_text.encode()).hexdigest()}
     if model is not None:
-        modelled = {
-            "model_hash": model.hash,
-            "formulation": model.reduced.formulation,
-            "table_tolerance": f"{model.accuracy.tolerance:g}",
-        }
-    return {
-        "scene_hash": hashlib.sha256(scene_text.encode()).hexdigest(),
-        **modelled,
-        **{package: version(package) for package in ("slipmode", "numpy", "rerun-sdk", "mcap")},
-        "python": platform.python_version(),
-        "git_revision": _revision(),
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-    }
+        run["model_hash"] = model.hash
+        run["formulation"] = model.reduced.formulation
+        run["table_tolerance"] = f"{model.accuracy.tolerance:g}"
+    run |= {package: version(package) for package in ("slipmode", "numpy", "rerun-sdk", "mcap")}
+    run["python"] = platform.python_version()
+    run["git_revision"] = _revision()
+    run["started"] = datetime.now(UTC).isoformat(timespec="seconds")
+    return run
 
 
 def _revision() -> str:
@@ -115,12 +110,7 @@ class Sink(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         if error is None:
             self.close()
             return
@@ -148,10 +138,10 @@ class McapSink(Sink):
                 about = channel.units | {"description": channel.description}
                 self._register(channel.topic, channel.message_type, channel.descriptor(), about)
             self._register(EVENTS, "foxglove.Log", event_descriptor(), {})
-            if overview.SOURCE in self._channels:
-                self._overview = overview.Overview(self._channels[overview.SOURCE])
+            if "/modes" in self._channels:
+                self._overview = Overview(self._channels["/modes"])
                 kind = "sensor_msgs/msg/JointState"  # of ROS 2; viewers plot it without a layout
-                self._register(overview.TOPIC, kind, overview.SCHEMA, {})
+                self._register(Overview.topic, kind, SCHEMA, {})
             self._writer.flush()
 
     def write(self, topic: str, time: ArrayLike, values: ArrayLike) -> None:
@@ -162,9 +152,9 @@ class McapSink(Sink):
                 part = slice(start, start + 1024)
                 messages = channel.encode(rows[part])
                 self._writer.add_messages(self._ids[topic], time_ns[part], messages)
-            if topic == overview.SOURCE:
+            if topic == "/modes":
                 shown = self._overview.encode(time_ns, rows)
-                self._writer.add_messages(self._ids[overview.TOPIC], *shown)
+                self._writer.add_messages(self._ids[Overview.topic], *shown)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
@@ -182,11 +172,8 @@ class McapSink(Sink):
             self._file.close()
 
     def _describe(self, header: Header) -> None:
-        units = {
-            f"{topic}.{name}": unit
-            for topic, channel in self._channels.items()
-            for name, unit in channel.units.items()
-        }
+        fields = [(topic, field) for topic, c in self._channels.items() for field in c.fields]
+        units = {f"{topic}.{field.name}": field.unit for topic, field in fields}
         scene = {"title": header.title, "name": header.scene_name}
         for name, data in {"run": dict(header.run), "scene": scene, "units": units}.items():
             self._writer.add(records.Metadata(name, data))
@@ -244,12 +231,7 @@ class Recorder(Sink):
             for sink in reversed(self._sinks):  # the stack calls back from the last one on
                 stack.callback(sink.close)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, traceback: object) -> None:
         if error is not None:
             for sink in self._sinks:
                 with suppress(Exception):  # the error that ended the run is the one to report

@@ -47,16 +47,11 @@ class Recovery:
         """Return lines for a reader."""
         lines = [f"kept: {self.kept} messages, up to t = {self.end:g} s"]
         about = "" if self.exact else "about "
-        lines.append(
-            f"lost: {about}{self.lost} messages, {self.lost_seconds:g} s"
-            if self.lost
-            else "lost: nothing of what had reached the file"
-        )
+        lost = f"{about}{self.lost} messages, {self.lost_seconds:g} s"
+        lines.append(f"lost: {lost if self.lost else 'nothing of what had reached the file'}")
         if self.duration is not None and self.duration > self.end:
-            missing = self.duration - self.end
-            lines.append(
-                f"the scene lasts {self.duration:g} s: its last {missing:g} s are missing"
-            )
+            missing = f"its last {self.duration - self.end:g} s are missing"
+            lines.append(f"the scene lasts {self.duration:g} s: {missing}")
         return "\n".join(lines)
 
 

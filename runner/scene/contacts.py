@@ -23,12 +23,6 @@ from slipmode.runner.scene.values import NON_NEGATIVE, POSITIVE, number, numbers
 STAND_IN = (
     'law = "jenkins" with a stiffness far above the stiffness of the structure stands for Coulomb'
 )
-# Where a law takes fewer kinds of values than others with a parameter of the same name.
-_KINDS = {
-    ("sliders", "limit"): numbers(NON_NEGATIVE),
-    ("sliders", "stiffness"): numbers(POSITIVE),
-    ("iwan", "stiffness"): number(POSITIVE),
-}
 
 
 def existing(table: Table, key: str, folder: Path) -> Path:
@@ -56,9 +50,8 @@ def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
     groups = tuple(_group(table) for table in tables)
     for table, group in zip(tables, groups, strict=True):
         if group.contacts is None and len(groups) > 1:
-            raise table.error(
-                "contacts", "is missing: of several groups each says which contact DOFs it has"
-            )
+            each = "of several groups each says which contact DOFs it has"
+            raise table.error("contacts", f"is missing: {each}")
     return groups
 
 
@@ -70,7 +63,12 @@ def _group(table: Table) -> ContactGroup:
     for key in table:
         if key not in ("law", "contacts", *own):
             raise table.error(key, f'is no parameter of law = "{name}"; it has {", ".join(own)}')
-    parameters: dict[str, Any] = {key: table.read(key, _KINDS.get((name, key))) for key in own}
+    kinds = {  # where the law takes fewer kinds of values than other laws with such a parameter
+        ("sliders", "limit"): numbers(NON_NEGATIVE),
+        ("sliders", "stiffness"): numbers(POSITIVE),
+        ("iwan", "stiffness"): number(POSITIVE),
+    }
+    parameters: dict[str, Any] = {key: table.read(key, kinds.get((name, key))) for key in own}
     try:
         law = ELASTIC_LAWS[name](**parameters)
     except SlipmodeError as refusal:
@@ -127,18 +125,20 @@ def law_of(scene: Scene, contacts: int) -> Friction:
     return law
 
 
-def preloaded(scene: Scene, structure: Structure, law: Friction) -> Preload | None:
-    """Return the state under the static force of a scene, or None without one.
+def loaded_law(scene: Scene, structure: Structure) -> tuple[Friction, Preload | None]:
+    """Return the law of a scene under its static force, and the state, None without a force.
 
     Raises SlipmodeError if the force does not fit, or the contacts do not hold the structure.
     """
+    law = law_of(scene, structure.n_contacts)
     if scene.preload is None:
-        return None
+        return law, None
     force = scene.preload.vector(structure.n_dofs)
     try:
-        return kept_preload(structure, cast(Elastic, law), force)
+        rest = kept_preload(structure, cast(Elastic, law), force)
     except SlipmodeError as refusal:
         raise SlipmodeError(str(refusal).replace("static_force:", "preload:", 1)) from None
+    return rest.law, rest
 
 
 def check_scale(scene: Scene, law: Friction, contacts: int) -> None:

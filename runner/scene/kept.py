@@ -22,11 +22,11 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of
+from slipmode.rom.reduction.reduced import REDUCED_ARRAYS
 from slipmode.rom.reduction.reduction import Formulation, Reduced, reduce
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import OPTIONAL_ARRAYS
-from slipmode.rom.table.model_content import REDUCED_ARRAYS
 
 LARGE = 10_000  # DOFs from which the work takes longer than to read its result from disk
 
@@ -114,11 +114,8 @@ def _key(structure: Structure, *others: Any) -> str:
     digest = hashlib.sha256(version("slipmode").encode())
     matrices = (structure.mass, structure.stiffness, structure.damping, structure.directions)
     for each in (*matrices, *others):
-        parts: list[Any] = [each]
-        if scipy.sparse.issparse(each):
-            whole: Any = each
-            parts = [whole.indptr, whole.indices, whole.data]
-        for part in parts:
+        sparse = scipy.sparse.issparse(each)
+        for part in (each.indptr, each.indices, each.data) if sparse else (each,):
             if isinstance(part, np.ndarray):
                 digest.update(f"{part.dtype} {part.shape}".encode())
                 digest.update(np.ascontiguousarray(part).data)

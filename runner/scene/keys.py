@@ -1,16 +1,18 @@
 """Every key of a scene file: the only declaration of its kind, unit, default and meaning.
 
-The reader (scene.py), its refusals, the reference in the documentation and the keys of studies
+The reader (scene.py), its refusals, the reference in docs/scene_keys.py and the keys of studies
 follow from `SCENE`.
 """
 
 from __future__ import annotations
 
 import inspect
+import textwrap
 from dataclasses import MISSING, fields, replace
 from typing import Any, get_args
 
 from slipmode.rom.error_budget import SLOW_FLOW
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import FrequencyUnit
 from slipmode.rom.laws.law_record import LAWS
 from slipmode.rom.slow.units import LengthUnit
@@ -226,3 +228,31 @@ SCENE = Section("", "At the top of the file, before any table.", (
     )),
 ))
 # fmt: on
+
+
+def scene_reference() -> dict[str, Section]:
+    """Return every table of a scene file by its header as in TOML; "" is the file itself."""
+    found = {"": SCENE}
+    for section in SCENE.sections:
+        nested = section.sections  # the same for each mode: the first stands for all
+        header = f"{section.name}.{nested[0].name}" if nested else section.name
+        header = f"[[{header}]]" if section.is_array else f"[{header}]"
+        parts = nested[0].parts if nested else section.parts
+        found[header] = Section(section.name, section.meaning, parts)
+    return found
+
+
+def table_text(table: str) -> str:
+    """Return the keys of a table, "run" or "forcing.A" for instance, for a terminal.
+
+    Raises SlipmodeError with the names of the tables if there is no such table.
+    """
+    sections = {header.strip("[]"): section for header, section in scene_reference().items()}
+    if table not in sections:
+        raise SlipmodeError(f"keys: must be one of {', '.join(filter(None, sections))}")
+    lines = [sections[table].meaning]
+    for key in sections[table].keys:
+        allowed = f" {key.kind.allowed}" if key.kind.allowed else ""
+        lines.append(f"{key.name}: {key.kind.words}{allowed} [{key.unit}], {key.shown_default}")
+        lines.append(textwrap.indent(textwrap.fill(key.meaning, 95), "    "))
+    return "\n".join(lines)

@@ -10,9 +10,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.sections import ModelOptions
 from slipmode.runner.scene.toml_table import Table
 
-_IN_THE_FILE = ("structure", "friction", "contacts", "preload", "aerodynamics", "modes")
-_OF_STRUCTURES = ("table", "transients")  # keys of [model]
-
 
 def read_saved_model(root: Table, folder: Path) -> Model | None:
     """Return the model that `model.file` names, or None without this key.
@@ -31,20 +28,20 @@ def read_saved_model(root: Table, folder: Path) -> Model | None:
         raise table.error("file", f"no such model file: {str(path)!r}") from None
     except SlipmodeError as refusal:
         raise table.error("file", str(refusal)) from None
-    for name in _IN_THE_FILE:
+    its_own = "leave it out: the model of model.file has its own"
+    for name in ("structure", "friction", "contacts", "preload", "aerodynamics", "modes"):
         if name in root:
-            raise root.error(name, "leave it out: the model of model.file has its own")
+            raise root.error(name, its_own)
     for key in table:
-        if key in _OF_STRUCTURES:
+        if key in ("table", "transients"):
             raise table.error(key, "leave it out: model.file has no structure for full order")
         if key != "file":
-            raise table.error(key, "leave it out: the model of model.file has its own")
-    if not model.reduced.n_contacts:
-        without = "leave it out: the model of model.file has no contacts"
-        if "limits" in root:
-            raise root.error("limits", without)
-        if "contact" in root:
-            raise root.error("contact", f"{without}; [[elastic]] windows have its DOFs")
+            raise table.error(key, its_own)
+    without = "leave it out: the model of model.file has no contacts"
+    if "limits" in root and not model.reduced.n_contacts:
+        raise root.error("limits", without)
+    if "contact" in root and not model.reduced.n_contacts:
+        raise root.error("contact", f"{without}; [[elastic]] windows have its DOFs")
     return model
 
 

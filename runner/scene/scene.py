@@ -130,9 +130,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
     contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
     if "friction" in root and tables["contacts"]:
-        raise root.error(
-            "contacts", f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
-        )
+        one = f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
+        raise root.error("contacts", one)
     if not ("friction" in root or tables["contacts"] or saved):
         raise root.error("friction", "is missing: give [friction] or [[contacts]]")
     laws = read_contacts(tables["contacts"])
@@ -209,9 +208,8 @@ def _present_modes(table: Table, modes: Modes) -> list[str]:
 
 
 def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
-    forcing = {
-        mode: _forcing_of(mode, table[mode], units) for mode in _present_modes(table, modes)
-    }
+    present = _present_modes(table, modes)
+    forcing = {mode: _forcing_of(mode, table[mode], units) for mode in present}
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))
     return forcing
@@ -243,9 +241,8 @@ def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
 def _run(table: Table) -> Run:
     run = Run(**table.values())
     if run.step > run.duration:
-        raise table.error(
-            "step", f"must be at most run.duration = {run.duration:g}, got {run.step:g}"
-        )
+        most = f"run.duration = {run.duration:g}"
+        raise table.error("step", f"must be at most {most}, got {run.step:g}")
     if run.duration > _LARGEST_STEP_COUNT * run.step:
         least = run.duration / _LARGEST_STEP_COUNT
         raise table.error("step", f"must be at least run.duration / 1e7 = {least:g}")
@@ -292,11 +289,9 @@ def _windows(
     found.sort(key=lambda entry: entry[1].start)
     for (first, earlier), (second, later) in pairwise(found):
         if later.start < earlier.end:
-            names = f"{first}.window" if first == second else f"{first}.window, {second}.window"
-            raise SlipmodeError(
-                f"{names}: windows must not overlap, got [{earlier.start:g}, "
-                f"{earlier.end:g}] and [{later.start:g}, {later.end:g}]"
-            )
+            names = ", ".join(dict.fromkeys((f"{first}.window", f"{second}.window")))
+            both = " and ".join(f"[{each.start:g}, {each.end:g}]" for each in (earlier, later))
+            raise SlipmodeError(f"{names}: windows must not overlap, got {both}")
     of_contact = tuple(window for name, window in found if name == "contact")
     return of_contact, tuple(window for name, window in found if name == "elastic")
 

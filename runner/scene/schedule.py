@@ -14,12 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipmode.fmu.inputs import rate_of
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene, Window
-
-LIMIT_SCALE = "limit_scale"
 
 
 class _Stretches(NamedTuple):
@@ -137,7 +136,7 @@ class Schedule:
     def _input(self, name: str, starts: Floats) -> Floats:
         scripted = name.replace("_rate", "")
         script = self.scripts.get(scripted)
-        if script is None and scripted == LIMIT_SCALE:
+        if script is None and scripted == "limit_scale":
             script = Script.constant(1.0)
         assert script is not None
         return script.rate(starts) if is_rate(name) else script.value(starts)
@@ -162,11 +161,6 @@ class Schedule:
         return np.asarray(k[:, 0] + earlier.sum(axis=1))
 
 
-def rate_of(name: str) -> str:
-    """Return the name of the rate of an input: force_rate_A of force_A, limit_scale_rate."""
-    return f"{name}_rate" if name == LIMIT_SCALE else name.replace("_", "_rate_")
-
-
 def is_rate(name: str) -> bool:
     """Return whether an input is the rate of another."""
     return "_rate" in name
@@ -177,7 +171,7 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
 
     A mode without forcing of its own has zero force at its natural frequency.
     """
-    scripts = {LIMIT_SCALE: scene.limit_scale} if scene.limit_scale else {}
+    scripts = {"limit_scale": scene.limit_scale} if scene.limit_scale else {}
     zero = Script.constant(0.0)
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)

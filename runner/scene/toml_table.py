@@ -75,6 +75,8 @@ class Table:
     """
 
     def __init__(self, content: Mapping[str, Any], section: Section, path: str = "") -> None:
+        if not isinstance(content, Mapping):
+            raise SlipmodeError(f"{path}: must be a table, got {shown(content)}")
         self._content = content
         self._section = section
         self._path = path
@@ -90,9 +92,16 @@ class Table:
 
     def __getitem__(self, name: str) -> Any:
         part = self._section.by_name[name]
-        if isinstance(part, Section):
-            return self._tables(part) if part.is_array else self._table(part)
-        return self.read(name)
+        if isinstance(part, Key):
+            return self.read(name)
+        path, found = self._full(name), self._content.get(name, [] if part.is_array else {})
+        if not part.is_array:
+            return Table(found, part, path)
+        if not isinstance(found, list):
+            raise SlipmodeError(
+                f"{path}: must be an array of tables, [[{path}]], got {shown(found)}"
+            )
+        return [Table(each, part, f"{path}[{i}]") for i, each in enumerate(found)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._content)
@@ -134,26 +143,8 @@ class Table:
         """Return a refusal `key: message` with the full key."""
         return SlipmodeError(f"{self._path}.{refusal}")
 
-    def _table(self, section: Section) -> Table:
-        name = self._full(section.name)
-        return _checked_table(self._content.get(section.name, {}), section, name)
-
-    def _tables(self, section: Section) -> list[Table]:
-        name, found = self._full(section.name), self._content.get(section.name, [])
-        if not isinstance(found, list):
-            raise SlipmodeError(
-                f"{name}: must be an array of tables, [[{name}]], got {shown(found)}"
-            )
-        return [_checked_table(each, section, f"{name}[{i}]") for i, each in enumerate(found)]
-
     def _full(self, name: str) -> str:
         return _dotted(self._path, name)
-
-
-def _checked_table(content: Any, section: Section, name: str) -> Table:
-    if not isinstance(content, dict):
-        raise SlipmodeError(f"{name}: must be a table, got {shown(content)}")
-    return Table(content, section, name)
 
 
 @lru_cache(maxsize=1024)  # a study reads the same keys of many scenes

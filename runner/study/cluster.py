@@ -24,14 +24,15 @@ SETTINGS: dict[str, Any] = {
     "distributed.admin.tick.interval": "1s",  # checks whether an event loop is late
     "distributed.admin.system-monitor.interval": "5s",  # readings of processor and memory
 }
-# Workers are copies of one process that has imported these. Other systems have no fork server, or
-# libraries that must not be copied once they are loaded (macOS).
-_FORKSERVER = sys.platform == "linux"
 
 
 def prepare_workers() -> None:
-    """Start the process that workers are copied from; it imports while the client goes on."""
-    if not _FORKSERVER:
+    """Start the process that workers are copied from; it imports while the client goes on.
+
+    Only on Linux: other systems have no fork server, or libraries that must not be copied once
+    they are loaded (macOS).
+    """
+    if sys.platform != "linux":
         return
     from multiprocessing import forkserver
 
@@ -55,7 +56,7 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     """
     distributed, config = extra("distributed", "study"), extra("dask.config", "study")
     settings = dict(SETTINGS)
-    if _FORKSERVER:
+    if sys.platform == "linux":
         settings["distributed.worker.multiprocessing-method"] = "forkserver"
     with _quiet(), config.set(settings):
         if scheduler is not None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -16,11 +15,11 @@ from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.performance import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
-from slipmode.runner.plan.amplitude_range import along_run
+from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened
 from slipmode.runner.plan.excited import Excited
-from slipmode.runner.plan.settling import Stretches, shortened
 from slipmode.runner.run import run
 from slipmode.runner.scene.schedule import make_schedule
+from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.study.sample_outputs import Batch, Outputs
 from slipmode.runner.study.scene_model import SceneModel
@@ -52,8 +51,12 @@ def compute(
         _add_displacements(batch, shared)
     if shared.samples.recordings is not None:
         for k, scene in read.items():
-            if not batch.reason[k]:
-                batch.reason[k] = record(scene, shared.samples.recordings, numbers[k])
+            if batch.reason[k]:
+                continue
+            try:
+                run(replace(scene, name=f"sample-{numbers[k]:06d}"), shared.samples.recordings)
+            except SlipmodeError as refusal:
+                batch.reason[k] = str(refusal)
     for values in batch.values.values():
         values[[bool(why) for why in batch.reason]] = np.nan
     return batch
@@ -132,12 +135,10 @@ def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     excitation = np.repeat(loads.excitation, axis.size, axis=0)
     found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
     a = np.abs(found.amplitude).reshape(n, axis.size, -1).swapaxes(1, 2)
-    first = (
-        next((why for why in found.reason[k : k + axis.size] if why), "")
-        for k in range(0, len(frequency), axis.size)
-    )
+    reasons = np.array(found.reason, dtype=object).reshape(n, axis.size)
+    first = [next(filter(None, row), "") for row in reasons]
     outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
-    return Batch({"curve": loads.scale[:, np.newaxis] * a}, list(first), outside)
+    return Batch({"curve": loads.scale[:, np.newaxis] * a}, first, outside)
 
 
 def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
@@ -147,9 +148,8 @@ def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
     for mode in outputs.resonance:
         if mode not in modes:
-            return Batch.refused(
-                "resonance", shape, f"outputs.resonance: nothing moves mode {mode}"
-            )
+            why = f"outputs.resonance: nothing moves mode {mode}"
+            return Batch.refused("resonance", shape, why)
         j = modes.index(mode)
         try:
             relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
@@ -170,54 +170,39 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
     modes = excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
-    if scene.model.formulation == "consistent":
-        excited = excited.started(schedule)
+    excited = excited.started(schedule)
 
     def nothing(reason: str, *, outside: bool = False) -> Batch:
         return Batch({}, [reason], np.array([outside]))
 
-    def limit_scale(end: float) -> tuple[float, float]:
-        if scene.limit_scale is None:
-            return 1.0, 1.0
-        return scene.limit_scale.range(0.0, end)
-
     if times and max(times) > scene.run.duration:
         return nothing(f"outputs.times: run.duration is {scene.run.duration:g}")
-    largest = model.table.amplitude_range
-    if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale(0.0)[0] * largest):
+    largest, limit_scale = model.table.amplitude_range, scene.limit_scale or Script.constant(1.0)
+    if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale.range(0.0, 0.0)[0] * largest):
         return nothing("initial: outside the friction table", outside=True)
     try:
         component = excited.component(model, scene.run.tolerance)
         names = component.input_names
-        straight = replace(schedule.stretches(), points=tuple(times))
         if times:
-            steps = straight.durations(), straight.inputs(names)
+            straight = replace(schedule.stretches(), points=tuple(times))
+            lengths = straight.durations()
+            steps = Stretches(lengths, straight.inputs(names), lengths, names)
         else:
             steps = shortened(schedule, model, modes, names)
-        path = excited.follow(component, *steps)
+        path = excited.follow(component, steps.durations, steps.inputs)
     except SlipmodeError as refusal:
         return nothing(str(refusal))
     size, stop = np.abs(path.amplitude), path.stop
     if stop is not None:
         # close to the edge of the table a run may find no step that stays inside
-        near = bool(np.any(size > 0.9 * limit_scale(stop.time)[0] * largest))
+        near = bool(np.any(size > 0.9 * limit_scale.range(0.0, stop.time)[0] * largest))
         return nothing(str(stop), outside=stop.left_table or near)
-    stretches = Stretches(*steps, straight.durations(), names)
-    _, error = along_run(excited, model, stretches, path)
+    _, error = along_run(excited, model, steps, path)
     at = [np.argmin(np.abs(path.time - t)) for t in times]
-    largest_scale = limit_scale(scene.run.duration)[1]
+    largest_scale = limit_scale.range(0.0, scene.run.duration)[1]
     values = {
         "peak": size.max(axis=0)[np.newaxis],
         "at": size[at].T[np.newaxis],
         "run_error": largest_scale * error.max(axis=0, initial=0.0)[np.newaxis],
     }
     return Batch(values, [""], np.zeros(1, dtype=bool))
-
-
-def record(scene: Scene, folder: Path, number: int) -> str:
-    """Record the run of a sample; return why there is no recording, or nothing."""
-    try:
-        run(replace(scene, name=f"sample-{number:06d}"), folder)
-    except SlipmodeError as refusal:
-        return str(refusal)
-    return ""

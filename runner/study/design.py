@@ -102,8 +102,5 @@ def _unit_cube(keys: int, sampling: Sampling) -> Floats:
 
 def unit_problem(keys: int) -> dict[str, Any]:
     """Return SALib's description of uniform parts of any distributions."""
-    return {
-        "num_vars": keys,
-        "names": [str(k) for k in range(keys)],
-        "bounds": [[0.0, 1.0]] * keys,
-    }
+    names = [str(k) for k in range(keys)]
+    return {"num_vars": keys, "names": names, "bounds": [[0.0, 1.0]] * keys}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -18,12 +19,7 @@ from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import is_limit, is_load
-from slipmode.runner.study.scene_model import (
-    LAST_STEP,
-    Samples,
-    SceneModel,
-    without_loads,
-)
+from slipmode.runner.study.scene_model import Samples, SceneModel, without_loads
 
 # Samples of a task. To hand a task out costs some ms, which is little per sample at these sizes
 # (`make bench-study`); smaller ones spread the work better.
@@ -42,11 +38,7 @@ class Task:
 def make_tasks(samples: Samples, design: Design) -> Iterator[Task]:
     """Yield all batches of a study, in the order of its samples."""
     outputs = samples.outputs
-    most = AT_ONCE
-    if outputs.recording:
-        most = 5
-    elif outputs.runs:
-        most = 50
+    most = 5 if outputs.recording else 50 if outputs.runs else AT_ONCE
     starts = [*np.flatnonzero(_changes(samples, design)).tolist(), design.samples]
     for first, end in pairwise(starts):
         for start in range(first, end, most):
@@ -93,8 +85,8 @@ class Foreman:
         self._shared: dict[tuple[int, int], list[Any]] = {}
         self._at_work: dict[str, _Work] = {}
 
-    def work_on(self, tasks: Iterable[Task], finished: Callable[[Task, Batch], None]) -> None:
-        """Compute all tasks with a `distributed.Client`, and call `finished` for each of them.
+    def work_on(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Batch]]:
+        """Yield each task with its results, as the `distributed.Client` completes them.
 
         Raises SlipmodeError if the connection to the scheduler is lost.
         """
@@ -108,15 +100,12 @@ class Foreman:
             groups = {work.task.group for work in self._at_work.values()}
             self._shared = {group: self._shared[group] for group in groups}
             while len(self._at_work) >= most:
-                self._collect(completed, finished)
+                yield from self._collect(completed)
         while self._at_work:
-            self._collect(completed, finished)
+            yield from self._collect(completed)
 
     def _submit(self, work: _Work) -> Any:
-        def submit(function: Callable[..., Any], *arguments: Any) -> Any:
-            return self._client.submit(function, *arguments, pure=False)
-
-        group = work.task.group
+        submit, group = partial(self._client.submit, pure=False), work.task.group
         if group not in self._shared:
             part = self._design.part(slice(*group))
             self._shared[group] = [submit(SceneModel.of, self._samples, part)]
@@ -129,8 +118,8 @@ class Foreman:
         self._at_work[future.key] = work
         return future
 
-    def _collect(self, completed: Any, finished: Callable[[Task, Batch], None]) -> None:
-        """Take the next result; repeat samples outside the table on the next one."""
+    def _collect(self, completed: Any) -> Iterator[tuple[Task, Batch]]:
+        """Yield the next result; repeat samples outside the table on the next table instead."""
         future = next(completed)
         work = self._at_work.pop(future.key)
         outside: list[int] = []
@@ -138,7 +127,7 @@ class Foreman:
             found, may_grow = future.result()
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
-            if not may_grow or work.step >= LAST_STEP:
+            if not may_grow or work.step >= 10:  # the range is then 1024 times that of the plan
                 why = "the amplitudes grow without bound; give structure.damping a value > 0"
                 for place in outside:
                     own = f"{work.batch.reason[place]}; leave out model.amplitude, and it is found"
@@ -148,14 +137,12 @@ class Foreman:
             for place in work.places:
                 work.batch.reason[place] = one_line(future.exception())
         else:
-            raise SlipmodeError(
-                "scheduler: was lost; what was computed stays, and the same command goes on "
-                "from there"
-            )
+            goes_on = "what was computed stays, and the same command goes on from there"
+            raise SlipmodeError(f"scheduler: was lost; {goes_on}")
         if outside:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
-            finished(work.task, work.batch)
+            yield work.task, work.batch
 
 
 def _compute(

@@ -6,7 +6,7 @@ import shutil
 import time
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -37,14 +37,13 @@ class Results:
     def __init__(self, path: Path, study: Study, design: Design) -> None:
         self._path = path
         zarr = extra("zarr", "study")
+        digest = None
         with self._writing():
             if not path.exists():
                 _create(zarr, path, study, design)
-            try:
+            with suppress(FileNotFoundError, ValueError):
                 group = zarr.open_group(path, mode="r+")
                 digest = group.attrs.get("study_digest")
-            except (FileNotFoundError, ValueError):
-                digest = None
         if digest is None:
             raise SlipmodeError(f"{path}: holds no results of a study; give another --output")
         if digest != study.digest:
@@ -107,10 +106,9 @@ class Results:
         try:
             yield
         except OSError as error:
-            reason = error.strerror or str(error)
             raise SlipmodeError(
-                f"{self._path}: cannot be written: {reason}; what was computed stays, and the "
-                "same command goes on from there"
+                f"{self._path}: cannot be written: {error.strerror or error}; what was computed "
+                "stays, and the same command goes on from there"
             ) from error
 
 
@@ -148,23 +146,19 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
         array.attrs.update(words)
         return array
 
-    units, outputs = study.scene.units, study.outputs
-    coordinates = {"mode": np.array(modes, dtype=object)}
-    if outputs.dofs:
-        coordinates["dof"] = np.array(outputs.dofs)
-    if outputs.times:
-        coordinates["time"] = np.array(outputs.times)
+    units, outputs, sample = study.scene.units, study.outputs, {"sample": rows}
+    coordinates = {"mode": np.array(modes, dtype=object), "dof": np.array(outputs.dofs)}
+    coordinates["time"] = np.array(outputs.times)
     if outputs.curve:
         coordinates["frequency"] = units.of_frequency(outputs.curve.frequency)
     for name, values in coordinates.items():
-        dtype = str if values.dtype == object else values.dtype
-        add(name, {name: values.size}, dtype, None)[:] = values
-    sample = {"sample": rows}
+        if values.size:
+            dtype = str if values.dtype == object else values.dtype
+            add(name, {name: values.size}, dtype, None)[:] = values
     for key, values in zip(design.keys, design.columns, strict=True):
-        dtype = values.dtype
+        dtype, unit = values.dtype, declared(key).unit
         if dtype.kind == "O":
             dtype, values = str, np.array([str(value) for value in values], dtype=object)
-        unit = declared(key).unit
         unit = units.frequency if unit == "rad/s" else unit
         add(key, sample, dtype, None, units=unit)[:] = values
     for result in results:

@@ -112,10 +112,8 @@ class Batch:
     @classmethod
     def empty(cls, outputs: Outputs, modes: tuple[str, ...], count: int) -> Batch:
         """Return a batch without results: NaN."""
-        values = {
-            result.name: np.full((count, *result.shape), np.nan)
-            for result in outputs.results(modes)
-        }
+        found = outputs.results(modes)
+        values = {each.name: np.full((count, *each.shape), np.nan) for each in found}
         return cls(values, [""] * count, np.zeros(count, dtype=bool))
 
     @classmethod

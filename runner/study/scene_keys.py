@@ -18,16 +18,15 @@ def check_key(name: str, path: str, content: Content) -> None:
     `name` is the key of the study that the refusal is about, "vary[0].key"; `content` is the
     scene, as parsed. The SlipmodeError lists the names that are allowed instead.
     """
+    unknown = f"{name}: no such key of a scene, {path!r}"
     part: Key | Section = SCENE
     below: Any = content
     for word in path.split("."):
         if isinstance(part, Section) and not isinstance(below, list):
             if word not in part.by_name:
                 hint = did_you_mean(word, part.by_name)
-                raise SlipmodeError(
-                    f"{name}: no such key of a scene, {path!r}: {word!r} must be one of "
-                    f"{', '.join(part.by_name)}{'; ' if hint else ''}{hint}"
-                )
+                allowed = f"{', '.join(part.by_name)}{'; ' if hint else ''}{hint}"
+                raise SlipmodeError(f"{unknown}: {word!r} must be one of {allowed}")
             part = part.by_name[word]
             empty: Any = [] if isinstance(part, Section) and part.is_array else {}
             below = below.get(word, empty) if isinstance(below, dict) else empty
@@ -38,12 +37,9 @@ def check_key(name: str, path: str, content: Content) -> None:
                 raise SlipmodeError(f"{name}: no such key of the scene, {path!r}: of {of} {there}")
             below = below[int(word)]
         else:
-            raise SlipmodeError(
-                f"{name}: no such key of a scene, {path!r}: nothing is below a value"
-            )
+            raise SlipmodeError(f"{unknown}: nothing is below a value")
     if isinstance(part, Section):
-        listed = ", ".join(part.by_name)
-        raise SlipmodeError(f"{name}: no such key of a scene, {path!r}: give one of {listed}")
+        raise SlipmodeError(f"{unknown}: give one of {', '.join(part.by_name)}")
 
 
 def get(content: Content, path: str) -> Any:

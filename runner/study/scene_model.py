@@ -31,7 +31,6 @@ from slipmode.runner.study.sample_outputs import Outputs
 from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 
-LAST_STEP = 10  # of the tables: their range is then 1024 times that of the plan
 Frequencies = dict[str, tuple[float, float]]
 
 
@@ -103,11 +102,9 @@ class SceneModel:
         plan = _first_plan(samples, contents)
         model = plan.scene.model
         detuned = any(mode in frequencies for mode in plan.excited.modes)
-        combinations: tuple[CombinationResonance, ...] = ()
-        if samples.outputs.runs:
-            combinations = plan.combinations
-            if detuned and model.formulation == "consistent":
-                combinations = _combinations(plan, frequencies)
+        combinations = plan.combinations if samples.outputs.runs else ()
+        if samples.outputs.runs and detuned and model.formulation == "consistent":
+            combinations = _combinations(plan, frequencies)
         return cls(
             samples=samples,
             excited=plan.excited,

@@ -13,8 +13,6 @@ from typing import Any
 from slipmode.runner.scene.keys import CONTACT_KEYS
 from slipmode.runner.study.scene_keys import Content, get, with_value
 
-_DIGITS = 12  # in which ratios of limits have to agree: rounding changes the 16th
-
 
 def on_shared_limits(content: Content, reference: Content) -> Content:
     """Return the same scene with the limits of a reference scene and `limits.scale`.
@@ -84,7 +82,7 @@ def _scaled(script: Any, factor: float) -> Any:
 def _divided(value: Any, factor: float) -> Any:
     if isinstance(value, list):
         return [_divided(each, factor) for each in value]
-    return float(f"{value / factor:.{_DIGITS}g}")
+    return float(f"{value / factor:.12g}")  # rounding changes the 16th digit
 
 
 def _equal(a: Any, b: Any) -> bool:
@@ -92,4 +90,4 @@ def _equal(a: Any, b: Any) -> bool:
         return len(a) == len(b) and all(map(_equal, a, b))
     if isinstance(a, list) or isinstance(b, list):
         return False
-    return isclose(a, b, rel_tol=10.0**-_DIGITS)
+    return isclose(a, b, rel_tol=1e-12)

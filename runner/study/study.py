@@ -13,9 +13,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman, Task, make_tasks
+from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
-from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
 
@@ -103,13 +102,10 @@ def run_study(
                 disable=not progress,
             ) as bar,
         ):
-
-            def keep(task: Task, batch: Batch) -> None:
-                results.write(task, batch)
-                bar.update(task.stop - task.start)
-
             try:
-                Foreman(client, samples, design).work_on(missing, keep)
+                for task, batch in Foreman(client, samples, design).work_on(missing):
+                    results.write(task, batch)
+                    bar.update(task.stop - task.start)
             finally:
                 results.flush()
     return StudyResults(study, path_of_results, design.samples, found, results.failed)

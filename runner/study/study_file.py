@@ -255,12 +255,11 @@ def _varied(table: Table, name: str, content: Content) -> Varied:
     ways = [way for way in ("values", "from", "distribution") if way in table]
     if len(ways) != 1:
         raise table.error("values", "give one of values, from (to, points), and distribution")
-    way = ways[0]
-    own: tuple[str, ...] = ("values",)
+    way, own = ways[0], (*ways,)
     if way == "from":
-        own = ("from", "to", "points", "spacing")
+        own += ("to", "points", "spacing")
     elif way == "distribution":
-        own = ("distribution", *DISTRIBUTIONS[table["distribution"]])
+        own += DISTRIBUTIONS[table["distribution"]]
     for other in table:
         if other not in ("key", *own):
             raise table.error(other, f"does not go with {way}; allowed: {', '.join(own)}")

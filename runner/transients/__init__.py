@@ -1,7 +1,8 @@
-"""Transients: the error of slow time in them, and stretches of a scene at full order.
+"""A scene from its start to its end, in slow time or at full order.
 
-estimate.py       the estimated error
-passes.py         a pass through a scene, in slow time or at full order, with its recording
+passes.py         a pass through a scene, with its recording. Start here
+motion.py         the slow trajectory, fast motion, and what is recorded of them
+estimate.py       the estimated error of slow time in transients
 hybrid.py         slow time, and full order where the error is too large
 full_order.py     a stretch at full order; demodulation.py: its amplitudes
 """

@@ -12,9 +12,9 @@ from slipmode.rom.short_repr import short_list
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 from slipmode.rom.slow.transient import TransientError, said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.motion.trajectory import scripted
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import slow_time_error
+from slipmode.runner.transients.motion import scripted
 
 
 class RunError:

@@ -12,11 +12,11 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
 from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.structures import Projection
+from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.runner.motion.record import FastMotion
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import (
@@ -25,6 +25,7 @@ from slipmode.runner.transients.demodulation import (
     slow_parts,
     window_length,
 )
+from slipmode.runner.transients.motion import FastMotion
 
 
 def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitation:
@@ -42,10 +43,19 @@ def initial_state(plan: Plan, excitation: Excitation) -> State:
     """Return the state of the structure at the start of a scene."""
     a = np.array(plan.excited.initial, dtype=complex)
     shapes = plan.excited.reduced.mode_shapes
-    return State(
-        time=0.0,
-        displacement=shapes @ (2 * a.real),
-        velocity=shapes @ (2 * np.real(1j * excitation.frequency[0] * a)),
+    rate = 1j * excitation.frequency[0] * a
+    return State(0.0, displacement=shapes @ (2 * a.real), velocity=shapes @ (2 * rate.real))
+
+
+def friction_loss(elements: Elements | None, motion: FullMotion) -> Floats:
+    """Return the energy that friction has dissipated, without the energy in springs, (n,) [J].
+
+    It is NaN where the energy in the springs of elastic contacts is unknown.
+    """
+    if elements is None:
+        return motion.dissipated
+    return motion.dissipated - stored_energy(
+        elements, motion.contact_displacement, motion.contact_force
     )
 
 
@@ -64,7 +74,8 @@ class SlowPart:
 class FullOrder:
     """Full order of a scene, shared by all of its stretches.
 
-    `window` is the window of demodulation [s], `spacing` the spacing of its samples [s].
+    `integrator` has coordinates of the reduced model. `window` is the window of demodulation [s],
+    `spacing` the spacing of its samples [s].
     """
 
     def __init__(self, plan: Plan, reduced: Reduced) -> None:
@@ -89,7 +100,7 @@ class FullOrder:
         self.spacing, step = 2 * np.pi / fastest / 24, plan.scene.run.step
         if step > self.spacing:  # samples then have the same places around all points
             self.spacing = step / round(step / self.spacing)
-        self._integrator = Integrator(
+        self.integrator = Integrator(
             self.projection.structure,
             plan.excited.law,
             self.excitation,
@@ -97,10 +108,6 @@ class FullOrder:
             # errors stay far below the transient error of slow time that a stretch replaces
             steps_per_period=48,  # (tests/runner/transients/test_hybrid.py)
         )
-
-    def run(self, times: Floats, start: State) -> FullMotion:
-        """Return the motion at times from a state of the coordinates."""
-        return self._integrator.run(times, start)
 
     def fast_motion(self, motion: FullMotion) -> FastMotion:
         """Return a motion as it is recorded."""
@@ -112,13 +119,6 @@ class FullOrder:
             motion.displacement[:, : self.modes],
             motion.displacement[:, 2 * self.modes :],
         )
-
-    def lost(self, motion: FullMotion) -> Floats:
-        """Return the energy that friction dissipated, less the energy in springs if known."""
-        if self.elements is None:
-            return motion.dissipated
-        held = stored_energy(self.elements, motion.contact_displacement, motion.contact_force)
-        return motion.dissipated - np.where(np.isfinite(held), held, 0.0)
 
     def first(self) -> State:
         """Return the state at the start of the scene."""
@@ -138,13 +138,8 @@ class FullOrder:
         named = ("time", "displacement", "velocity", "force", "modal", "load")
         close = replace(motion, **{name: getattr(motion, name)[last] for name in named})
         x = close.elastic(model, range(model.reduced.n_dofs))
-        state = State(
-            time=end,
-            displacement=x[-1],
-            velocity=one_sided @ x / (2 * spacing),
-            contact_force=motion.force[-1],
-        )
-        state = self.projection.state(state)
+        velocity = one_sided @ x / (2 * spacing)
+        state = self.projection.state(State(end, x[-1], velocity, motion.force[-1]))
         if model.reduced.contacts is None:
             return state
         memory = _memory(model.reduced.contacts.kernel(), motion.displacement)
@@ -186,7 +181,7 @@ class Stretch:
         spacing = self._full.spacing
         count = int(np.ceil((until - self.reached) / spacing))
         times = np.asarray(self.reached + spacing * np.arange(1, count + 1), dtype=float)
-        motion = self._full.run(times, self._known[-1])
+        motion = self._full.integrator.run(times, self._known[-1])
         self._known.append(motion.end)
         self.reached = float(times[-1])
         self._time = np.append(self._time, times)
@@ -201,7 +196,8 @@ class Stretch:
         moving = motion.displacement[:, modes], motion.velocity[:, modes]
         z = carrier_signal(*moving, angle, frequency)
         power = np.sum(force * motion.velocity[:, loaded], axis=1)
-        lost = self._dissipated + self._full.lost(motion)
+        loss = friction_loss(self._full.elements, motion)
+        lost = self._dissipated + np.where(np.isfinite(loss), loss, motion.dissipated)
         self._dissipated += float(motion.dissipated[-1])
         return np.column_stack((z, power, lost))
 
@@ -222,6 +218,6 @@ class Stretch:
     def motion(self, times: Floats) -> FastMotion:
         """Return the fast motion at increasing times inside the stretch."""
         before = [state for state in (*self._known, self._shown) if state.time <= times[0]]
-        motion = self._full.run(times, max(before, key=lambda state: state.time))
+        motion = self._full.integrator.run(times, max(before, key=lambda state: state.time))
         self._shown = motion.end
         return self._full.fast_motion(motion)

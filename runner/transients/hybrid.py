@@ -21,12 +21,16 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.runner.motion.record import FastMotion
-from slipmode.runner.motion.trajectory import OutputColumns, output_row, slow_trajectory
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.transients import SETTLED
 from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
+from slipmode.runner.transients.motion import (
+    FastMotion,
+    OutputColumns,
+    output_row,
+    slow_trajectory,
+)
 
 
 class Hybrid:
@@ -141,9 +145,9 @@ class Hybrid:
         if now < self._cycle:  # too little motion yet for a state: from the start of the scene
             state, self._before = self._full.first(), 0.0
         else:
-            kept = self.output_names, self._rows, self._first
-            trajectory = slow_trajectory(self._plan, self._model, *kept)
-            state = self._full.state_on(self._model, trajectory)
+            rows, first = self._rows, self._first
+            slow = slow_trajectory(self._plan, self._model, self.output_names, rows, first)
+            state = self._full.state_on(self._model, slow)
         self._open = Stretch(self._full, state)
         self.stretches.append(self._open)
 
@@ -229,11 +233,8 @@ def fast_motion(
         elastic = slow.elastic(model, plan.scene.output.elastic)
         modal = slow.modal[:, : model.modes]
         parts.append(FastMotion(own, slow.displacement, slow.velocity, slow.force, modal, elastic))
-    joined = (
-        np.concatenate([getattr(part, field.name) for part in parts])
-        for field in fields(FastMotion)
-    )
-    return FastMotion(*joined)
+    names = [field.name for field in fields(FastMotion)]
+    return FastMotion(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
 def full_order_number(component: Steppable, times: Floats) -> NDArray[np.int64]:

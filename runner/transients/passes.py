@@ -16,20 +16,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
-from slipmode.runner.motion.record import (
-    FastMotion,
-    record_contacts,
-    record_findings,
-    record_points,
-    shares_in_words,
-)
-from slipmode.runner.motion.trajectory import (
-    OutputColumns,
-    carrier_phases,
-    output_row,
-    slow_trajectory,
-    torus_motion,
-)
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -37,6 +23,18 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
+from slipmode.runner.transients.motion import (
+    FastMotion,
+    OutputColumns,
+    carrier_phases,
+    output_row,
+    record_contacts,
+    record_findings,
+    record_points,
+    shares_in_words,
+    slow_trajectory,
+    torus_motion,
+)
 
 SAMPLES_PER_BATCH = 16384
 
@@ -74,28 +72,21 @@ class Pass(ABC):
         """Integrate and record; yield the number of steps each time."""
 
     @abstractmethod
-    def _record_window(self, window: Window) -> None:
-        """Record the fast motion of a window whose end is reached."""
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        """Return fast motion at times, the factor on limits and preloads, and the phases."""
 
     def _record_windows(self, reached: float) -> None:
         while self._windows and self._windows[0].end <= reached:
             self._record_window(self._windows.pop(0))
 
-    def _sample(
-        self,
-        window: Window,
-        motion: Callable[[Floats], tuple[FastMotion, Floats | float, Floats]],
-    ) -> None:
-        """Record the fast motion of a window, and the share that contacts spent in each state.
-
-        `motion(times)` also returns the factor on limits and preloads, and the phases.
-        """
+    def _record_window(self, window: Window) -> None:
+        """Record fast motion in a window, and the share that contacts spent in each state."""
         plan, recorder, shares = self._plan, self._recorder, []
         times = plan.schedule.sample_times(window)
         for first in range(0, times.size, SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[first : first + SAMPLES_PER_BATCH]
-            moved, scale, phases = motion(batch)
+            moved, scale, phases = self._motion(batch)
             if window in plan.scene.contact:
                 share = record_contacts(recorder, plan.excited.reduced, moved, scale)
                 shares += [] if share is None else [batch.size * share]
@@ -120,14 +111,13 @@ class SlowPass(Pass):
     def __init__(
         self,
         plan: Plan,
-        model: Model,
-        component: Steppable,
         recorder: Recorder,
         raise_if_interrupted: Callable[[], None],
+        model: Model,
+        component: Steppable,
     ) -> None:
         super().__init__(plan, recorder, raise_if_interrupted)
-        self._model = model
-        self._component = component
+        self._model, self._component = model, component
         self._error = RunError(plan, model)
         self._errors = ErrorRecord(plan)
         self._reported = 0  # stretches at full order
@@ -154,9 +144,8 @@ class SlowPass(Pass):
             f"table tolerance {accuracy.tolerance:g}"
         )
         recorder.event(0.0, "info", summary)
-        found = accuracy.findings()
-        reached = schedule.frequency_range(plan.excited.modes)
-        found += self._model.detuning_findings(np.array(reached))
+        reached = np.array(schedule.frequency_range(plan.excited.modes))
+        found = [*accuracy.findings(), *self._model.detuning_findings(reached)]
         record_findings(recorder, (*plan.decisions, *found))
         self._record(self._rows[0], 0)
         for first in range(0, schedule.steps, self._steps_per_block):
@@ -199,9 +188,8 @@ class SlowPass(Pass):
         self._report_stretches()
         self._record(outputs, first + 1)
         self._record_windows(self._now)
-        needed = self._now
-        if self._windows:
-            needed = min(needed, self._windows[0].start - self._spin_up)
+        window = self._windows[0].start if self._windows else np.inf
+        needed = min(self._now, window - self._spin_up)
         while len(self._rows) > 1 and self._time_at(self._first + len(self._rows[0])) <= needed:
             self._first += len(self._rows.popleft())
 
@@ -225,20 +213,19 @@ class SlowPass(Pass):
         record_points(self._plan, self._recorder, first, parts, power)
 
     def _record_window(self, window: Window) -> None:
-        plan, model = self._plan, self._model
         outputs = np.concatenate(self._rows)
         self._rows = deque([outputs])
         names = self._component.output_names
-        trajectory = slow_trajectory(plan, model, names, outputs, self._first)
-
-        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-            moved = fast_motion(self._component, plan, model, trajectory, times)
-            return moved, trajectory.scale_at(times), carrier_phases(trajectory, times)
-
-        self._sample(window, motion)
+        self._trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
+        super()._record_window(window)
         if self._is_on_torus(window):
-            torus = torus_motion(model, trajectory, window.end)
+            torus = torus_motion(self._model, self._trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
+
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        slow = self._trajectory
+        moved = fast_motion(self._component, self._plan, self._model, slow, times)
+        return moved, slow.scale_at(times), carrier_phases(slow, times)
 
 
 class IntegratedPass(Pass):
@@ -274,12 +261,9 @@ class IntegratedPass(Pass):
             done = count
             self._record_windows(known)
 
-    def _record_window(self, window: Window) -> None:
-        def motion(times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-            angle, *_ = self._full.excitation.at(times)
-            return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
-
-        self._sample(window, motion)
+    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
+        angle, *_ = self._full.excitation.at(times)
+        return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
 
 
 def integration_cost(plan: Plan) -> list[Finding]:

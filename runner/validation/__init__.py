@@ -1,5 +1,1 @@
-"""A scene compared with full order: `slipmode validate`.
-
-validate.py    both motions and their difference. Start here.
-reference.py   the motion at full order, and how accurate it is
-"""
+"""A scene compared with full order, validate.py: `slipmode validate`."""

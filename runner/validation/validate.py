@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
+from time import perf_counter
 from typing import Literal
 
 import numpy as np
@@ -13,21 +13,35 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full import FullMotion
+from slipmode.rom.full import (
+    FullMotion,
+    aeroelastic,
+    component_modes,
+    integrate,
+)
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.rom.laws.elements import Elements
-from slipmode.rom.laws.states import stored_energy
+from slipmode.rom.full.structures import Projection
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.motion.record import FastMotion, contact_channels, record_contacts
-from slipmode.runner.motion.trajectory import output_row, slow_trajectory
+from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, describe_run
 from slipmode.runner.run import open_recorder
 from slipmode.runner.scene.scene import Scene, Window, load_scene
-from slipmode.runner.transients.full_order import FullOrder
+from slipmode.runner.transients.full_order import (
+    FullOrder,
+    excitation_of,
+    friction_loss,
+    initial_state,
+)
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.validation.reference import Reference, reference
+from slipmode.runner.transients.motion import (
+    FastMotion,
+    contact_channels,
+    output_row,
+    record_contacts,
+    slow_trajectory,
+)
 
 
 @dataclass(frozen=True)
@@ -79,16 +93,16 @@ def validate(
         scene = load_scene(scene)
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
-    started = time.perf_counter()
+    started = perf_counter()
     plan = with_window(make_plan(scene, structure=scene.build(), progress=progress))
     model = plan.model(progress=progress)[0] if scene.tabulated else None
-    tabulated = time.perf_counter()
+    tabulated = perf_counter()
     if model is None:
         motion, energy = integrated_motion(plan)
     else:
         outputs, motion = slow_motion(plan, model)
         energy = float(outputs[-1, -1])
-    finished = time.perf_counter()
+    finished = perf_counter()
     full = reference(plan, motion.time)
     found = Validation(
         comparisons=_compare(plan, motion, energy, full),
@@ -123,10 +137,10 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
     """
     excited, times = plan.excited, _sample_times(plan)
     full = FullOrder(plan, excited.reduced)
-    until_end = full.run(np.union1d(times, [plan.scene.run.duration]), full.first())
+    until_end = full.integrator.run(np.union1d(times, [plan.scene.run.duration]), full.first())
     every, seen = full.fast_motion(until_end), np.isin(until_end.time, times)
     motion = FastMotion(*(getattr(every, each.name)[seen] for each in fields(every)))
-    return motion, dissipated_energy(excited.reduced.contacts, until_end)
+    return motion, float(friction_loss(excited.reduced.contacts, until_end)[-1])
 
 
 def _sample_times(plan: Plan) -> Floats:
@@ -145,7 +159,7 @@ def with_window(plan: Plan) -> Plan:
 
 
 def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> list[Comparison]:
-    seen = np.isin(full.motion.time, motion.time)
+    time, seen = motion.time, np.isin(full.motion.time, motion.time)
     elements = plan.excited.reduced.contacts
     signals = {
         "modal displacement": (motion.modal[:, : len(plan.excited.modes)], "displacement"),
@@ -155,25 +169,23 @@ def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> 
     }
     found = []
     for subject, (reduced, name) in signals.items():
-        # the mean of a slider's position and force depends on its history
-        centred = elements is not None and name in ("contact_displacement", "contact_force")
+        pairs = [(reduced, getattr(full.motion, name)[seen])]
+        pairs += [(getattr(a, name)[seen], getattr(b, name)[seen]) for a, b in full.comparisons]
+        if elements is not None and name in ("contact_displacement", "contact_force"):
+            # the mean of a slider's position and force depends on its history
+            pairs = [(_about_mean(plan, time, a), _about_mean(plan, time, b)) for a, b in pairs]
+        error, *of_reference = (_worst(a, b) for a, b in pairs)
+        found.append(Comparison(subject, error, sum(of_reference)))
 
-        def signal(
-            source: FullMotion | Floats, name: str = name, centred: bool = centred
-        ) -> Floats:
-            values = source if isinstance(source, np.ndarray) else getattr(source, name)[seen]
-            return _about_mean(plan, motion.time, values) if centred else values
+    def spent_in(motion: FullMotion) -> float:
+        return float(friction_loss(elements, motion)[-1])
 
-        error = _worst(signal(reduced), signal(full.motion))
-        of_reference = sum(_worst(signal(a), signal(b)) for a, b in full.comparisons)
-        found.append(Comparison(subject, error, of_reference))
-    spent = dissipated_energy(elements, full.motion)
+    spent = spent_in(full.motion)
     if np.isfinite(spent):
         scale = spent if spent > 0 else 1.0
-        pairs = [[dissipated_energy(elements, each) for each in pair] for pair in full.comparisons]
-        of_reference = sum(abs(a - b) for a, b in pairs) / scale
+        change = sum(abs(spent_in(a) - spent_in(b)) for a, b in full.comparisons) / scale
         error = abs(energy - spent) / scale
-        found.append(Comparison("energy dissipated by friction", error, of_reference))
+        found.append(Comparison("energy dissipated by friction", error, change))
     return found
 
 
@@ -184,18 +196,6 @@ def _about_mean(plan: Plan, time: Floats, signal: Floats) -> Floats:
         inside = (time >= window.start) & (time <= window.end)
         moving[inside] -= moving[inside].mean(axis=0)
     return moving
-
-
-def dissipated_energy(elements: Elements | None, motion: FullMotion) -> float:
-    """Return the energy that friction dissipated until the end, without energy in springs [J].
-
-    It is NaN if the energy in the springs of elastic contacts is unknown.
-    """
-    work = float(motion.dissipated[-1])
-    if elements is None:
-        return work
-    last = motion.contact_displacement[-1:], motion.contact_force[-1:]
-    return work - float(stored_energy(elements, *last)[0])
 
 
 def _worst(signal: Floats, reference: Floats) -> float:
@@ -232,3 +232,72 @@ def _record(
         )
         record_contacts(recorder, reduced, motion)
         record_contacts(recorder, reduced, exact, prefix=channels.FULL)
+
+
+MOST_DOFS = 1000  # for which all modes are computed
+
+
+@frozen
+class Reference:
+    """Motion at full order, with cheaper versions of it."""
+
+    motion: FullMotion  # Its outputs are the retained modes
+    # Pairs of motions whose difference is an error of `motion`: at twice the step; of large
+    # structures also on half as many component modes
+    comparisons: list[tuple[FullMotion, FullMotion]]
+    coordinates: int  # Number of coordinates
+    seconds: float  # Wall time of `motion` alone
+
+
+def reference(plan: Plan, times: Floats) -> Reference:
+    """Return the motion of a scene at full order, at times and at its end.
+
+    Structures of up to 1000 DOFs have all their modes, larger ones `rom.full.component_modes`.
+    """
+    excited, coordinates = plan.excited, plan.structure.n_dofs
+    times = np.union1d(times, [plan.scene.run.duration])
+    small: Projection | None = None
+    fewer: Projection | None = None
+    if coordinates > MOST_DOFS:
+        excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
+        # component modes are accurate up to seven times the fastest forcing
+        highest = 7 * excitation.fastest(plan.scene.run.duration)
+        arguments = plan.structure, excited.law, excitation.patterns, highest
+        least = max(excited.reduced.modes) + 1  # the retained modes are among them
+        found = component_modes(*arguments)
+        if found.frequency.size < 2 * least:
+            found = component_modes(*arguments, modes=2 * least)
+        halved = component_modes(*arguments, modes=max(found.frequency.size // 2, least))
+        small, fewer, coordinates = found.projection, halved.projection, found.structure.n_dofs
+    started = perf_counter()
+    fine = full_motion(plan, times, 64, small)
+    seconds = perf_counter() - started
+    coarse = full_motion(plan, times, 32, small)
+    comparisons = [(coarse, fine)]
+    if fewer is not None:
+        comparisons.append((full_motion(plan, times, 32, fewer), coarse))
+    return Reference(fine, comparisons, coordinates, seconds)
+
+
+def full_motion(
+    plan: Plan, times: Floats, steps_per_period: float, on: Projection | None = None
+) -> FullMotion:
+    """Return the motion of a scene, with the retained modes as outputs.
+
+    It is integrated on all modes of the structure, or on the coordinates of a projection.
+    """
+    reduced, structure = plan.excited.reduced, plan.structure
+    excitation = excitation_of(plan, np.array(plan.excited.force_patterns), plan.schedule)
+    start, shapes = initial_state(plan, excitation), reduced.mode_shapes
+    if on is not None:
+        structure, shapes = on.structure, on.to_coordinates @ shapes
+        excitation, start = on.excitation(excitation), on.state(start)
+    return integrate(
+        aeroelastic(structure, reduced, shapes),
+        plan.excited.law,
+        excitation,
+        times,
+        steps_per_period=steps_per_period,
+        outputs=as_dense(structure.mass @ shapes).T,
+        start=start,
+    )

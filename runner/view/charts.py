@@ -163,12 +163,10 @@ def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
     low, high = span
     if axis.log:
         powers = range(floor(log10(low)), ceil(log10(high)) + 1)
-        many = powers.stop - powers.start > 4 + 1
-        found = [
-            m * 10.0**power for power in powers for m in ((1.0,) if many else (1.0, 2.0, 5.0))
-        ]
+        factors = (1.0, 2.0, 5.0) if len(powers) <= 5 else (1.0,)
+        found = [m * 10.0**power for power in powers for m in factors]
         inside = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
-        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // (3 * 4) + 1]]
+        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // 12 + 1]]
     least = (high - low) / 4
     unit = 10.0 ** floor(log10(least))
     step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.999)

@@ -15,7 +15,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.runner.view.labels import GREY, Color
 
 TIMELINE = "time"
-TAIL_SAMPLES = 96  # a period and a half of contact motion, at the usual sampling
 
 
 @frozen
@@ -25,7 +24,7 @@ class Path:
     time_ns: NDArray[np.int64]
     points: Floats
     starts: NDArray[np.int64]  # (n,): The first sample to which each is connected
-    tail: int  # Length of the tail, in samples
+    tail: bool  # Whether the point draws a tail
 
 
 def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
@@ -43,12 +42,11 @@ def draw_moving_point(
     shown = np.linspace(0, count - 1, min(count, 1000)).astype(np.int64)
     index = [time_column(path.time_ns[shown])]
     if path.tail:
-        style: dict[str, Any] = (
-            {"draw_order": 21.0} if flat else {}
-        )  # above other lines, which have 20
-        line = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **style)
+        above: dict[str, Any] = {"draw_order": 21.0} if flat else {}  # other lines have 20
+        line = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **above)
         stream.log(f"{entity}/tail", line, static=True)
-        ends = strips.columns(strips=tails(path.points, path.starts, shown, path.tail))
+        length = 96  # samples: a period and a half of contact motion, at the usual sampling
+        ends = strips.columns(strips=tails(path.points, path.starts, shown, length))
         stream.send_columns(f"{entity}/tail", index, ends)
     dot = points.from_fields(colors=mark, radii=rr.Radius.ui_points(5.0))
     stream.log(f"{entity}/now", dot, static=True)
@@ -83,14 +81,8 @@ def draw_labels(
 ) -> None:
     """Write texts at places (2 or 3 coordinates), each next to a dot."""
     kind: Any = rr.Points2D if len(next(iter(labels))) == 2 else rr.Points3D
-    places: Any = list(labels)
-    points = kind(
-        places,
-        labels=list(labels.values()),
-        show_labels=True,
-        colors=colors,
-        radii=rr.Radius.ui_points(radius),
-    )
+    texts, radii = list(labels.values()), rr.Radius.ui_points(radius)
+    points = kind(list(labels), labels=texts, show_labels=True, colors=colors, radii=radii)
     stream.log(f"{entity}/labels", points, static=True)
 
 

@@ -22,16 +22,14 @@ from slipmode.runner.view.labels import (
 _Panel = tuple[str, dict[str, Any]]
 
 
-def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> Path:
-    """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``; return its path.
+def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> None:
+    """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``.
 
     Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
     layouts, Import from file. Raises OSError if it cannot be written.
     """
-    path = mcap.with_suffix(".foxglove.json")
-    with replacing(path) as file:
+    with replacing(mcap.with_suffix(".foxglove.json")) as file:
         file.write(json.dumps(layout(channels, units), indent=1).encode())
-    return path
 
 
 def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
@@ -42,9 +40,9 @@ def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
     loops = [_loop(channel, units) for channel in contacts[:LOOPS]]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
     columns = [column for column in (slow, motion, [*loops, log]) if column]
-    stacks = [_split([name for name, _ in column], "column") for column in columns]
+    stacks = [_split([*dict(column)], "column") for column in columns]
     return {
-        "configById": dict(panel for column in columns for panel in column),
+        "configById": dict([*slow, *motion, *loops, log]),
         "globalVariables": {},
         "userNodes": {},
         "playbackConfig": {"speed": 1},
@@ -77,12 +75,10 @@ def _loop(channel: Channel, units: Units) -> _Panel:
 
 
 def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
+    line = {"enabled": True, "timestampMethod": "receiveTime", "showLine": True}
     config = {
         "foxglovePanelTitle": title,
-        "paths": [
-            path | {"enabled": True, "timestampMethod": "receiveTime", "showLine": True}
-            for path in paths
-        ],
+        "paths": [path | line for path in paths],
         "xAxisVal": "timestamp",
         "showLegend": True,
         "legendDisplay": "floating",

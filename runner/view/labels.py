@@ -173,8 +173,6 @@ def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
         "rad/s": (units.frequency, float(units.of_frequency(1.0))),
         "m": (units.displacement, float(units.of_displacement(1.0))),
     }
-    units_of_fields, factors = zip(
-        *(shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields), strict=True
-    )
-    fields = map(Field, channel.names, units_of_fields)
-    return replace(channel, fields=tuple(fields)), np.array(factors)
+    found = [shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields]
+    fields = [Field(name, unit) for name, (unit, _) in zip(channel.names, found, strict=True)]
+    return replace(channel, fields=tuple(fields)), np.array([factor for _, factor in found])

@@ -13,13 +13,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view import torus_view
-from slipmode.runner.view.drawing import (
-    TAIL_SAMPLES,
-    Path,
-    draw_labels,
-    draw_lines,
-    draw_moving_point,
-)
+from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
 from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
 
@@ -45,7 +39,7 @@ class Portrait:
     x: Axis
     y: Axis  # Upwards
     one_scale: bool = False  # Whether both axes share a scale, so that angles are true
-    tail: int = 0  # Length of the moving point's tail, in samples
+    tail: bool = False  # Whether the moving point draws a tail: fast motion
     # Whether the axes meet in the corner, x from its least value and y from 0
     corner: bool = False
 
@@ -102,8 +96,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
 
     def axis(topic: str, field: str, label: str) -> Axis:
-        units = {field.name: field.unit for field in by_topic[topic].fields}
-        return Axis(topic, field, label, units[field])
+        return Axis(topic, field, label, by_topic[topic].units[field])
 
     modes = by_topic["/modes"].names if "/modes" in by_topic else ()
     forcing = by_topic["/forcing"].names if "/forcing" in by_topic else ()
@@ -121,17 +114,17 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     found = [*planes, *responses]
     if len(contacts) > 1:
         x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Portrait("/trajectory", "Contacts", x, y, tail=TAIL_SAMPLES))
+        found.append(Portrait("/trajectory", "Contacts", x, y, tail=True))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
     for topic in (*contacts[:LOOPS], *full[:LOOPS]):
         title = f"Hysteresis of contact {topic.split('/')[-1]}"
         title += ", full order" if topic in full else ""
         x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
-        found.append(Portrait(f"/loop{topic}", title, x, y, tail=TAIL_SAMPLES))
+        found.append(Portrait(f"/loop{topic}", title, x, y, tail=True))
         if "y" in by_topic[topic].names:
             title, y = title.replace("Hysteresis", "Orbit"), axis(topic, "y", "y")
             entity = f"/orbit{topic}"
-            found.append(Portrait(entity, title, x, y, one_scale=True, tail=TAIL_SAMPLES))
+            found.append(Portrait(entity, title, x, y, one_scale=True, tail=True))
     return found
 
 
@@ -175,10 +168,7 @@ class Paths:
             if portrait.tail:
                 motion = portrait.x.topic
         self._draw_torus(stream)
-        if not motion and "/elastic" in self._samples:
-            motion = "/elastic"
-        shown = self._samples.get(motion)
-        windows: list[Window] = []
+        shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
         return FinalViews(tuple(entities), tuple(windows))
@@ -200,7 +190,7 @@ class Paths:
         x, unit = motion[:, 1 + field], self._channels["/contact/0"].fields[field].unit
         latest = torus[torus[:, 0] == torus[-1, 0], 1:]
         points = np.column_stack((phases, x))
-        path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), TAIL_SAMPLES)
+        path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), tail=True)
         torus_view.draw(stream, latest, path, unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import tau
 
 import numpy as np
 import rerun as rr
@@ -16,7 +17,6 @@ from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_mov
 from slipmode.runner.view.labels import BLUE, DARK, ORANGE, readable
 
 TITLE = "Contact 0 over the phases of both carriers"
-_TURN = 2 * np.pi
 
 
 def has_torus(channels: Sequence[Channel]) -> bool:
@@ -26,17 +26,10 @@ def has_torus(channels: Sequence[Channel]) -> bool:
 
 def view() -> rrb.Spatial3DView:
     """Return the view of the surface, from above a corner."""
-    middle = 0.5 * _TURN
-    return rrb.Spatial3DView(
-        origin=TORUS,
-        name=TITLE,
-        line_grid=rrb.LineGrid3D(visible=False),
-        eye_controls=rrb.EyeControls3D(
-            position=(middle - 3.0, middle - 6.0, 6.4),
-            look_target=(middle, middle, -0.4),
-            eye_up=(0, 0, 1),
-        ),
-    )
+    eye, target = (0.5 * tau - 3.0, 0.5 * tau - 6.0, 6.4), (0.5 * tau, 0.5 * tau, -0.4)
+    controls = rrb.EyeControls3D(position=eye, look_target=target, eye_up=(0, 0, 1))
+    no_grid = rrb.LineGrid3D(visible=False)
+    return rrb.Spatial3DView(origin=TORUS, name=TITLE, line_grid=no_grid, eye_controls=controls)
 
 
 def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
@@ -46,20 +39,18 @@ def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
     vertices (m, 3), two phases and a displacement; friction forces (m,); triangles (k, 3).
     """
     rounded = np.round(torus[:, 0], 9)  # equal phases of A
-    rounded[rounded == np.round(_TURN, 9)] = 0.0
+    rounded[rounded == np.round(tau, 9)] = 0.0
     columns, which = np.unique(rounded, return_inverse=True)
-    phase = np.linspace(0.0, _TURN, 64 + 1)
+    phase = np.linspace(0.0, tau, 64 + 1)
     profiles = []
     for number in range(len(columns)):
         _, b, x, _, f = torus[which == number].T
-        profiles.append([np.interp(phase, b, values, period=_TURN) for values in (x, f)])
+        profiles.append([np.interp(phase, b, values, period=tau) for values in (x, f)])
     x, f = np.moveaxis(np.array([*profiles, profiles[0]]), 1, 0)
-    grid = np.meshgrid(np.append(columns, columns[0] + _TURN), phase, indexing="ij")
+    grid = np.meshgrid(np.append(columns, columns[0] + tau), phase, indexing="ij")
     corner = np.arange(x.size).reshape(x.shape)
-    a, b, c, d = (
-        part.ravel()
-        for part in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
-    )
+    corners = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    a, b, c, d = (each.ravel() for each in corners)
     triangles = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
     vertices = np.column_stack([each.ravel() for each in (*grid, x)])
     return vertices, f.ravel(), triangles.astype(np.int32)
@@ -83,24 +74,24 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
-    back = np.diff(path.points[:, :2], axis=0, prepend=path.points[:1, :2]) < -0.5 * _TURN
+    back = np.diff(path.points[:, :2], axis=0, prepend=path.points[:1, :2]) < -0.5 * tau
     edges = np.maximum.accumulate(np.where(back.any(axis=1), np.arange(len(back)), 0))
     raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
     white = (230, 230, 230)
     draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
     low = -top
-    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * _TURN
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * tau
     floor = np.column_stack((corners, np.full(5, low)))
     draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, -low)]], DARK, 0.8)
     height = f"height: x = {readable(scale, unit)}"
     forces = f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange"
     labels = {
         (0, 0, -low): height,
-        (0.5 * _TURN, _TURN, -1.3 * low): forces,
+        (0.5 * tau, tau, -1.3 * low): forces,
         (0, 0, low): "0",
-        (0.5 * _TURN, -0.4, low): "phase A",
-        (_TURN, 0, low): "2π",
-        (_TURN + 0.4, 0.5 * _TURN, low): "phase B",
-        (_TURN, _TURN, low): "2π",
+        (0.5 * tau, -0.4, low): "phase A",
+        (tau, 0, low): "2π",
+        (tau + 0.4, 0.5 * tau, low): "phase B",
+        (tau, tau, low): "2π",
     }
     draw_labels(stream, TORUS, labels)

@@ -49,16 +49,14 @@ def find_viewer(url: str | None = None) -> Viewer:
     `url` is of a viewer that is running, like rerun+http://127.0.0.1:9876/proxy. Raises
     SlipmodeError if none answers there, or none can be started.
     """
-    if url is not None:
-        if not _answers(url):
-            raise SlipmodeError(f"no viewer at {url}: start one there with the command rerun")
-        return Viewer(url)
-    if not _answers(_URL):
-        command = ["--port", str(urlsplit(_URL).port), "--expect-data-soon"]
-        command += ["--memory-limit", _MEMORY]
+    if url is not None and not _answers(url):
+        raise SlipmodeError(f"no viewer at {url}: start one there with the command rerun")
+    if url is None and not _answers(_URL):
+        port = str(urlsplit(_URL).port)
+        command = ["--port", port, "--expect-data-soon", "--memory-limit", _MEMORY]
         failed = "the viewer does not start here"
         _start(command, lambda: _answers(_URL) and _shows(_URL), failed)
-    return Viewer(_URL)
+    return Viewer(url or _URL)
 
 
 def _answers(url: str) -> bool:
@@ -119,11 +117,11 @@ def browser_viewer(rrd: Path, port: int = 0) -> Iterator[str]:
     page, data = port or _free_port(), _free_port()
     command = ["--serve-web", "--bind", "127.0.0.1", "--port", str(data)]
     command += ["--web-viewer-port", str(page), "--server-memory-limit", _MEMORY, str(rrd)]
-    process = _start(
-        command,
-        lambda: all(_listens("127.0.0.1", each) for each in (page, data)),
-        f"no viewer for browsers at port {page}",
-    )
+
+    def is_ready() -> bool:
+        return all(_listens("127.0.0.1", port) for port in (page, data))
+
+    process = _start(command, is_ready, f"no viewer for browsers at port {page}")
     try:
         source = quote(f"rerun+http://127.0.0.1:{data}/proxy", safe="")
         yield f"http://127.0.0.1:{page}/?url={source}"
@@ -258,9 +256,8 @@ def _small(picture: bytes) -> bytes:
     """Return a PNG with 192 colours, which has a third of the bytes."""
     Image = _image()
     with Image.open(BytesIO(picture)) as image:
-        few = image.convert("RGB").quantize(
-            192, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
-        )
+        method, dither = Image.Quantize.MEDIANCUT, Image.Dither.NONE
+        few = image.convert("RGB").quantize(192, method=method, dither=dither)
     small = BytesIO()
     few.save(small, "PNG", optimize=True)
     return small.getvalue()

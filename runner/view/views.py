@@ -170,24 +170,18 @@ def _motion(
     """Return the plots of fast motion; each of several windows has a tab of its own."""
     if len(windows) < 2:
         return [*_plots(channels, MOTION_PLOTS, windows[0] if windows else None)]
-    tabs = [
-        rrb.Vertical(
-            *_plots(channels, MOTION_PLOTS, window),
-            name=" to ".join(f"{time * 1e-9:.6g}" for time in window) + " s",
-        )
-        for window in windows
-    ]
+    tabs = []
+    for window in windows:
+        name = " to ".join(f"{time * 1e-9:.6g}" for time in window) + " s"
+        tabs.append(rrb.Vertical(*_plots(channels, MOTION_PLOTS, window), name=name))
     return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1)]
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
     """Return the events, and tabs of the explanations and the scene."""
-    events = rrb.TextLogView(
-        origin=EVENTS,
-        name="Events",
-        # a column of times would be too narrow: lines begin with their times
-        columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"]),
-    )
+    # a column of times would be too narrow: lines begin with their times
+    columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
+    events = rrb.TextLogView(origin=EVENTS, name="Events", columns=columns)
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(
@@ -218,10 +212,8 @@ def _plots(
 ) -> list[rrb.View]:
     """Return the plots of wanted quantities that are recorded, over a window or the whole time."""
     boundary = rr.TimeRangeBoundary
-    if window is None:
-        shown = rr.TimeRange(boundary.infinite(), boundary.infinite())
-    else:
-        shown = rr.TimeRange(*(boundary.absolute(nanos=time) for time in window))
+    ends = [boundary.absolute(nanos=time) for time in window or ()] or [boundary.infinite()] * 2
+    shown = rr.TimeRange(*ends)
     return [
         rrb.TimeSeriesView(
             name=title,

@@ -1,24 +1,15 @@
 """The reference of commands: every command and option, as the program says it."""
 
-import importlib.util
 from pathlib import Path
+from runpy import run_path
 
 import pytest
 
 from slipmode.runner.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
-
-
-def generator():
-    spec = importlib.util.spec_from_file_location("commands", DOCS / "commands.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-PAGE = generator().as_markdown()
-COMMANDS = generator().commands()
+GENERATOR = run_path(DOCS / "commands.py")
+PAGE, COMMANDS = GENERATOR["as_markdown"](), GENERATOR["commands"]()
 
 
 def test_the_page_has_every_command_that_the_program_names(capsys):

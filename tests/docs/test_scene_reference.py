@@ -2,6 +2,8 @@
 
 import tomllib
 from dataclasses import replace
+from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from runs import TANH_ON_BOTH_MODES
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.cli import main
-from slipmode.runner.scene.reference import as_markdown, scene_reference
+from slipmode.runner.scene.keys import scene_reference
 from slipmode.runner.scene.scene import parse_scene
 
 RIGID = f"""
@@ -155,7 +157,7 @@ def test_a_required_key_is_missed(case, tmp_path):
 
 
 def test_every_key_is_printed_with_its_meaning():
-    printed = as_markdown()
+    printed = run_path(Path(__file__).parents[2] / "docs" / "scene_keys.py")["as_markdown"]()
     for header, key in KEYS:
         section = printed.split(f"## `{header}`" if header else "## Top of the file")[1]
         row = next(line for line in section.splitlines() if line.startswith(f"| `{key.name}` |"))

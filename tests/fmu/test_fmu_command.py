@@ -16,8 +16,7 @@ from fmu_exchange import Master
 from fmu_fixtures import VERSIONS, instance
 
 from slipmode.fmu.archive import binaries
-from slipmode.fmu.archive import cross_compiler as cross
-from slipmode.fmu.archive.cross_compiler import TARGETS, platform_binary
+from slipmode.fmu.archive.binaries import TARGETS, platform_binary
 from slipmode.runner import load_scene, run
 from slipmode.runner.cli import main
 from slipmode.runner.fmi.export import export_fmu
@@ -158,9 +157,9 @@ def zig(tmp_path, monkeypatch):
     """A compiler that does nothing, and an empty cache."""
     made = Zig()
     monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.extra", lambda module, name: fmpy)
-    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.version", lambda name: "1.0")
-    monkeypatch.setattr("slipmode.fmu.archive.cross_compiler.subprocess.run", made.run)
+    monkeypatch.setattr("slipmode.fmu.archive.binaries.extra", lambda module, name: fmpy)
+    monkeypatch.setattr("slipmode.fmu.archive.binaries.version", lambda name: "1.0")
+    monkeypatch.setattr("slipmode.fmu.archive.binaries.subprocess.run", made.run)
     return made
 
 
@@ -180,10 +179,10 @@ def effective(options, kind):
 def test_other_platforms_are_compiled_as_cmake_compiles_this_one():
     common = in_cmake(r"add_compile_options\((-O3 [^)]*)\)") - {"-Wall", "-Wextra"}
     common |= in_cmake(r"check_c_compiler_flag\((\S+) HAS_OPENMP_SIMD\)")
-    assert set(cross.OPTIONS) == common
+    assert set(binaries.OPTIONS) == common
     face = r"set_source_files_properties\(\$\{fmu_sources\} PROPERTIES COMPILE_OPTIONS ([^)]*)\)"
-    assert set(cross.FACE_OPTIONS) == in_cmake(face)
-    assert set(cross.DEFINITIONS) - {"SM_HIDDEN"} == in_cmake(
+    assert set(binaries.FACE_OPTIONS) == in_cmake(face)
+    assert set(binaries.DEFINITIONS) - {"SM_HIDDEN"} == in_cmake(
         r"add_compile_definitions\((SM_OPENMP\w+)\)"
     )
 

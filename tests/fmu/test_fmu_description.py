@@ -17,9 +17,8 @@ from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component, instance
 from lxml import etree
 
 from slipmode import fmu, rom
-from slipmode.fmu.archive.binaries import source_files
-from slipmode.fmu.archive.cross_compiler import fmi_headers
-from slipmode.fmu.variables.quantities import UNITS
+from slipmode.fmu.archive.binaries import fmi_headers, source_files
+from slipmode.fmu.variables.variable import UNITS
 from slipmode.rom import SlipmodeError
 
 ONE_MODE = ({1: 1.0},)

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from slipmode.fmu.archive.binaries import host_platform
-from slipmode.fmu.archive.cross_compiler import TARGETS
+from slipmode.fmu.archive.binaries import TARGETS, host_platform
 from slipmode.rom.kernel.library import functions
 
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,8 @@ import numpy as np
 from fmu_fixtures import instance
 from scipy.integrate import solve_ivp
 
+from slipmode.fmu.inputs import rate_of
 from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.schedule import rate_of
 
 STATES = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
 

@@ -13,8 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
-from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, fmi_headers, source_files
 
 TESTS = Path(__file__).parents[1]
 CORE = TESTS.parent / "rom" / "kernel"

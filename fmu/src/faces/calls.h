@@ -37,9 +37,6 @@
 
 /* The first parameters of calls for variables. */
 #define VARIABLES fmi_instance c, const FMI(ValueReference) vr[], size_t count
-#define EXCHANGE (FMU_EVENTS | FMU_CONTINUOUS)
-#define SETTABLE (FMU_BEFORE_START | FMU_RUNNING)
-#define READABLE ((FMU_ANY & ~FMU_INSTANTIATED) | FMU_INTERMEDIATE)
 
 const char *FMI(GetVersion)(void) { return FMI(Version); }
 
@@ -69,18 +66,18 @@ CALL(DESERIALIZE, FMU_ANY,
 
 /* ---- Model Exchange -------------------------------------------------------------------- */
 
-CALL(EnterEventMode, EXCHANGE | FMU_STEPPING, (fmi_instance c), fmu_enter_events(c))
+CALL(EnterEventMode, FMU_EXCHANGE | FMU_STEPPING, (fmi_instance c), fmu_enter_events(c))
 CALL(EnterContinuousTimeMode, FMU_EVENTS, (fmi_instance c), fmu_enter_continuous(c))
-CALL(SetTime, EXCHANGE, (fmi_instance c, double time), fmu_set_time(c, time))
+CALL(SetTime, FMU_EXCHANGE, (fmi_instance c, double time), fmu_set_time(c, time))
 CALL(SetContinuousStates, FMU_CONTINUOUS,
      (fmi_instance c, const double states[], size_t count), fmu_set_states(c, states, count))
-CALL(GetContinuousStates, EXCHANGE,
+CALL(GetContinuousStates, FMU_EXCHANGE,
      (fmi_instance c, double states[], size_t count), fmu_get_states(c, states, count))
-CALL(GET_RATES, EXCHANGE,
+CALL(GET_RATES, FMU_EXCHANGE,
      (fmi_instance c, double derivatives[], size_t count), fmu_get_rates(c, derivatives, count))
-CALL(GetNominalsOfContinuousStates, EXCHANGE,
+CALL(GetNominalsOfContinuousStates, FMU_EXCHANGE,
      (fmi_instance c, double nominals[], size_t count), fmu_get_nominals(c, nominals, count))
-NO_VALUES(GetEventIndicators, EXCHANGE,
+NO_VALUES(GetEventIndicators, FMU_EXCHANGE,
           (fmi_instance c, double indicators[], size_t count), "there are none")
 
 FMI(Status) FMI(CompletedIntegratorStep)(fmi_instance c, FMI(Boolean) no_set_state_before,

@@ -56,12 +56,12 @@ CALL(EnterInitializationMode, FMU_INSTANTIATED, (fmi2Component c),
 
 #define GET_AND_SET(name, get, set)                                                           \
     fmi2Status fmi2Get##name(VARIABLES, fmi2##name value[]) {                                 \
-        ALLOW(READABLE, Get##name);                                                           \
+        ALLOW(FMU_READABLE, Get##name);                                                           \
         REFUSE_IF(count > 0 && (!vr || !value), Get##name, "an array is NULL");               \
         return (fmi2Status)(get);                                                             \
     }                                                                                         \
     fmi2Status fmi2Set##name(VARIABLES, const fmi2##name value[]) {                           \
-        ALLOW(SETTABLE, Set##name);                                                           \
+        ALLOW(FMU_SETTABLE, Set##name);                                                           \
         REFUSE_IF(count > 0 && (!vr || !value), Set##name, "an array is NULL");               \
         return (fmi2Status)(set);                                                             \
     }
@@ -72,14 +72,14 @@ GET_AND_SET(Integer, fmu_get_integers(c, FMU_ENUMERATION, vr, count, value),
 GET_AND_SET(Boolean, fmu_get_integers(c, FMU_BOOLEAN, vr, count, value),
             fmu_set_integers(c, FMU_BOOLEAN, vr, count, value))
 
-NO_VALUES(GetString, READABLE, (VARIABLES, fmi2String value[]), "the FMU has no strings")
-NO_VALUES(SetString, SETTABLE, (VARIABLES, const fmi2String value[]), "the FMU has no strings")
+NO_VALUES(GetString, FMU_READABLE, (VARIABLES, fmi2String value[]), "the FMU has no strings")
+NO_VALUES(SetString, FMU_SETTABLE, (VARIABLES, const fmi2String value[]), "the FMU has no strings")
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[],
                                         size_t unknowns, const fmi2ValueReference known[],
                                         size_t knowns, const fmi2Real dv_known[],
                                         fmi2Real dv_unknown[]) {
-    ALLOW(READABLE, GetDirectionalDerivative);
+    ALLOW(FMU_READABLE, GetDirectionalDerivative);
     REFUSE_IF((unknowns > 0 && (!unknown || !dv_unknown)) || (knowns > 0 && (!known || !dv_known)),
               GetDirectionalDerivative, "an array is NULL");
     const fmu_derivative d = {unknown, unknowns, known, knowns, dv_known, dv_unknown};

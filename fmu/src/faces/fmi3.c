@@ -18,7 +18,6 @@ typedef fmi3FMUState fmi_state;
 #define GET_RATES GetContinuousStateDerivatives
 #include "faces/calls.h"
 
-#define EARLY 1e-9 /* relative to the step: an earlier return is more than rounding */
 /* Refuses NULL for arrays of `count` elements, and another number of values. */
 #define NEED_ARRAYS(count, values, call)                                 \
     REFUSE_IF((count) > 0 && (!vr || !value), call, "an array is NULL"); \
@@ -101,13 +100,13 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
 /* ---- variables ------------------------------------------------------------------------- */
 
 fmi3Status fmi3GetFloat64(VARIABLES, fmi3Float64 value[], size_t values) {
-    ALLOW(READABLE, GetFloat64);
+    ALLOW(FMU_READABLE, GetFloat64);
     REFUSE_IF(count > 0 && (!vr || !value), GetFloat64, "an array is NULL");
     return (fmi3Status)fmu_get_reals(c, vr, count, value, values, 1);
 }
 
 fmi3Status fmi3SetFloat64(VARIABLES, const fmi3Float64 value[], size_t values) {
-    ALLOW(SETTABLE, SetFloat64);
+    ALLOW(FMU_SETTABLE, SetFloat64);
     NEED_ARRAYS(count, values, SetFloat64);
     return (fmi3Status)fmu_set_reals(c, vr, count, value);
 }
@@ -115,7 +114,7 @@ fmi3Status fmi3SetFloat64(VARIABLES, const fmi3Float64 value[], size_t values) {
 /* Enumerations and booleans, which have another width in the instance. */
 #define GET_INTEGERS(name, type)                                                              \
     fmi3Status fmi3Get##name(VARIABLES, fmi3##name value[], size_t values) {                  \
-        ALLOW(READABLE, Get##name);                                                           \
+        ALLOW(FMU_READABLE, Get##name);                                                           \
         NEED_ARRAYS(count, values, Get##name);                                                \
         for (size_t k = 0; k < count; k++) {                                                  \
             int32_t present;                                                                  \
@@ -129,7 +128,7 @@ GET_INTEGERS(Int64, FMU_ENUMERATION)
 GET_INTEGERS(Boolean, FMU_BOOLEAN)
 
 fmi3Status fmi3SetBoolean(VARIABLES, const fmi3Boolean value[], size_t values) {
-    ALLOW(SETTABLE, SetBoolean);
+    ALLOW(FMU_SETTABLE, SetBoolean);
     NEED_ARRAYS(count, values, SetBoolean);
     for (size_t k = 0; k < count; k++) {
         const int32_t wanted = value[k];
@@ -160,7 +159,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t unknowns, const fmi3ValueReference known[],
                                         size_t knowns, const fmi3Float64 seed[], size_t seeds,
                                         fmi3Float64 sensitivity[], size_t sensitivities) {
-    ALLOW(READABLE, GetDirectionalDerivative);
+    ALLOW(FMU_READABLE, GetDirectionalDerivative);
     REFUSE_IF((unknowns > 0 && (!unknown || !sensitivity)) || (knowns > 0 && (!known || !seed)),
               GetDirectionalDerivative, "an array is NULL");
     const fmu_derivative d = {unknown, unknowns, known, knowns, seed, sensitivity};
@@ -172,7 +171,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     size_t unknowns, const fmi3ValueReference known[],
                                     size_t knowns, const fmi3Float64 seed[], size_t seeds,
                                     fmi3Float64 sensitivity[], size_t sensitivities) {
-    ALLOW(READABLE, GetAdjointDerivative);
+    ALLOW(FMU_READABLE, GetAdjointDerivative);
     REFUSE_IF((unknowns > 0 && (!unknown || !seed)) || (knowns > 0 && (!known || !sensitivity)),
               GetAdjointDerivative, "an array is NULL");
     const fmu_derivative d = {unknown, unknowns, known, knowns, seed, sensitivity};
@@ -234,7 +233,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
     const fmu_instance *instance = c;
     *event_handling_needed = fmi3False;
     *last_time = instance->outputs[0];
-    *early_return = status == FMU_OK && *last_time < time + step - EARLY * step;
+    *early_return = status == FMU_OK && *last_time < time + step - 1e-9 * step; /* not by rounding */
     *terminate = instance->terminated != 0;
     return (fmi3Status)status;
 }
@@ -244,14 +243,14 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step,
 /* No variable has this type: only empty lists are allowed. */
 #define NO_SETTER(type)                                                                       \
     fmi3Status fmi3Set##type(VARIABLES, const fmi3##type value[], size_t values) {            \
-        ALLOW(SETTABLE, Set##type);                                                           \
+        ALLOW(FMU_SETTABLE, Set##type);                                                           \
         REFUSE_IF(count > 0 || values > 0, Set##type, "no variable of this type is set");     \
         return fmi3OK;                                                                        \
     }
 #define NO_SUCH_TYPE(type)                                                                    \
     NO_SETTER(type)                                                                           \
     fmi3Status fmi3Get##type(VARIABLES, fmi3##type value[], size_t values) {                  \
-        ALLOW(READABLE, Get##type);                                                           \
+        ALLOW(FMU_READABLE, Get##type);                                                           \
         REFUSE_IF(count > 0 || values > 0, Get##type, "no variable has this type");           \
         return fmi3OK;                                                                        \
     }

@@ -6,9 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Step of central differences, relative to the largest amplitudes, forces and frequencies. */
-#define MOTION_STEP 3e-4
-
 /* A direction of states and inputs, and the changes of all else along it. */
 typedef struct {
     double state[SM_OUTPUTS_FIXED]; /* of the outputs that are states */
@@ -17,8 +14,6 @@ typedef struct {
     double *motion; /* of contacts and DOFs, from malloc; NULL if no unknown needs it */
     int from_rest;  /* a modulus that is 0 grows, its phase does not change */
 } direction;
-
-static double *slots(sm_inputs *inputs) { return (double *)(void *)inputs; }
 
 /* Returns NULL if there is no such variable. */
 static const fmu_variable *find(const fmu_instance *instance, uint32_t reference) {
@@ -76,19 +71,20 @@ static sm_status motion_at(fmu_instance *instance, const direction *along, doubl
     for (int k = 0; k < 2 * SM_MODES; k++)
         amplitude[k] =
             instance->outputs[FMU_AMPLITUDE + k] + h * along->state[FMU_AMPLITUDE + k];
-    for (size_t k = 0; k < FMU_INPUTS; k++) slots(&inputs)[k] += h * change[k];
+    for (size_t k = 0; k < FMU_INPUTS; k++) fmu_slots(&inputs)[k] += h * change[k];
     const sm_status status =
         sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power);
     if (status != SM_OK) return status;
     return sm_component_recent_motion(instance->component, &inputs, amplitude, rate, 1, motion);
 }
 
-/* Finds the change of the motion by central differences of marches that have the same steps. */
+/* Finds the change of the motion by central differences of marches that have the same steps. Their
+ * distance is relative to the largest amplitudes, forces and frequencies. */
 static fmu_status differ_motion(fmu_instance *instance, direction *along) {
     const size_t count = instance->output_count - SM_OUTPUTS_FIXED;
     double *after = along->motion = calloc(instance->output_count, sizeof *after);
     double *before = calloc(count, sizeof *before);
-    const double size = size_of(instance, along), h = MOTION_STEP / size;
+    const double size = size_of(instance, along), h = 3e-4 / size;
     sm_status status = after && before ? SM_OK : SM_NO_MEMORY;
     if (status == SM_OK && instance->motion.wanted && size > 0.0) {
         status = motion_at(instance, along, -h, before);
@@ -172,7 +168,7 @@ fmu_status fmu_directional(fmu_instance *instance, const fmu_derivative *d) {
         if (v && is_state(v))
             along.state[v->slot] += d->seed[k];
         else if (v && v->kind == FMU_INPUT)
-            slots(&along.inputs)[v->slot] += d->seed[k];
+            fmu_slots(&along.inputs)[v->slot] += d->seed[k];
         else
             return refuse(instance, FMU_ERROR, d->known[k], "is neither a state nor an input");
     }
@@ -211,7 +207,7 @@ fmu_status fmu_output_derivatives(fmu_instance *instance, const fmu_derivative *
         along.state[fmu_state_place(instance, k)] = instance->rates[k];
     for (int32_t slot = 0; slot < (int32_t)FMU_INPUTS; slot++)
         if (fmu_rate_slot(slot) >= 0)
-            slots(&along.inputs)[slot] = slots(&instance->run.inputs)[fmu_rate_slot(slot)];
+            fmu_slots(&along.inputs)[slot] = fmu_slots(&instance->run.inputs)[fmu_rate_slot(slot)];
     return follow(instance, d, &along);
 }
 

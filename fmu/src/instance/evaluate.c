@@ -8,7 +8,6 @@
 
 /* As in rom/frequencies.py. */
 #define FARTHEST_FORCING 1.5 /* a frequency farther from its mode is logged */
-#define NEAR_TWO_PI 0.25     /* relative: a ratio so near to 2 pi is a mistaken unit */
 
 fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, const char *doing,
                            const char *consequence) {
@@ -44,7 +43,7 @@ fmu_status fmu_status_of(const fmu_instance *instance, sm_status status, const c
  * which a frequency has moved too far, and then an earlier time. */
 static fmu_status too_far(const fmu_instance *instance, const sm_inputs *inputs) {
     const int moves = inputs->frequency_rate[0] != 0.0 || inputs->frequency_rate[1] != 0.0;
-    return moves && instance->state & (FMU_EVENTS | FMU_CONTINUOUS) ? FMU_DISCARD : FMU_ERROR;
+    return moves && instance->state & FMU_EXCHANGE ? FMU_DISCARD : FMU_ERROR;
 }
 
 /* The frequencies of two modes must not be equal, nor pass each other between two inputs. */
@@ -62,10 +61,11 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
 /* Writes advice if a factor 2 pi explains the distance of a frequency from its mode; else "". */
 static void unit_hint(double frequency, double natural, char hint[64]) {
     const double two_pi = 6.283185307179586, ratio = frequency / natural;
+    const double near = 0.25; /* a ratio so near to 2 pi is a mistaken unit */
     hint[0] = '\0';
-    if (fabs(ratio * two_pi - 1.0) < NEAR_TWO_PI)
+    if (fabs(ratio * two_pi - 1.0) < near)
         snprintf(hint, 64, "; if that is in Hz, give %.4g rad/s", frequency * two_pi);
-    else if (fabs(ratio / two_pi - 1.0) < NEAR_TWO_PI)
+    else if (fabs(ratio / two_pi - 1.0) < near)
         snprintf(hint, 64, "; a factor 2 pi explains it: give %.4g rad/s", frequency / two_pi);
 }
 

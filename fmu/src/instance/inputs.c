@@ -6,7 +6,7 @@
 
 static int is_of(int32_t slot, int32_t first) { return slot >= first && slot < first + SM_MODES; }
 
-static double *slots(sm_inputs *inputs) { return (double *)(void *)inputs; }
+double *fmu_slots(sm_inputs *inputs) { return (double *)(void *)inputs; }
 
 int32_t fmu_rate_slot(int32_t slot) {
     if (slot == FMU_INPUT_SLOT(limit_scale)) return FMU_INPUT_SLOT(limit_scale_rate);
@@ -26,8 +26,8 @@ void fmu_hold_inputs(fmu_instance *instance) {
 
 /* Holds the input of this slot, or the input whose rate has this slot. */
 static void hold(fmu_instance *instance, int32_t slot) {
-    const double *inputs = slots(&instance->run.inputs);
-    double *held = slots(&instance->run.held_inputs);
+    const double *inputs = fmu_slots(&instance->run.inputs);
+    double *held = fmu_slots(&instance->run.held_inputs);
     for (int32_t k = 0; k < (int32_t)FMU_INPUTS; k++) {
         if (k != slot && fmu_rate_slot(k) != slot) continue;
         held[k] = inputs[k];
@@ -36,7 +36,7 @@ static void hold(fmu_instance *instance, int32_t slot) {
 }
 
 void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
-    slots(&instance->run.inputs)[slot] = value;
+    fmu_slots(&instance->run.inputs)[slot] = value;
     if (instance->interface == FMU_MODEL_EXCHANGE) hold(instance, slot);
     instance->refused_at = NAN; /* the next step is no repetition */
     instance->inputs_current = 0;
@@ -44,7 +44,7 @@ void fmu_set_input(fmu_instance *instance, int32_t slot, double value) {
 }
 
 void fmu_move_inputs(fmu_instance *instance) {
-    double *inputs = slots(&instance->run.inputs), *held = slots(&instance->run.held_inputs);
+    double *inputs = fmu_slots(&instance->run.inputs), *held = fmu_slots(&instance->run.held_inputs);
     for (int32_t k = 0; k < (int32_t)FMU_INPUTS; k++) {
         const int32_t rate = fmu_rate_slot(k);
         if (rate < 0 || inputs[rate] == 0.0) continue;

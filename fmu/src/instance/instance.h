@@ -31,11 +31,14 @@ typedef enum {
     FMU_STEPPING = 16,   /* Co-Simulation */
     FMU_TERMINATED = 32,
     FMU_STEP_EVENTS = 64, /* Co-Simulation, FMI 3.0 */
-    FMU_INTERMEDIATE = 128 /* likewise, within a step */
+    FMU_INTERMEDIATE = 128, /* likewise, within a step */
+    FMU_BEFORE_START = FMU_INSTANTIATED | FMU_INITIALIZATION,
+    FMU_EXCHANGE = FMU_EVENTS | FMU_CONTINUOUS,
+    FMU_RUNNING = FMU_EXCHANGE | FMU_STEPPING | FMU_STEP_EVENTS,
+    FMU_SETTABLE = FMU_BEFORE_START | FMU_RUNNING,
+    FMU_ANY = FMU_SETTABLE | FMU_TERMINATED, /* except within a step */
+    FMU_READABLE = (FMU_ANY & ~FMU_INSTANTIATED) | FMU_INTERMEDIATE
 } fmu_state;
-#define FMU_BEFORE_START (FMU_INSTANTIATED | FMU_INITIALIZATION)
-#define FMU_RUNNING (FMU_EVENTS | FMU_CONTINUOUS | FMU_STEPPING | FMU_STEP_EVENTS)
-#define FMU_ANY 127 /* except within a step */
 
 /* How much of the motion the outputs hold. */
 typedef enum { FMU_NO_MOTION, FMU_CONTACT_MOTION, FMU_ALL_MOTION } fmu_motion_known;
@@ -120,6 +123,8 @@ size_t fmu_state_place(const fmu_instance *instance, size_t k);
 
 /* ---- inputs.c: inputs, which move at their rates until they are set again ---------------- */
 
+/* Returns the inputs by their slots. */
+double *fmu_slots(sm_inputs *inputs);
 /* Returns the slot of an input's rate among the doubles of sm_inputs; negative if it has none. */
 int32_t fmu_rate_slot(int32_t slot);
 /* Returns whether values of this input must be positive. */

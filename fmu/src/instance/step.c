@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SAME_TIME 1e-9   /* relative: sums of the same steps may round differently */
-#define LEAST_STEP 1e-18 /* [rad] of mode A, below which a step changes no amplitude */
 /* [rad] of mode A: a hundredth of a cycle, below which slow time resolves nothing. Importers that
  * halve refused steps end here (test_fmu_discard.py). */
 #define LEAST_REACH 0.06
@@ -113,14 +111,15 @@ static fmu_status march(fmu_instance *instance, double *duration) {
 
 static fmu_status check_step(const fmu_instance *instance, double time, double duration) {
     const double now = instance->outputs[0], later = now + duration;
+    const double same = 1e-9; /* relative: sums of the same steps may round differently */
     if (!(isfinite(duration) && duration > 0.0))
         return fmu_say(instance, FMU_ERROR, "doStep: step %g s, must be finite and > 0", duration);
-    if (duration * instance->run.inputs.frequency[0] < LEAST_STEP)
+    if (duration * instance->run.inputs.frequency[0] < 1e-18) /* [rad] of mode A */
         return fmu_say(instance, FMU_ERROR, "doStep: step %g s, too short to matter", duration);
-    if (!(fabs(time - now) <= SAME_TIME * fmax(1.0, fabs(now))))
+    if (!(fabs(time - now) <= same * fmax(1.0, fabs(now))))
         return fmu_say(instance, FMU_ERROR, "doStep: from t = %.17g s, the FMU stands at %.17g s",
                        time, now);
-    if (later > instance->run.stop + SAME_TIME * fmax(1.0, fabs(instance->run.stop)))
+    if (later > instance->run.stop + same * fmax(1.0, fabs(instance->run.stop)))
         return fmu_say(instance, FMU_ERROR, "doStep: to t = %.17g s, past the stop time %.17g s",
                        later, instance->run.stop);
     return FMU_OK;

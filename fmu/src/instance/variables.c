@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NEAR_EDGE 0.9 /* of the friction table's range, as fmu/variables/listing.py says */
-
 static const char *const TYPE_NAME[] = {"a real", "an enumeration", "a boolean", "an array"};
 
 /* Returns whether the variable may be read within a step. */
@@ -53,12 +51,13 @@ static double wrapped(double angle) {
     return rest >= 0.0 && rest < turn ? rest : 0.0; /* outside by rounding */
 }
 
-/* Returns 1 if all amplitudes are well inside the friction table, 2 near its edge. */
+/* Returns 1 if all amplitudes are well inside the friction table, 2 near its edge: beyond 90 % of
+ * its range, as fmu/variables/listing.py says. */
 static int32_t table_status(const fmu_instance *instance) {
     double range[SM_MODES];
     fmu_table_range(instance, range);
     for (int j = 0; j < instance->model->modes; j++) {
-        const double edge = NEAR_EDGE * range[j] * instance->run.inputs.limit_scale;
+        const double edge = 0.9 * range[j] * instance->run.inputs.limit_scale;
         if (fmu_modulus(instance->outputs + FMU_AMPLITUDE + 2 * j) > edge) return 2;
     }
     return 1;

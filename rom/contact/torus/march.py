@@ -43,12 +43,16 @@ class ContactForces:
     first_guess : (orders, N_c) complex ndarray, optional
         Harmonics P_nm whose reaction the iteration begins with. If it does not converge from
         there, it ends. Default: none.
+    projection : (modes, N_c) complex ndarray, optional
+        -(force on mode j) per harmonic P at its carrier. Default: the coupling of the modes, by
+        reciprocity; in a travelling wave its conjugate.
     """
 
     coupling: Complexes
     reaction: Complexes
     constant: Complexes | None = None
     first_guess: Complexes | None = None
+    projection: Complexes | None = None
 
 
 @frozen

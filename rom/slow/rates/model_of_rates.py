@@ -31,13 +31,13 @@ from slipmode.rom.frequencies import (
 )
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import ALLOWED, LARGEST, fits
 from slipmode.rom.slow.rates.decay_rates import decay_rates
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.model_content import REDUCED_ARRAYS
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
 from slipmode.rom.table.tabulation import check_request
@@ -236,13 +236,5 @@ class _RatesLaw:
                 f"mode_shapes: must be (n, {modes}) numbers, one row per DOF and one column per "
                 f"mode [kg^-1/2], {ALLOWED}, got shape {shapes.shape}"
             )
-        sizes = {"m": modes, "q": modes, "n": len(shapes), "c": 0, "p": 0}
-        arrays: dict[str, Any] = {
-            name: np.zeros([sizes[axis] for axis in axes]) for name, axes in REDUCED_ARRAYS.items()
-        }
-        arrays["frequency"] = arrays["carrier"] = np.abs(self._at_rest)
-        arrays["modal_damping"] = -2.0 * self._at_rest.real
-        arrays["mode_shapes"] = shapes.copy()
-        arrays["contact_motion"] = arrays["contact_motion"].astype(complex)
-        contacts = NoContacts().elements(0)
-        return Reduced("consistent", tuple(range(modes)), contacts=contacts, **arrays)
+        natural, damping = np.abs(self._at_rest), -2.0 * self._at_rest.real
+        return modes_alone(natural, damping, shapes, NoContacts().elements(0))

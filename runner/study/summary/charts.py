@@ -74,10 +74,8 @@ def study_charts(dataset: Any, study: Study, choice: Choice | None) -> list[list
             title = f"{name} against {each.key}"
             place = f"{entity}/{each.key.replace('.', '_')}"
             row.append(Chart(place, title, x, Axis(label), layers))
-        distribution = f"Distribution of {name}"
-        layers = _histogram(values)
-        axes = Axis(label), Axis("samples")
-        row.append(Chart(f"{entity}/distribution", distribution, *axes, layers))
+        title, place = f"Distribution of {name}", f"{entity}/distribution"
+        row.append(Chart(place, title, Axis(label), Axis("samples"), _histogram(values)))
         rows.append(row)
     return rows
 
@@ -86,13 +84,12 @@ def _against(
     dataset: Any, varied: Varied, values: Floats, choice: Choice | None
 ) -> tuple[Axis, list[Layer]]:
     """Return the scale of a key, and layers: points, or quantiles at each of its values."""
-    column, names = dataset[varied.key].values, ()
+    column, names, log = dataset[varied.key].values, (), False
     is_number = column.dtype.kind in "if"
     if not is_number:
         kinds, column = np.unique([str(value) for value in column], return_inverse=True)
         names = tuple(kinds.tolist())
     column = column.astype(float)
-    log = False
     layers: list[Layer] = []
     if isinstance(varied.values, Distribution) or not is_number:
         shown = _some_samples(dataset, choice)
@@ -101,10 +98,9 @@ def _against(
         at, group = np.unique(column, return_inverse=True)
         own = [values[(group == k) & ~np.isnan(values)] for k in range(at.size)]
         at, own = at[[each.size > 0 for each in own]], [each for each in own if each.size]
-        log = bool(
-            at.size > 2 and at[0] > 0.0 and np.allclose(np.diff(np.log(at)), np.log(at[1] / at[0]))
-        )
         curve = at.size > 1
+        if at.size > 2 and at[0] > 0.0:
+            log = np.allclose(np.diff(np.log(at)), np.log(at[1] / at[0]))
         median = np.array([np.median(each) for each in own])
         layers.append(Layer(at, median, BLUE, "median", curve, 2.5))
         for low, high, color in ((0.05, 0.95, GREY), (0.25, 0.75, GREEN)):
@@ -117,10 +113,8 @@ def _against(
         layers.append(Layer(at, np.zeros(at.size), RED, "failed", False, 4.0))
     if choice is not None and choice.of.key == varied.key:
         best = choice.values[choice.best]
-        x = float(best) if is_number else float(names.index(str(best)))
-        layers.append(
-            _vertical(x, np.nanmax(values), f"best: {best:.3g}" if is_number else "best")
-        )
+        x, words = (best, f"best: {best:.3g}") if is_number else (names.index(str(best)), "best")
+        layers.append(_vertical(float(x), np.nanmax(values), words))
     unit = dataset[varied.key].attrs.get("units", "-")
     return Axis(f"{varied.key} [{unit}]", names, log), layers
 
@@ -158,9 +152,8 @@ def draw(rows: list[list[Chart]], title: str, path: Path) -> None:
             style = {"lw": layer.width} if layer.curve else {"ls": "", "marker": ".", "ms": 3}
             color = np.divide(layer.color, 255)
             ax.plot(layer.x, layer.y, color=color, label=layer.name or None, **style)
-        ax.set(
-            xlabel=chart.x.label, ylabel=chart.y.label, xscale="log" if chart.x.log else "linear"
-        )
+        scale = "log" if chart.x.log else "linear"
+        ax.set(xlabel=chart.x.label, ylabel=chart.y.label, xscale=scale)
         if chart.x.names:
             ax.set_xticks(range(len(chart.x.names)), chart.x.names)
         if any(layer.name for layer in chart.layers):

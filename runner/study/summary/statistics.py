@@ -74,12 +74,11 @@ class Sensitivity:
     def text(self) -> list[str]:
         """Return a line per key."""
         width = max(map(len, self.keys))
-        rows = zip(
-            self.keys, self.first, self.first_error, self.total, self.total_error, strict=True
-        )
+        first = zip(self.keys, self.first, self.first_error, strict=True)
+        total = zip(self.total, self.total_error, strict=True)
         return [
             f"{self.output}: {key:{width}}  first {f:6.3f} +- {fe:.3f}  total {t:6.3f} +- {te:.3f}"
-            for key, f, fe, t, te in rows
+            for (key, f, fe), (t, te) in zip(first, total, strict=True)
         ]
 
 

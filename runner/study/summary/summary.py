@@ -14,7 +14,7 @@ from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.summary.charts import draw, shown_as, shown_output, study_charts
-from slipmode.runner.study.summary.statistics import Choice, choice, sensitivity
+from slipmode.runner.study.summary.statistics import choice, sensitivity
 from slipmode.runner.view.charts import write_charts
 
 _log = logging.getLogger("slipmode.study")
@@ -27,8 +27,7 @@ def summarise(done: StudyResults) -> list[str]:
     lines = _failures(reasons)
     if done.failed == done.samples:
         return [*lines, str(done.path)]
-    chosen: Choice | None = None
-    best = ""
+    chosen, best = None, ""
     if study.choose is not None:
         kind, mode = study.choose.output.rsplit("_", 1)
         output = shown_output(dataset, kind, shown_as(study))

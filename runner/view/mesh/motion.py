@@ -173,9 +173,8 @@ def _finite(name: str, given: ArrayLike, shape: tuple[int | None, ...]) -> Float
         values = np.asarray(given, dtype=float)
     except (ValueError, TypeError):
         raise SlipmodeError(f"{name}: must be numbers") from None
-    fits = values.ndim == len(shape) and all(
-        wanted in (None, size) for wanted, size in zip(shape, values.shape, strict=True)
-    )
+    pairs = zip(shape, values.shape, strict=False)
+    fits = values.ndim == len(shape) and all(wanted in (None, size) for wanted, size in pairs)
     if not fits or not np.isfinite(values).all():
         wanted = ", ".join("any" if size is None else str(size) for size in shape)
         raise SlipmodeError(f"{name}: must be ({wanted}), finite, got {values.shape}")
@@ -203,9 +202,8 @@ def skin(cells: NDArray[np.intp]) -> NDArray[np.intp]:
         8: [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
     }[cells.shape[1]]
     faces = cells[:, corners].reshape(-1, len(corners[0]))
-    _, first, count = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-    )
+    same = np.sort(faces, axis=1)
+    _, first, count = np.unique(same, axis=0, return_index=True, return_counts=True)
     return np.asarray(faces[np.sort(first[count == 1])])
 
 
@@ -271,11 +269,9 @@ def write_mesh(motion: MeshMotion, path: str | PathLike[str]) -> list[Path]:
     blocks = [(_KINDS[motion.cells.shape[1]], motion.cells), ("vertex", node[:, np.newaxis])]
     none = np.full(len(motion.cells), -1, dtype=np.int32)
     for file, u, state in zip(files, motion.displacement, motion.state, strict=True):
+        states = [none, state[contact].astype(np.int32)]
         mesh = meshio.Mesh(
-            motion.nodes,
-            blocks,
-            point_data={"displacement": u},
-            cell_data={"state": [none, state[contact].astype(np.int32)]},
+            motion.nodes, blocks, point_data={"displacement": u}, cell_data={"state": states}
         )
         with replacing(file) as stream:
             meshio.write(stream.name, mesh, "vtu")  # it opens files by name alone

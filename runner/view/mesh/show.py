@@ -53,9 +53,8 @@ def _draw_skin(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> 
     stream.log("/mesh/body", still, static=True)
     moved = motion.nodes[corner] + scale * motion.displacement[:, corner]
     columns = rr.Mesh3D.columns(vertex_positions=moved.reshape(-1, 3))
-    stream.send_columns(
-        "/mesh/body", [_times(motion)], columns.partition([corner.size] * len(moved))
-    )
+    columns = columns.partition([corner.size] * len(moved))
+    stream.send_columns("/mesh/body", [_times(motion)], columns)
 
 
 def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float) -> None:
@@ -83,11 +82,8 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
     up = axes[-1] * np.sign(axes[-1][np.argmax(np.abs(axes[-1]))])
     long = axes[0] * np.sign(axes[0][np.argmax(np.abs(axes[0]))])
     across = np.cross(up, long)
-    side = 0.35 * up - across
 
-    def seen(
-        name: str, origin: str, points: Floats, towards: Floats, upwards: Floats
-    ) -> rrb.Spatial3DView:
+    def seen(name: str, origin: str, points: Floats, towards: Floats, up: Floats) -> rrb.View:
         centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         extent = np.sort(np.ptp(points, axis=0))[1:]
         distance = max(1.4 * extent[0], 0.5 * extent[1])  # both sides are in sight
@@ -96,18 +92,14 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
             origin=origin,
             name=name,
             line_grid=rrb.LineGrid3D(visible=False),
-            eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=upwards),
+            eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=up),
         )
 
     colors = zip(("green", "orange", "red"), STATES, strict=True)
     said = ", ".join(f"{color} {name}" for color, name in colors)
-    return rrb.Blueprint(
-        rrb.Vertical(
-            seen("Mesh, displacements enlarged", "/mesh", x, side, up),
-            seen(f"Contacts: {said}", "/interface", interface, up, across),
-        ),
-        collapse_panels=True,
-    )
+    mesh = seen("Mesh, displacements enlarged", "/mesh", x, 0.35 * up - across, up)
+    contacts = seen(f"Contacts: {said}", "/interface", interface, up, across)
+    return rrb.Blueprint(rrb.Vertical(mesh, contacts), collapse_panels=True)
 
 
 def _spacing(points: Floats) -> float:

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import fmpy
 
-from slipmode.fmu.archive.binaries import folder, host_platform
-from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.fmu.archive.binaries import fmi_headers, folder, host_platform
 from slipmode.runner import load_scene, shipped_scenes
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan

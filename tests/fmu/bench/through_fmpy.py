@@ -18,8 +18,7 @@ from fmpy.fmi3 import FMU3Slave
 from fmpy.simulation import instantiate_fmu
 from steps import AMPLITUDES, measure, of_scene, program
 
-from slipmode.fmu.archive.binaries import extension, folder, host_platform
-from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.fmu.archive.binaries import extension, fmi_headers, folder, host_platform
 from slipmode.runner.fmi.export import export_fmu
 
 SCENE = "two-mode"

@@ -11,8 +11,7 @@ from elastic import cantilever as elastic_contacts
 from native import run
 
 from slipmode import fmu, rom
-from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, source_files
-from slipmode.fmu.archive.cross_compiler import fmi_headers
+from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, fmi_headers, source_files
 
 THREADS = Path(__file__).parent / "threads" / "threads.c"
 FEW, MANY = 400, 50_000  # sequences of about 25 calls

@@ -79,7 +79,7 @@ def dense_error(model, points, limit):
     problem = ContactProblem.of(*known)
     if not accuracy.neglected_response:
         first = trial_grid(problem, accuracy.tolerance)
-        smallest = ErrorBudget(accuracy.tolerance).response
+        smallest = ErrorBudget(accuracy.tolerance).response / limit.size
         higher = higher_order_harmonics(problem, first, limit, smallest)
         problem = ContactProblem.of(*known, higher_orders=list(higher))
     scale = smallest_scale(model.reduced, limit)

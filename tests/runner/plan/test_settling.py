@@ -10,7 +10,7 @@ from stepping import model
 from slipmode import runner
 from slipmode.fmu import Component
 from slipmode.runner.plan import amplitude_range
-from slipmode.runner.plan.settling import shortened
+from slipmode.runner.plan.amplitude_range import shortened
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.script import Script
@@ -64,15 +64,16 @@ def dry_run(plan):
     stretches = amplitude_range.shortened(
         plan.schedule, model, excited.modes, component.input_names
     )
-    *_, outputs = component.trace(*stretches)
+    *_, outputs = component.trace(stretches.durations, stretches.inputs)
     last = np.abs(outputs[-1, 1:5].view(complex))
     reached, _, complete = amplitude_range._path(excited, model, plan.schedule)
     assert complete
-    return last, reached, stretches[0].sum()
+    return last, reached, stretches.durations.sum()
 
 
 def whole(schedule, model, modes, names):
-    return schedule.stretches().durations(), schedule.stretches().inputs(names)
+    lengths, inputs = schedule.stretches().durations(), schedule.stretches().inputs(names)
+    return amplitude_range.Stretches(lengths, inputs, lengths, names)
 
 
 EVENTS = {
@@ -127,23 +128,24 @@ def schedule(duration, breakpoints):
 @pytest.mark.parametrize("moving", MOVING.values(), ids=MOVING)
 def test_what_has_not_settled_is_followed_to_the_bit(moving):
     given = schedule(*moving)
-    durations, inputs = shortened(given, model(), "AB", NAMES)
-    np.testing.assert_array_equal(durations, given.stretches().durations())
-    np.testing.assert_array_equal(inputs, given.stretches().inputs(NAMES))
+    found = shortened(given, model(), "AB", NAMES)
+    np.testing.assert_array_equal(found.durations, given.stretches().durations())
+    np.testing.assert_array_equal(found.inputs, given.stretches().inputs(NAMES))
 
 
 def test_without_damping_nothing_is_taken_as_settled():
     of = model()
     undamped = replace(of, reduced=replace(of.reduced, modal_damping=np.zeros(2)))
-    assert shortened(schedule(1e9, {}), undamped, "AB", NAMES)[0] == [1e9]
-    assert shortened(schedule(1e9, {}), of, "AB", NAMES)[0] < 1e5
+    assert shortened(schedule(1e9, {}), undamped, "AB", NAMES).durations == [1e9]
+    assert shortened(schedule(1e9, {}), of, "AB", NAMES).durations < 1e5
 
 
 def test_a_ramp_that_is_shortened_goes_as_far():
     given = schedule(
         1e9, {"force_A": [[0, 0.1], [4e8, 0.3]], "frequency_A": [[4e8, 1], [1e9, 1.1]]}
     )
-    durations, inputs = shortened(given, model(), "AB", NAMES)
+    found = shortened(given, model(), "AB", NAMES)
+    durations, inputs = found.durations, found.inputs
     straight = given.stretches()
     assert np.all(durations < 0.01 * straight.durations())
     values = [name for name in NAMES if "_rate_" not in name]

@@ -6,7 +6,7 @@ import pytest
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.contacts import check_scale, law_of, preloaded
+from slipmode.runner.scene.contacts import check_scale, law_of, loaded_law
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.scene.script import Script
 
@@ -201,7 +201,7 @@ def test_contacts_that_a_static_force_opens_do_not_scale():
     text = START + sides + "[limits]\nscale = 2\n[preload]\ndof = 3\nforce = -9"
     body = rom.Structure(np.eye(6), np.eye(6) + 0.1, contact=np.eye(6)[:, :4])
     scene = parse_scene(text, ".")
-    found = preloaded(scene, body, law_of(scene, 4))
+    _, found = loaded_law(scene, body)
     assert set(found.state) == {0, 2}
     with pytest.raises(SlipmodeError, match=r"limits\.scale: .* that \[preload\] opens is a"):
         check_scale(scene, found.law, 4)

@@ -117,9 +117,8 @@ def without_cluster(monkeypatch, tmp_path, count):
 
 def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
     samples, design = without_cluster(monkeypatch, tmp_path, 50_000)
-    client, finished = NoWork(), []
-    tasks = make_tasks(samples, design)
-    Foreman(client, samples, design).work_on(tasks, lambda task, _: finished.append(task))
+    client, tasks = NoWork(), make_tasks(samples, design)
+    finished = [task for task, _ in Foreman(client, samples, design).work_on(tasks)]
     assert client.tasks == len(finished) == 100
     assert Completed.most <= 6
     assert sorted((t.start, t.stop) for t in finished)[-1] == (49_500, 50_000)
@@ -127,9 +126,8 @@ def test_only_some_tasks_are_out_however_many_there_are(monkeypatch, tmp_path):
 
 def test_samples_outside_a_table_are_computed_on_the_next_one(monkeypatch, tmp_path):
     samples, design = without_cluster(monkeypatch, tmp_path, 10_000)
-    client, finished = NoWork(outside=2), []
-    tasks = make_tasks(samples, design)
-    Foreman(client, samples, design).work_on(tasks, lambda task, batch: finished.append(batch))
+    client, tasks = NoWork(outside=2), make_tasks(samples, design)
+    finished = [batch for _, batch in Foreman(client, samples, design).work_on(tasks)]
     assert (len(finished), client.steps) == (20, 3)
     assert not any(batch.outside.any() for batch in finished)
     assert client.tasks == 3 * 20
@@ -173,16 +171,13 @@ def test_a_killed_worker_loses_nothing(study_file, tmp_path, monkeypatch):
     killed = []
 
     class Murderous(Foreman):
-        def work_on(self, tasks, finished):
+        def work_on(self, tasks):
             victim = next(iter(self._client.run(os.getpid).values()))
-
-            def kill_once(task, batch):
+            for done in super().work_on(tasks):
                 if not killed:
                     killed.append(victim)
                     os.kill(victim, signal.SIGKILL)
-                finished(task, batch)
-
-            super().work_on(tasks, kill_once)
+                yield done
 
     monkeypatch.setattr(of_study, "Foreman", Murderous)
     done = run_study(path, tmp_path, workers=2)
@@ -231,13 +226,11 @@ def test_a_scheduler_that_is_lost_is_said_and_what_was_computed_stays(
     )
 
     class Murderous(Foreman):
-        def work_on(self, tasks, finished):
-            def kill(task, batch):
-                finished(task, batch)
+        def work_on(self, tasks):
+            for done in super().work_on(tasks):
+                yield done
                 scheduler.kill()
                 scheduler.wait()
-
-            super().work_on(tasks, kill)
 
     try:
         distributed = pytest.importorskip("distributed")

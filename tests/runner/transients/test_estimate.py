@@ -12,12 +12,12 @@ from slipmode.rom.full import integrate
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.cli import main
 from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, stepper
+from slipmode.runner.transients.motion import slow_trajectory
 
 SCENE = """
 [structure]

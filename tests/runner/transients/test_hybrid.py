@@ -9,12 +9,12 @@ from elastic.frictional_beam import ROWS, SLIDER, TIP, structure
 from slipmode import rom, runner
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.motion.trajectory import slow_trajectory
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner.transients.full_order import friction_loss
 from slipmode.runner.transients.hybrid import fast_motion, stepper
-from slipmode.runner.validation.reference import full_motion
-from slipmode.runner.validation.validate import dissipated_energy
+from slipmode.runner.transients.motion import slow_trajectory
+from slipmode.runner.validation.validate import full_motion
 
 STEPPED = """
 [structure]
@@ -95,7 +95,7 @@ def test_stretches_begin_at_rest_and_at_a_force_step(contacts):
         assert jump < 1e-2 * np.abs(amplitude[k])
     energy = outputs[:, -1]
     assert np.diff(energy).min() > -1e-3 * energy[-1]
-    spent = dissipated_energy(component._model.reduced.contacts, reference)
+    spent = friction_loss(component._model.reduced.contacts, reference)[-1]
     assert outputs[-1, -1] == pytest.approx(spent, rel=1e-2)
 
 

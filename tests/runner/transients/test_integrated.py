@@ -10,7 +10,7 @@ from slipmode.runner.curves.scene_curves import scene_backbone
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.validation.reference import full_motion
+from slipmode.runner.validation.validate import full_motion
 
 SCENE = """
 title = "integrated"

@@ -1,0 +1,87 @@
+"""Elastic contacts whose displacement is given at the carrier and by flexibilities beyond it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.torus.march import ContactForces
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.modes_alone import modes_alone
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import frozen
+
+
+@frozen
+class DualContacts:
+    """Contacts with the force deficit y = k_ref x_c - f, see `slipmode.rom.reduction.stuck`.
+
+        x_c = coupling a exp(i theta) + c.c. + sum_h G_h y_h exp(i h theta)
+
+    Attributes
+    ----------
+    law : Elastic
+    static : (N_c, N_c) ndarray
+        Real flexibility of the march [m/N], symmetric and positive semidefinite, to which every
+        harmonic adds what its own differs by. Harmonics that are not given have it.
+    frequency, damping : float
+        Natural frequency [rad/s] and damping [1/s] of the mode, or the frequency of the carrier.
+    moved : (N_c,) ndarray, optional
+        Size of the displacement per amplitude of the mode, a scale. Default: there is no mode.
+    marched_frequency : (modes,) ndarray, optional
+        Natural frequencies of modes that are marched beside the contacts [rad/s], where a harmonic
+        comes close to them. They are not part of `static`. The march has them with a damping of
+        its own: every harmonic adds what they differ by.
+    marched_motion : (modes, N_c) ndarray, optional
+        Displacements of the contacts per amplitude of these modes [kg^-1/2].
+    """
+
+    law: Elastic
+    static: Floats
+    frequency: float
+    damping: float = 0.0
+    moved: Floats | None = None
+    marched_frequency: Floats | None = None
+    marched_motion: Floats | None = None
+
+    def problem(
+        self,
+        carrier: float,
+        coupling: Complexes,
+        flexibility: Mapping[Order, Complexes],
+        projection: Complexes | None = None,
+    ) -> ContactProblem:
+        """Return the contact problem at a carrier [rad/s], with G_h by harmonic (h, 0).
+
+        `projection` (N_c,) are the displacements whose work drives the mode; default: `coupling`.
+        """
+        driving = coupling if projection is None else projection
+        forces = ContactForces(
+            coupling=-np.asarray(coupling, dtype=complex)[np.newaxis],
+            reaction=np.array([G - self.static for G in flexibility.values()], dtype=complex),
+            projection=-np.conj(driving)[np.newaxis],
+        )
+        reduced = self.reduced.at_carrier([carrier])
+        return ContactProblem(reduced, self.law, tuple(flexibility), given_forces=forces)
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """The mode and the contacts as the core reads them, coupled by size alone."""
+        given = {"stiffness": -self.static}
+        if self.moved is not None:
+            given["spring"] = -self.moved[np.newaxis]
+        if self.marched_frequency is not None and self.marched_motion is not None:
+            given["nonresonant_frequency"] = self.marched_frequency
+            given["nonresonant_spring"] = -self.marched_motion
+        return modes_alone(
+            np.array([self.frequency]),
+            np.array([self.damping]),
+            np.zeros((1, 1)),
+            self.law.elements(len(self.static)),
+            **given,
+        )

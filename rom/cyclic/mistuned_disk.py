@@ -1,0 +1,159 @@
+"""Disks whose blades differ: steady states under engine-order excitation.
+
+All nodal diameters of all families respond at the forcing frequency.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.cyclic.coupled_contacts import CoupledContacts
+from slipmode.rom.cyclic.diameter_modes import DiameterModes
+from slipmode.rom.cyclic.disk_balance import DiskBalance
+from slipmode.rom.cyclic.disk_modes import MistunedModes, TunedModes
+from slipmode.rom.cyclic.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.short_repr import frozen
+
+
+@frozen
+class DiskResponse:
+    """Steady states of disks, by pattern and frequency.
+
+    Attributes
+    ----------
+    frequency : (frequencies,) ndarray
+        [rad/s]
+    displacement : (patterns, frequencies, N, n_s) complex ndarray
+        c of the free DOFs of every sector, which move by 2 Re(c exp(i Omega t)) [m].
+    """
+
+    frequency: Floats
+    displacement: Complexes
+
+    def amplitude(self, dof: int) -> Floats:
+        """Return the amplitude of a DOF of every blade, (patterns, frequencies, N) [m]."""
+        return np.asarray(2.0 * np.abs(self.displacement[..., dof]))
+
+    def peak(self, dof: int) -> Floats:
+        """Return the largest amplitude of a DOF over blades and frequencies, (patterns,) [m]."""
+        return np.asarray(self.amplitude(dof).max(axis=(1, 2)))
+
+
+class MistunedDisk:
+    """A disk with friction whose blades differ, for one or many mistuning patterns.
+
+    Parameters
+    ----------
+    structure : CyclicStructure
+        Held by springs to ground.
+    law : Jenkins, Iwan or Sliders
+        Of the contacts of a sector, which slide and do not lift off.
+    deviation : (N,) or (patterns, N) array_like
+        Sector j has deviation_j times the stiffness `CyclicStructure.blade` in addition. 0: tuned.
+    highest : float
+        Frequency up to which modes respond with their inertia [rad/s]: about ten times the forcing
+        frequency. Others follow statically.
+
+    Raises
+    ------
+    SlipmodeError
+        If the law is not one of these, or deviations are not between -1 and 1.
+
+    Notes
+    -----
+    Damping that is not C = alpha M + beta K may couple the modes of the disk, which is left out.
+    """
+
+    def __init__(
+        self, structure: CyclicStructure, law: Elastic, deviation: ArrayLike, highest: float
+    ) -> None:
+        N, contacts = structure.sectors, structure.n_contacts
+        given = np.atleast_2d(as_floats("deviation", deviation))
+        if given.ndim != 2 or given.shape[1] != N or not np.all(np.abs(given) < 1.0):
+            raise SlipmodeError(
+                f"deviation: must be {N} numbers between -1 and 1, or rows of these, got "
+                f"{in_one_line(deviation)}"
+            )
+        if not (isinstance(law, Elastic) and law.elements(contacts).odd):
+            raise SlipmodeError(
+                "law: mistuned disks need contacts that slide and do not lift off (rom.Jenkins, "
+                f"Iwan or Sliders), got {in_one_line(law)}"
+            )
+        self.structure, self.law, self.deviation = structure, law, given
+        self._reference = law.elements(contacts).reference
+        free, self._stuck = (
+            [DiameterModes.of(structure, k, springs, highest) for k in range(N)]
+            for springs in (np.zeros(contacts), self._reference)
+        )
+        self._modes = MistunedModes.of(TunedModes(structure, free), given)
+
+    def response(
+        self,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: ArrayLike,
+        *,
+        local: bool = False,
+    ) -> DiskResponse:
+        """Return steady states along frequencies, each found from the one before.
+
+        Parameters
+        ----------
+        frequency : (frequencies,) array_like
+            [rad/s], in the order in which they are passed: where several states exist, the one
+            that is followed.
+        engine_order : int
+            E: sector j is loaded by Re(f exp(i (Omega t + E 2 pi j / N))).
+        force : (n_s,) array_like
+            f, complex amplitudes on the free DOFs of sector 0 [N].
+        local : bool
+            Leave out what contacts do to each other at higher harmonics, for many patterns: ten
+            times faster. Lumped disks differed by 0.2 to 1.4 % of a blade's amplitude
+            (tests/rom/cyclic/test_mistuned_disk.py).
+
+        Raises
+        ------
+        UnsettledError
+            Naming the frequency at which no steady state was found.
+        """
+        omega = np.atleast_1d(as_floats("frequency", frequency))
+        if omega.ndim != 1 or not np.all((omega > 0.0) & np.isfinite(omega)):
+            raise SlipmodeError(
+                f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
+            )
+        vector, size = np.asarray(force, dtype=complex), self.structure.free_dofs.size
+        if vector.shape != (size,) or not np.isfinite(vector).all():
+            raise SlipmodeError(f"force: must be {size} finite numbers, got {in_one_line(force)}")
+        excited = self._modes.tuned.excited(engine_order, vector)
+        contacts = self._local(float(np.median(omega)))
+        x: Complexes | None = None
+        found = []
+        for each in omega.tolist():
+            at = self._modes.at(each, excited)
+            balance = DiskBalance(at, contacts, self._springs)
+            x, y = balance.with_local_contacts(x)
+            if not local:
+                together = CoupledContacts.of(self._modes, self._stuck, self.law, each)
+                x, y = balance.with_coupled_contacts(together, x)
+            found.append(at.displacement(y - self._springs * x))
+        return DiskResponse(omega, np.stack(found, axis=1))
+
+    @cached_property
+    def _springs(self) -> Floats:
+        """k_ref of all contacts, (N N_c,)."""
+        return np.tile(self._reference, self.structure.sectors)
+
+    def _local(self, frequency: float) -> LocalContacts:
+        """Return the contacts with the mean flexibility of all nodal diameters."""
+        own = [
+            np.mean([np.diag(k.flexibility(h * frequency)) for k in self._stuck], axis=0)
+            for h in range(1, HIGHEST + 1, 2)
+        ]
+        return LocalContacts.of(self.law, own, frequency)

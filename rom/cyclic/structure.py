@@ -1,0 +1,265 @@
+"""A structure of equal sectors: the matrices of one, and how it meets the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom.arrays import Complexes, Floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.matrices import (
+    Matrix,
+    MatrixLike,
+    as_csc,
+    as_matrix,
+    as_symmetric,
+)
+from slipmode.rom.structure.solvers.mass import is_positive_semidefinite
+from slipmode.rom.structure.structure import Structure
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class CyclicStructure:
+    """A ring of equal sectors, with friction contacts inside the sectors or between neighbours.
+
+    Sector j has the displacements u_j (n,). Its DOFs `right` are the DOFs `left` of sector j + 1.
+    Its contacts move by x_c = contact^T u_j + next_contact^T u_(j+1).
+
+    Parameters
+    ----------
+    mass : (n, n) array or sparse matrix
+        Of one sector [kg], symmetric; positive definite once `right` is joined to `left`.
+    stiffness : (n, n) array or sparse matrix
+        Of one sector without contacts [N/m], symmetric.
+    sectors : int
+        Number of sectors N, at least 3.
+    damping : float, Rayleigh or (n, n) array or sparse matrix, default 0.0
+        beta [s] of C = beta K, C = alpha M + beta K, or C itself [N s/m].
+    left, right : sequence of int, optional
+        The same number of DOFs on either side, in the order in which they meet, in the directions
+        of their own sector. Default: none, sectors touch at contacts alone.
+    contact : sequence of int, or (n, N_c) array or sparse matrix
+        DOFs, or directions W [-], of the contacts of each sector.
+    next_contact : (n, N_c) array or sparse matrix, optional
+        Directions on the next sector, of contacts between neighbours. Default: none.
+    blade : (n, n) array or sparse matrix, optional
+        Part of the stiffness that differs from blade to blade in a mistuned disk [N/m], symmetric.
+        Default: all of it.
+
+    Attributes
+    ----------
+    sectors : int
+    mass, stiffness, damping, blade : (n, n) CSC matrix
+        Of one sector.
+    beta : float
+        Damping [s] per stiffness, also of the part in which blades differ; 0 if C was given.
+    own_directions, next_directions : (n, N_c) CSC matrix
+        `contact` and `next_contact`.
+    left, right : (pairs,) ndarray of int
+
+    Raises
+    ------
+    SlipmodeError
+        If sectors do not fit: another number of DOFs on either side, DOFs on both sides or twice;
+        if a matrix is not as stated above.
+    """
+
+    sectors: int
+    mass: Matrix
+    stiffness: Matrix
+    damping: Matrix
+    blade: Matrix
+    beta: float
+    own_directions: Matrix
+    next_directions: Matrix
+    left: NDArray[np.intp]
+    right: NDArray[np.intp]
+
+    def __init__(
+        self,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        sectors: int,
+        damping: float | Rayleigh | MatrixLike = 0.0,
+        *,
+        contact: MatrixLike,
+        next_contact: MatrixLike | None = None,
+        blade: MatrixLike | None = None,
+        left: Sequence[int] = (),
+        right: Sequence[int] = (),
+    ) -> None:
+        if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
+            raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
+        M = as_csc(as_symmetric("mass", mass))
+        size = M.shape[0]
+        K = as_csc(as_symmetric("stiffness", stiffness, size))
+        sides = [_dofs(name, dofs, size) for name, dofs in (("left", left), ("right", right))]
+        both = np.intersect1d(sides[0], sides[1]).size
+        if len(sides[0]) != len(sides[1]) or both:
+            raise SlipmodeError(
+                f"left, right: must be as many DOFs on either side, none on both, got "
+                f"{len(sides[0])} and {len(sides[1])}, {both} on both"
+            )
+        W = _directions("contact", contact, size)
+        further = (
+            W * 0.0 if next_contact is None else _directions("next_contact", next_contact, size)
+        )
+        if further.shape != W.shape:
+            raise SlipmodeError(
+                f"next_contact: must have shape {W.shape} like contact, got {further.shape}"
+            )
+        fields = {
+            "sectors": int(sectors),
+            "mass": M,
+            "stiffness": K,
+            "damping": _damping(damping, M, K),
+            "blade": K if blade is None else as_csc(as_symmetric("blade", blade, size)),
+            "beta": damping.beta if isinstance(damping, Rayleigh) else _beta(damping),
+            "own_directions": W,
+            "next_directions": further,
+            "left": sides[0],
+            "right": sides[1],
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+        if np.any(as_csc(self._joined(M).real).diagonal() <= 0.0):
+            raise SlipmodeError("mass: every DOF needs some mass, once right is joined to left")
+
+    def __repr__(self) -> str:
+        return (
+            f"CyclicStructure({self.sectors} sectors of {self.free_dofs.size} DOFs, "
+            f"{self.n_contacts} contacts each)"
+        )
+
+    @property
+    def n_contacts(self) -> int:
+        """Number N_c of contact directions of a sector."""
+        return int(self.own_directions.shape[1])
+
+    @cached_property
+    def free_dofs(self) -> NDArray[np.intp]:
+        """DOFs of a sector that are not those of the next one, (n_s,), ascending."""
+        return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
+
+    @property
+    def highest_diameter(self) -> int:
+        """The largest nodal diameter, N // 2."""
+        return self.sectors // 2
+
+    def angle(self, nodal_diameter: int) -> float:
+        """Return the phase of the next sector [rad]; exact multiples of N are 0."""
+        return 2.0 * np.pi * (nodal_diameter % self.sectors) / self.sectors
+
+    def expansion(self, nodal_diameter: int) -> Any:
+        """Return T (n, n_s): all DOFs of sector 0 from its free DOFs, in a travelling wave.
+
+        Sector j moves like exp(i k 2 pi j / N) times sector 0, with the nodal diameter k.
+        """
+        rows = np.concatenate((self.free_dofs, self.right))
+        column = np.full(self.mass.shape[0], -1)
+        column[self.free_dofs] = np.arange(self.free_dofs.size)
+        columns = np.concatenate((column[self.free_dofs], column[self.left]))
+        phase = np.exp(1j * self.angle(nodal_diameter))
+        values = np.concatenate((np.ones(self.free_dofs.size), np.full(self.right.size, phase)))
+        shape = (self.mass.shape[0], self.free_dofs.size)
+        return scipy.sparse.csc_array((values, (rows, columns)), shape=shape)
+
+    def of_diameter(self, nodal_diameter: int) -> tuple[Any, Any, Any]:
+        """Return mass, damping and stiffness of a nodal diameter, (n_s, n_s) Hermitian CSC."""
+        T = self.expansion(nodal_diameter)
+        matrices = (self.mass, self.damping, self.stiffness)
+        return tuple((T.conj().T @ (each @ T)).tocsc() for each in matrices)
+
+    def contact_motion(self, nodal_diameter: int) -> Any:
+        """Return the contact displacements of sector 0 per free DOF, (N_c, n_s) CSC, complex."""
+        turned = np.exp(1j * self.angle(nodal_diameter)) * self.next_directions
+        return ((self.own_directions + turned).T @ self.expansion(nodal_diameter)).tocsc()
+
+    def annulus(self, deviation: ArrayLike | None = None) -> Structure:
+        """Return all sectors as one structure: n_s N DOFs and N_c N contacts, sector by sector.
+
+        `deviation` (N,) of a mistuned disk: sector j has deviation_j times the stiffness `blade`
+        in addition.
+        """
+        N = self.sectors
+        of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
+
+        def around(matrix: Any, factors: Floats) -> Any:
+            """Return the sum over sectors of factor_j T_j^T matrix T_j."""
+            sectors = [self._of_sector(j) for j in range(N)]
+            return sum(c * (T.T @ (matrix @ T)) for c, T in zip(factors, sectors, strict=True))
+
+        contacts = [
+            self._of_sector(j).T @ self.own_directions
+            + self._of_sector((j + 1) % N).T @ self.next_directions
+            for j in range(N)
+        ]
+        return Structure(
+            around(self.mass, np.ones(N)),
+            around(self.stiffness, np.ones(N)) + around(self.blade, of_blade),
+            around(self.damping, np.ones(N)) + self.beta * around(self.blade, of_blade),
+            contact=scipy.sparse.hstack(contacts),
+        )
+
+    def around(self, wave: Complexes, nodal_diameter: int) -> Complexes:
+        """Return a travelling wave at all DOFs of the annulus, (n_s N, ...), from sector 0."""
+        turn = np.exp(1j * self.angle(nodal_diameter) * np.arange(self.sectors))
+        return np.concatenate([each * wave for each in turn])
+
+    def _of_sector(self, j: int) -> Any:
+        """Return the DOFs of sector j from those of the annulus, (n, n_s N)."""
+        size, n, N = self.free_dofs.size, self.mass.shape[0], self.sectors
+        place = np.empty(n, dtype=np.intp)
+        place[self.free_dofs] = j * size + np.arange(size)
+        place[self.right] = (place[self.left] + size) % (N * size)
+        ones = np.ones(n)
+        return scipy.sparse.csc_array((ones, (np.arange(n), place)), shape=(n, size * N))
+
+    def _joined(self, matrix: Any) -> Any:
+        T = self.expansion(0)
+        return T.conj().T @ (matrix @ T)
+
+
+def _dofs(name: str, dofs: Sequence[int], size: int) -> NDArray[np.intp]:
+    given = np.asarray(dofs)
+    if given.size == 0:
+        return np.zeros(0, dtype=np.intp)
+    if given.ndim != 1 or given.dtype.kind not in "iu" or np.unique(given).size != given.size:
+        raise SlipmodeError(f"{name}: must be different DOFs, got {in_one_line(dofs)}")
+    if given.min() < 0 or given.max() >= size:
+        raise SlipmodeError(f"{name}: DOFs must be 0 to {size - 1}, got {in_one_line(dofs)}")
+    return given.astype(np.intp)
+
+
+def _directions(name: str, contact: MatrixLike, size: int) -> Any:
+    given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
+    if given.ndim == 1:
+        dofs = _dofs(name, given.tolist(), size)
+        ones = np.ones(dofs.size)
+        return scipy.sparse.csc_array((ones, (dofs, np.arange(dofs.size))), (size, dofs.size))
+    W = as_csc(as_matrix(name, contact))
+    if W.shape[0] != size or W.shape[1] == 0:
+        raise SlipmodeError(f"{name}: must have {size} rows and at least 1 column, got {W.shape}")
+    return W
+
+
+def _beta(damping: float | MatrixLike) -> float:
+    return float(damping) if isinstance(damping, float | int | np.floating) else 0.0
+
+
+def _damping(given: float | Rayleigh | MatrixLike, M: Any, K: Any) -> Any:
+    if isinstance(given, float | int | np.floating):
+        given = Rayleigh(0.0, float(given))
+    if isinstance(given, Rayleigh):
+        return given.alpha * M + given.beta * K
+    C = as_csc(as_symmetric("damping", given, M.shape[0]))
+    if not is_positive_semidefinite(C, "damping"):
+        raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
+    return C

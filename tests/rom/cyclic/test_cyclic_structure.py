@@ -1,0 +1,69 @@
+"""Sectors make the same structure as the annulus; sectors that do not fit are refused."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from slipmode import rom
+
+
+def hertz(mass, damping, stiffness):
+    square = scipy.linalg.eigh(stiffness.toarray(), mass.toarray(), eigvals_only=True)
+    return np.sqrt(square) / (2.0 * np.pi)
+
+
+def test_the_lumped_disk_has_the_published_frequencies():
+    """Of pyHarm's tutorial: 88.264, 169.344 twice, 189.302 Hz twice."""
+    disk = rom.lumped_disk(24)
+    found = [hertz(*disk.of_diameter(k))[0] for k in (0, 1, -1, 2, -2)]
+    np.testing.assert_allclose(found, [88.264, 169.344, 169.344, 189.302, 189.302], atol=6e-4)
+
+
+@pytest.mark.parametrize("sectors", [3, 8])
+def test_nodal_diameters_have_the_frequencies_of_the_annulus(sectors):
+    disk = rom.lumped_disk(sectors)
+    whole = disk.annulus()
+    assert whole.n_dofs == 3 * sectors
+    assert whole.n_contacts == sectors
+    diameters = range(sectors)
+    by_sector = np.concatenate([hertz(*disk.of_diameter(k)) for k in diameters])
+    together = hertz(whole.mass, whole.damping, whole.stiffness)
+    np.testing.assert_allclose(np.sort(by_sector), together, rtol=1e-12)
+
+
+def test_contacts_of_a_wave_move_as_those_of_the_annulus():
+    disk, rng = rom.lumped_disk(7), np.random.default_rng(1)
+    shape = rng.standard_normal(3) + 1j * rng.standard_normal(3)
+    moved = disk.annulus().directions.T @ disk.around(shape, 2)
+    expected = disk.around(disk.contact_motion(2) @ shape, 2)
+    np.testing.assert_allclose(moved, expected, atol=1e-14)
+
+
+SECTOR = {
+    "mass": np.diag([1.0, 1.0, 0.0]),
+    "stiffness": np.diag([3.0, 2.0, 1.0]),
+    "sectors": 6,
+    "contact": [1],
+    "left": [0],
+    "right": [2],
+}
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"sectors": 2}, "sectors: must be an integer >= 3, got 2"),
+        ({"left": [0, 1]}, "left, right: must be as many DOFs on either side"),
+        ({"left": [2]}, "left, right: .* 1 on both"),
+        ({"right": [3]}, "right: DOFs must be 0 to 2"),
+        ({"right": [2, 2]}, "right: must be different DOFs"),
+        ({"left": [], "right": []}, "mass: every DOF needs some mass"),
+        ({"contact": np.ones((2, 1))}, "contact: must have 3 rows"),
+        ({"next_contact": np.ones((3, 2))}, r"next_contact: must have shape \(3, 1\)"),
+        ({"damping": -np.eye(3)}, "damping: must be positive semidefinite"),
+    ],
+)
+def test_sectors_that_do_not_fit_are_refused_in_one_line(changed, message):
+    with pytest.raises(rom.SlipmodeError, match=message) as refusal:
+        rom.CyclicStructure(**(SECTOR | changed))
+    assert "\n" not in str(refusal.value)
