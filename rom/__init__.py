@@ -26,8 +26,9 @@ from slipmode.rom.cyclic.travelling_wave import (
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.identification import DecayBackbone, Identification, identify
+from slipmode.rom.identification.identification import Identification, identify
 from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
+from slipmode.rom.identification.models.identified import IdentifiedBackbone, IdentifiedLaw
 from slipmode.rom.identification.prediction import Prediction
 from slipmode.rom.identification.reading import read_measurement
 from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
@@ -79,11 +80,12 @@ __all__ = [
     "Contacts",
     "Coulomb",
     "CyclicStructure",
-    "DecayBackbone",
     "DiskResponse",
     "Friction",
     "FrictionalContact",
     "Identification",
+    "IdentifiedBackbone",
+    "IdentifiedLaw",
     "Iwan",
     "Jenkins",
     "Labels",

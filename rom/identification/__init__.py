@@ -9,9 +9,10 @@ first_look.py      Gaussian demodulation: frequency and damping against amplitud
 slow_laws.py       laws: linear, power law, cross effects, quadratic coupling
 decay_flow.py      decays by a law, and the sensor signals of these
 fit.py             the fit to the raw signals; scatter between records
+uncertainty.py     intervals: scatter, laws that predict as well, misfit of the law
 prediction.py      decays from the first milliseconds of a record
 selection.py       the choice of a law: quiet records predict loud ones
 sine/              identify_sine(): steady sine tests of one mode
 contacts/          fit_contacts(): contact laws of a structure from backbones
-models/            the law as a model that runs
+models/            identified laws: backbones, and models that run
 """

@@ -21,6 +21,8 @@ from slipmode.rom.identification.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 
 SHARE = 3  # one record of so many is left out
+# A law with more terms has to have a smaller error by this factor.
+BETTER = 0.98
 # Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
 # records of the double beam none is above 1.6 times the median.
@@ -157,10 +159,18 @@ def select(
     errors = {law.form: prediction_error(loud, law) for law in laws}
     chosen = laws[0]
     for law in laws[1:]:
-        # a law with more terms has to be better by 2 %
-        if errors[law.form] < 0.98 * errors[chosen.form]:
+        if errors[law.form] < BETTER * errors[chosen.form]:
             chosen = law
     return chosen, errors
+
+
+def as_good(chosen: LawForm, errors: dict[LawForm, float]) -> list[LawForm]:
+    """Return the other nonlinear laws that predict as well as the chosen one."""
+    return [
+        form
+        for form, error in errors.items()
+        if form != chosen and form.law != "linear" and BETTER * error <= errors[chosen]
+    ]
 
 
 def quiet_parts(decays: Decays) -> Decays:

@@ -21,6 +21,8 @@ _ADVICE = (
     (r"; rom\.limit_cycles .*", ""),
     (r"\bgive sample_rate= \[Hz\]", "give --sample-rate [Hz]"),
     (r"\bgive unit=, such as", "give --unit, such as"),
+    (r"\bgive unit=$", "give --unit"),
+    (r"\bgive force_unit=$", "give --force-unit"),
     (r"\bby channels=", "by --channels"),
     (r"^files: ", ""),
     (r"^bands\b", "band"),

@@ -5,8 +5,10 @@ from __future__ import annotations
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from slipmode import rom
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
 from slipmode.rom.identification.slow_laws import LAWS
@@ -18,14 +20,15 @@ LONG = 20_000  # samples that take about a second
 
 def add_identify_command(add: AddCommand) -> None:
     """Add the command."""
-    files = "measured decays: .csv, .npz, .mat or universal files; names may have wildcards"
+    files = "measured decays or sine tests: .csv, .npz, .mat, universal files; may have wildcards"
+    sine = "the files are steady sine tests: frequency, force, amplitude and phase"
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
-    held = "records that are predicted, not fitted, by name or by the number in their names"
+    held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
     mass = "modal mass of each mode at the sensor [kg] (1: forces are relative)"
     add(
         "identify",
         _identify,
-        "frequency and damping against amplitude from measured decays: law, model and FMU",
+        "frequency and damping against amplitude from decays or sine tests: law, model and FMU",
         "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
         Argument("files", nargs="+", metavar="FILES", help=files),
         Argument(
@@ -37,10 +40,12 @@ def add_identify_command(add: AddCommand) -> None:
             metavar=("LOW", "HIGH"),
             help=band,
         ),
+        Argument("--sine", action="store_true", help=sine),
         Argument("--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"),
+        Argument("--force-unit", help="of sine tests: N (the one in the file)"),
         Argument("--sample-rate", type=float, metavar="HZ", help="if the files do not state it"),
         Argument("--channels", nargs="+", type=_key, help="by name, or by position from 0 (all)"),
-        Argument("--hold-out", nargs="+", type=_key, default=[], metavar="RECORD", help=held),
+        Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
         Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
         Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
         Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),
@@ -57,6 +62,18 @@ def _identify(options: Namespace) -> int:
 
     extra("matplotlib.figure", "pictures")
     shape_at_sensor(len(options.band), options.modal_mass, None)
+    with phases("identify", shown=True):
+        found = _of_sine_tests(options) if options.sine else _of_decays(options)
+    text = report(found, options.modal_mass)
+    print(text, end="\n\n")
+    for path in write_files(found, text, options.output, options.modal_mass):
+        print(path)
+    return 0
+
+
+def _of_decays(options: Namespace) -> rom.Identification:
+    if options.force_unit is not None:
+        raise SlipmodeError("force_unit: is for sine tests; give --sine")
     data = rom.read_measurement(
         options.files,
         quantity="vibration",
@@ -65,12 +82,20 @@ def _identify(options: Namespace) -> int:
         sample_rate=options.sample_rate,
     )
     data = replace(data, quantity=sensor_unit(data.unit)[0])
-    with phases("identify", shown=True):
-        if sum(record.signal.size for record in data) > LONG:
-            phase(f"fitting laws to {len(data)} records")
-        found = rom.identify(data, bands=options.band, law=options.law, hold_out=options.hold_out)
-    text = report(found, options.modal_mass)
-    print(text, end="\n\n")
-    for path in write_files(found, text, options.output, options.modal_mass):
-        print(path)
-    return 0
+    if sum(record.signal.size for record in data) > LONG:
+        phase(f"fitting laws to {len(data)} records")
+    return rom.identify(data, bands=options.band, law=options.law, hold_out=options.hold_out)
+
+
+def _of_sine_tests(options: Namespace) -> rom.SineIdentification:
+    for name in ("sample_rate", "channels", "modal_mass"):
+        if getattr(options, name) is not None:
+            raise SlipmodeError(f"{name}: is for decays, not for sine tests")
+    if len(options.band) > 1:
+        raise SlipmodeError("band: sine tests are of one mode; give one band")
+    tests = rom.read_sine_tests(options.files, unit=options.unit, force_unit=options.force_unit)
+    if options.law not in ("auto", "power", "linear"):
+        raise SlipmodeError(f"law = {options.law!r}: must be power or linear for sine tests")
+    law: Literal["power", "linear"] = "linear" if options.law == "linear" else "power"
+    held = [str(key) for key in options.hold_out]
+    return rom.identify_sine(tests, band=tuple(options.band[0]), law=law, hold_out=held)

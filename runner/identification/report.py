@@ -7,23 +7,25 @@ from textwrap import wrap
 
 import numpy as np
 
-from slipmode.rom import Identification
+from slipmode.rom import Identification, IdentifiedLaw, SineIdentification
 
 _UNITS = {"delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
 
 
-def report(found: Identification, modal_mass: Sequence[float] | None) -> str:
+def report(found: Identification | SineIdentification, modal_mass: Sequence[float] | None) -> str:
     """Return the report: records, law, parameters with intervals, errors of predictions."""
-    parts = [_records(found), _law(found), _parameters(found), _modes(found)]
-    mass = "1 kg, not measured: forces on the model are relative to it"
-    if modal_mass is not None:
-        mass = f"{', '.join(f'{each:g}' for each in modal_mass)} kg"
-    parts.append(f"modal mass at {found.channel}: {mass}")
+    measured = _levels(found) if isinstance(found, SineIdentification) else _records(found)
+    parts = [measured, _law(found), _parameters(found), _modes(found)]
+    if isinstance(found, Identification):
+        mass = "1 kg, not measured: forces on the model are relative to it"
+        if modal_mass is not None:
+            mass = f"{', '.join(f'{each:g}' for each in modal_mass)} kg"
+        parts.append(f"modal mass at {found.channel}: {mass}")
     return "\n\n".join(parts)
 
 
 def _records(found: Identification) -> str:
-    unit, modes = found.source.measurement.unit, "AB"[: found.law.form.modes]
+    unit, modes = found.unit, "AB"[: found.law.form.modes]
     width = max(len("record"), *(len(record.name) for record in found.records))
     sizes = "".join(f"{f'{mode} [{unit}]':>13}" for mode in modes)
     lines = [f"{'record':{width}}  {'use':8}  {'used [s]':>14}{sizes}  error of prediction"]
@@ -41,10 +43,33 @@ def _records(found: Identification) -> str:
     return "\n".join(lines)
 
 
-def _law(found: Identification) -> str:
-    form, unit = found.law.form, found.source.measurement.unit
+def _levels(found: SineIdentification) -> str:
+    names = [x.name for x in found.levels] + [x.test.name for x in found.held_out]
+    width = max(len("level"), *map(len, names))
+    columns = ("frequency", "damping", "by others", "no phase", "phase error")
+    head = "".join(f"{each:>12}" for each in columns)
+    lines = [f"{'level':{width}}  {f'amplitude [{found.unit}]':>18}{head}"]
+    for x in found.levels:
+        ratios = (x.damping, x.left_out_damping, x.damping_without_phase)
+        damping = "".join(f"{100 * each:10.4f} %" for each in ratios)
+        frequency = f"{x.frequency / (2.0 * np.pi):9.5g} Hz"
+        line = f"{x.name:{width}}  {x.amplitude:18.4g}{frequency}{damping}"
+        lines.append(f"{line}{x.phase_error:8.3f} rad")
+    lines += [
+        "damping by others: what the law of the other levels predicts",
+        "damping no phase: of a fit without phase error of the channels",
+        f"natural frequencies scatter by {found.frequency_scatter / (2.0 * np.pi):.3g} Hz",
+    ]
+    for each in found.held_out:
+        line = f"{each.test.name:{width}}  held out: error {100 * each.error:.2g} % of the peak"
+        lines.append(f"{line}, peak {100 * each.peak_error:+.2g} %")
+    return "\n".join(lines)
+
+
+def _law(found: IdentifiedLaw) -> str:
+    form, unit = found.law.form, found.unit
     lines = [f"law: {form}"]
-    if found.errors:
+    if isinstance(found, Identification) and found.errors:
         errors = (f"{each} {100 * error:.2g} %" for each, error in found.errors.items())
         listed = f"errors for loud records from fits to the others: {', '.join(errors)}"
         lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
@@ -58,7 +83,7 @@ def _law(found: Identification) -> str:
     return "\n".join(lines)
 
 
-def _parameters(found: Identification) -> str:
+def _parameters(found: IdentifiedLaw) -> str:
     lines = [f"{'parameter':10}  {'value':>10}  {'95 % interval':>22}"]
     for name, value in found.parameters.items():
         low, high = found.interval[name]
@@ -66,9 +91,9 @@ def _parameters(found: Identification) -> str:
         interval = "needs three records"
         if np.isfinite(high):
             interval = f"{low:.{digits}f} to {high:.{digits}f}"
-        unit = _UNITS.get(name.rpartition("_")[0], "-")
+        unit = "kg" if name == "modal_mass" else _UNITS.get(name.rpartition("_")[0], "-")
         if "q_" in name:
-            unit = f"1/s per {found.source.measurement.unit}"
+            unit = f"1/s per {found.unit}"
         lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
     scattered = all(np.isfinite(each) for each in found.deviation.values())
     nothing = "none" if scattered else "fewer than three fitted records do not show it"
@@ -83,7 +108,7 @@ def _digits(width: float) -> int:
     return min(max(1 - int(np.floor(np.log10(width))), 0), 8)
 
 
-def _modes(found: Identification) -> str:
+def _modes(found: IdentifiedLaw) -> str:
     lines = []
     for mode in range(found.law.form.modes):
         curve = found.backbone(mode)

@@ -10,7 +10,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.contacts.table_check import TABLE_TOLERANCE
-from slipmode.rom.identification.identification import DecayBackbone
+from slipmode.rom.identification.models.identified import IdentifiedBackbone
 from slipmode.rom.identification.models.sensor_units import QUANTITIES, sensor_unit
 from slipmode.rom.short_repr import frozen
 
@@ -47,11 +47,11 @@ class Points:
     steady: bool
 
     @classmethod
-    def of(cls, mode: Any, backbone: DecayBackbone) -> Points:
+    def of(cls, mode: Any, backbone: IdentifiedBackbone) -> Points:
         """Return the points of a backbone, checked."""
-        if not isinstance(backbone, DecayBackbone):
+        if not isinstance(backbone, IdentifiedBackbone):
             raise SlipmodeError(
-                f"backbones: must be {{mode: rom.DecayBackbone}}, got {in_one_line(backbone)}"
+                f"backbones: must be {{mode: rom.IdentifiedBackbone}}, got {in_one_line(backbone)}"
             )
         key = f"backbones[{mode}]"
         amplitude, *curves = (
@@ -105,6 +105,6 @@ def measured_points(backbones: Any) -> dict[int, Points]:
     """Return the points of each mode."""
     if not isinstance(backbones, Mapping) or not backbones:
         raise SlipmodeError(
-            f"backbones: must be {{mode: rom.DecayBackbone}}, got {in_one_line(backbones)}"
+            f"backbones: must be {{mode: rom.IdentifiedBackbone}}, got {in_one_line(backbones)}"
         )
     return {mode: Points.of(mode, each) for mode, each in backbones.items()}

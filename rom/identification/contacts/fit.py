@@ -23,7 +23,7 @@ from slipmode.rom.identification.contacts.posterior import (
     profile_end,
 )
 from slipmode.rom.identification.contacts.problem import FitProblem, Tables
-from slipmode.rom.identification.identification import DecayBackbone
+from slipmode.rom.identification.models.identified import IdentifiedBackbone
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
@@ -85,7 +85,7 @@ class ContactFit:
     models: dict[int, Model]
     source: FitSource = field(repr=False)
 
-    def backbone(self, mode: int) -> DecayBackbone:
+    def backbone(self, mode: int) -> IdentifiedBackbone:
         """Return the fitted frequency and damping at the measured amplitudes, by the table.
 
         Amplitudes are displacements of the sensor. Deviations are those of the data.
@@ -96,7 +96,7 @@ class ContactFit:
                 f"mode = {in_one_line(mode)}: must be one of {', '.join(map(str, problem.points))}"
             )
         points = problem.points[mode]
-        return DecayBackbone(
+        return IdentifiedBackbone(
             mode=mode,
             amplitude=points.displacement,
             frequency=self.source.tables.values[mode][0],
@@ -132,7 +132,7 @@ class FitSource:
 
 def fit_contacts(
     structure: Structure,
-    backbones: Mapping[int, DecayBackbone],
+    backbones: Mapping[int, IdentifiedBackbone],
     groups: Mapping[str, tuple[GroupLaw, Sequence[int]]],
     *,
     sensor: int,
@@ -144,7 +144,7 @@ def fit_contacts(
     Parameters
     ----------
     structure : Structure
-    backbones : {mode: DecayBackbone}
+    backbones : {mode: IdentifiedBackbone}
         Measured backbones, by the number of the mode with stuck contacts: of `identify`,
         `identify_sine`, or other arrays. Other modes are taken to be at rest.
     groups : {name: (law, contact DOFs)}

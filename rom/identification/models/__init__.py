@@ -1,5 +1,6 @@
-"""Models of identified laws.
+"""Identified laws of decays and sine tests, and their models.
 
-law_model.py       the law as a model that runs. Start here.
+identified.py      what both kinds of identification have. Start here.
+law_model.py       the law as a model that runs
 sensor_units.py    sensor units as modal amplitudes
 """

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.fit import interval_half_width, jackknife_variance
-from slipmode.rom.identification.identification import DecayBackbone, backbone_amplitudes
-from slipmode.rom.identification.models.law_model import model_of_law
-from slipmode.rom.identification.models.sensor_units import sensor_factors
+from slipmode.rom.identification.models.identified import IdentifiedLaw
 from slipmode.rom.identification.sine.levels import (
     SineLevel,
     check_level,
@@ -24,93 +21,48 @@ from slipmode.rom.identification.sine.levels import (
 from slipmode.rom.identification.sine.prediction import SineModel, SinePrediction, predicted
 from slipmode.rom.identification.sine.reading import SineTest, SineTests, checked_tests
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.uncertainty import Uncertainty
 from slipmode.rom.short_repr import frozen, short_list
-from slipmode.rom.table.model import Model
 
 
 @frozen
-class SineIdentification:
+class SineIdentification(IdentifiedLaw):
     """A law of the slow flow identified from steady sine tests.
+
+    It has the attributes of `IdentifiedLaw`, and these. The law has the damping of steady
+    vibration. Friction damps free vibration more, by up to 1.7 % in an example of
+    `model_of_rates`. Among the parameters is "modal_mass" [kg]. The law has no frequency shift,
+    h_A = 0, if the interval of h_A contains 0.
 
     Attributes
     ----------
-    law : SlowLaw
-        It has the damping of steady vibration. Friction damps free vibration more, by up to 1.7 %
-        in an example of `model_of_rates`.
-    parameters : dict
-        Value of each parameter of the law, and "modal_mass" [kg].
-    deviation : dict
-        Standard deviation of each by the jackknife over the levels.
-    interval : dict
-        95 % interval of each, (low, high).
-    unidentified : tuple of str
-        Parameters with intervals that are wider on each side than their size. The law has no
-        frequency shift, h_A = 0, if its interval contains 0.
     levels : tuple of SineLevel
     frequency_scatter : float
         Standard deviation of the natural frequency of a level from the law [rad/s].
-    range : (1, 2) ndarray
-        Smallest and largest amplitude at resonance [sensor unit].
-    unit : str
     control : {"force", "response"}
         Kind of the levels.
+    tests : SineTests
+        The fitted tests.
+    held_out : tuple of SinePrediction
+        The tests that were not fitted.
+    band : (float, float)
+        Points between these frequencies are fitted [Hz].
     models : tuple of SineModel
         Law and modal mass of all levels, then without each of them.
     """
 
-    law: SlowLaw
-    parameters: dict[str, float]
-    deviation: dict[str, float]
-    interval: dict[str, tuple[float, float]]
-    unidentified: tuple[str, ...]
     levels: tuple[SineLevel, ...]
     frequency_scatter: float
-    range: Floats
-    unit: str
     control: Literal["force", "response"]
+    tests: SineTests = field(repr=False)
+    held_out: tuple[SinePrediction, ...]
+    band: tuple[float, float]
     models: tuple[SineModel, ...] = field(repr=False)
 
-    def backbone(self, amplitude: Any = None, extrapolate: bool = False) -> DecayBackbone:
-        """Return natural frequency and damping against the amplitude.
-
-        Parameters
-        ----------
-        amplitude : (n,) array_like, optional
-            [sensor unit]. Default: 200 values over the measured range.
-        extrapolate : bool
-            Whether amplitudes above the measured range are allowed.
-
-        Raises
-        ------
-        SlipmodeError
-            If an amplitude is not positive or beyond the range.
-        """
-        a = backbone_amplitudes(amplitude, self.range[0])
-        self._check_range(float(a.max()), extrapolate)
-        rates = np.array([complex_rate(each.law, a) for each in self.models])
-        damping = -rates.real / rates.imag
-        points = {
-            each.name: LocalRates(
-                *(np.array([v]) for v in (0.0, each.amplitude, each.damping_rate, each.frequency))
-            )
-            for each in self.levels
-        }
-        omega_deviation, deviation = (
-            np.sqrt(jackknife_variance(each[1:])) for each in (rates.imag, damping)
-        )
-        left_out = np.stack((rates.imag[1:], damping[1:]), axis=1)
-        return DecayBackbone(
-            mode=0,
-            amplitude=a,
-            frequency=rates.imag[0],
-            damping=damping[0],
-            frequency_deviation=omega_deviation,
-            damping_deviation=deviation,
-            points=points,
-            unit=self.unit,
-            left_out=left_out,
-            steady=True,
-        )
+    @property
+    def steady(self) -> bool:
+        """True: the law is that of steady vibration."""
+        return True
 
     def predict(
         self,
@@ -148,36 +100,19 @@ class SineIdentification:
         made = []
         for part in parts:
             each = predicted(part, order, self.models, float(self.range[0, 1]), frequency)
-            self._check_range(float(each.amplitude.max()), extrapolate)
+            largest = float(each.amplitude.max())
+            if largest > 1.01 * self.range[0, 1]:  # 1 % is less than the errors of predictions
+                self._check_range(0, largest, extrapolate)
             made.append(each)
         return tuple(made)
 
-    def model(self, *, tolerance: float = 1e-3) -> Model:
-        """Return the law as a model, for `fmu.Component`, FMUs, curves and scenes.
-
-        Its one DOF is the sensor, and the force acts there too: it has the identified modal mass.
-        It has no contacts. Free vibration has the damping of steady vibration.
-
-        Parameters
-        ----------
-        tolerance : float
-            As in `rom.model_of_rates`. The model reaches to the largest measured amplitude.
-        """
-        shape = np.array([1.0 / np.sqrt(self.parameters["modal_mass"])])
-        factors = sensor_factors(self.law, self.unit, shape)
-        return model_of_law(self.law, factors, self.range[:, 1], shape[np.newaxis], tolerance)
-
-    def _check_range(self, largest: float, extrapolate: bool) -> None:
-        # 1 % is less than the errors of predictions.
-        if largest > 1.01 * self.range[0, 1] and not extrapolate:
-            raise SlipmodeError(
-                f"amplitude: {largest:.4g} is beyond the largest measured amplitude, "
-                f"{self.range[0, 1]:.4g} {self.unit}; extrapolate=True allows it"
-            )
-
 
 def identify_sine(
-    tests: SineTests, *, band: tuple[float, float], law: Literal["power", "linear"] = "power"
+    tests: SineTests,
+    *,
+    band: tuple[float, float],
+    law: Literal["power", "linear"] = "power",
+    hold_out: Sequence[str] = (),
 ) -> SineIdentification:
     """Identify frequency and damping of one mode against its amplitude from steady sine tests.
 
@@ -194,6 +129,9 @@ def identify_sine(
     law : {"power", "linear"}
         delta = delta_0 + g (a / R)^p and omega = omega_0 - h (a / R)^p, or constants. R is the
         largest amplitude.
+    hold_out : sequence of str
+        Names, or beginnings of names, of tests that are predicted, not fitted. They may be of the
+        other kind.
 
     Returns
     -------
@@ -213,6 +151,9 @@ def identify_sine(
     if law not in ("power", "linear"):
         raise SlipmodeError(f"law = {in_one_line(law)}: must be power or linear")
     form = LawForm(1, law, False)
+    held = [test for test in tests if any(test in tests[key].tests for key in hold_out)]
+    held_out = SineTests(held, tests.unit)
+    tests = SineTests([test for test in tests if test not in held], tests.unit)
     parts, order = checked_tests(tests, band)
     needed = 4 if law == "power" else 2  # parameters of damping, and one more for their scatter
     if len(parts) < needed:
@@ -246,7 +187,7 @@ def identify_sine(
     whole = models[0].law
     rest = [x.frequency - complex_rate(whole, x.amplitude).imag for x in levels]
     sizes = [x.amplitude for x in levels]
-    return SineIdentification(
+    found = SineIdentification(
         law=whole,
         parameters={name: float(each[0]) for name, each in values.items()},
         deviation=deviation,
@@ -259,9 +200,18 @@ def identify_sine(
         frequency_scatter=float(np.std(rest, ddof=1)),
         range=np.array([[min(sizes), max(sizes)]]),
         unit=tests.unit,
+        channels=("sensor",),
+        channel="sensor",
+        shapes=np.ones((1, 1)),
+        points={x.name: [x.local_rates] for x in levels},
+        uncertainty=Uncertainty([[model.law for model in models]], np.zeros((2, 1))),
         control="force" if kinds["force"] else "response",
+        tests=tests,
+        held_out=(),
+        band=band,
         models=models,
     )
+    return replace(found, held_out=found.predict(held_out, band=band, extrapolate=True))
 
 
 def _with_shift(

@@ -14,6 +14,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.sine.reading import SineTest
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.short_repr import frozen
@@ -60,6 +61,12 @@ class SineLevel:
     def damping_rate(self) -> float:
         """Damping rate [1/s]."""
         return self.damping * self.frequency
+
+    @property
+    def local_rates(self) -> LocalRates:
+        """Amplitude, damping rate and frequency, as of one window of a decay."""
+        values = (0.0, self.amplitude, self.damping_rate, self.frequency)
+        return LocalRates(*(np.array([each]) for each in values))
 
 
 def complex_rate(law: SlowLaw, amplitude: Floats | float) -> Complexes:

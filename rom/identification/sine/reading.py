@@ -74,8 +74,9 @@ class SineTests:
         return iter(self.tests)
 
     def __getitem__(self, key: str) -> SineTests:
-        """Return the tests whose names start with a text."""
-        found = [test for test in self if test.name.startswith(key)]
+        """Return the test of a name, or else the tests whose names start with it."""
+        found = [test for test in self if test.name == key]
+        found = found or [test for test in self if test.name.startswith(key)]
         if not found:
             names = short_list(test.name for test in self)
             raise SlipmodeError(f"tests: no name starts with {key!r}, they are {names}")

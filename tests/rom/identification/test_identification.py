@@ -137,6 +137,8 @@ def test_wrong_arguments_are_refused(arguments, message):
 def test_wrong_arguments_of_results_are_refused(two_modes):
     with pytest.raises(rom.SlipmodeError, match="mode = 2: must be 0 to 1"):
         two_modes.backbone(2)
+    with pytest.raises(rom.SlipmodeError, match=r"mode = \[0.1, 0.2\]: must be 0 to 1"):
+        two_modes.backbone([0.1, 0.2])
     with pytest.raises(rom.SlipmodeError, match="amplitude: must be finite numbers > 0"):
         two_modes.backbone(0, amplitude=[-1.0])
     with pytest.raises(rom.SlipmodeError, match="record 'hit9' is not in the measurement"):

@@ -40,7 +40,14 @@ def test_the_damping_of_the_first_mode_grows_nearly_in_proportion_to_its_amplitu
     assert found.parameters["p_A"] == pytest.approx(1.1, abs=0.16)
     zeta = found.parameters["delta_0_A"] / found.parameters["omega_0_A"]
     assert zeta == pytest.approx(5e-4, rel=0.15)
-    assert not found.unidentified
+    # Below 0.1 m/s the damping of B is 12 % (4 deviations) less than the law has it.
+    assert set(found.unidentified) <= {"p_B"}
+
+
+def test_amplitudes_that_the_other_mode_drives_are_not_in_the_range(found):
+    """After 1.2 s mode B is at 0.5 % of its largest amplitude, and no longer decays."""
+    low, high = found.range[1]
+    assert low == pytest.approx(0.01 * high)
 
 
 def test_one_of_the_modes_alone(data, found):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from measured.decays import BANDS, TRUE, decay, measurement, parameters
+from measured.decays import BANDS, TRUE, decay, decays, measurement, parameters
 
 from slipmode import rom
 from slipmode.rom.identification.decay_flow import Decays
@@ -49,7 +49,7 @@ def test_one_step_of_the_jackknife_is_close_to_fits_without_a_record():
     for k in (0, 3):
         others = [i for i in range(6) if i != k]
         full = fit(decays.only(others), law.form, law.values, start[:, others]).law.values
-        step = found.source.left_out[k].values
+        step = found.uncertainty.left_out[k].values
         free = law.form.free
         deviation = np.array(list(found.deviation.values()))
         assert np.abs((full - step)[free] / deviation).max() < 0.3
@@ -59,3 +59,24 @@ def _starts(found):
     for report in found.records:
         made = found.predict(report.name, extrapolate=True)
         yield made.amplitude[0] * np.exp(1j * made.phase[0])
+
+
+def test_the_misfit_is_that_of_the_law():
+    """Of mode A, whose damping grows from 0.4 to 1.0 1/s."""
+    data = measurement(decays(0))
+    power, linear = (rom.identify(data, bands=BANDS, law=law) for law in ("power", "linear"))
+    misfit = [np.sqrt(found.uncertainty.misfit[0, 0]) for found in (power, linear)]
+    assert misfit[0] < 3e-3  # 4e-4 1/s
+    assert misfit[1] > 0.05  # 0.11 1/s
+    bands = [found.backbone(0, [0.3]).damping_deviation[0] for found in (power, linear)]
+    assert bands[1] > 10.0 * bands[0]
+
+
+def test_laws_that_predict_as_well_widen_the_intervals():
+    data = measurement(decays(3))
+    alone = rom.identify(data, bands=BANDS, law="power", cross=False)
+    chosen = rom.identify(data, bands=BANDS)
+    assert chosen.law.form == alone.law.form
+    assert len(chosen.uncertainty.laws) > 1
+    variance = [found.uncertainty.variance(lambda law: law.values)[0] for found in (alone, chosen)]
+    assert variance[1] > variance[0]

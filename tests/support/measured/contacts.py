@@ -38,7 +38,7 @@ def backbone(model, noise, seed, mode=0, points=20):
     largest = model.table.amplitude_range[0]
     found = rom.backbone(model, amplitude=np.geomspace(2e-2, 0.95, points) * largest)
     zeta, omega = found.damping, found.frequency
-    return rom.DecayBackbone(
+    return rom.IdentifiedBackbone(
         mode=mode,
         amplitude=found.displacement(SENSOR),
         frequency=omega * (1.0 + noise * zeta * rng.standard_normal(points)),
@@ -69,7 +69,7 @@ def free_decay(structure, groups, noise, seed, start=4e-4, points=20):
     at = np.abs(np.abs(z) - size[:, np.newaxis]).argmin(axis=1)
     omega = carrier + rate[at].real
     zeta = rate[at].imag / omega
-    return rom.DecayBackbone(
+    return rom.IdentifiedBackbone(
         mode=0,
         amplitude=np.abs(z[at]),
         frequency=omega * (1.0 + noise * zeta * rng.standard_normal(points)),

@@ -208,7 +208,7 @@ def test_laws_from_an_identified_backbone():
     assert fit.parameters["all.chi"] == pytest.approx(-0.3, abs=0.1)
 
 
-POINTS = rom.DecayBackbone(
+POINTS = rom.IdentifiedBackbone(
     mode=0,
     amplitude=np.array([1e-5, 1e-4]),
     frequency=np.array([355.0, 354.0]),
@@ -222,8 +222,8 @@ POINTS = rom.DecayBackbone(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"backbones": POINTS}, "backbones: must be {mode: rom.DecayBackbone}"),
-        ({"backbones": {0: [1.0, 2.0]}}, "backbones: must be {mode: rom.DecayBackbone}"),
+        ({"backbones": POINTS}, "backbones: must be {mode: rom.IdentifiedBackbone}"),
+        ({"backbones": {0: [1.0, 2.0]}}, "backbones: must be {mode: rom.IdentifiedBackbone}"),
         ({"backbones": {9: POINTS}, "fixed": JOINT_KNOWN}, "modes: must be 0 to 7"),
         ({"backbones": {0: replace(POINTS, unit="V")}}, "unit = 'V': must be m"),
         (

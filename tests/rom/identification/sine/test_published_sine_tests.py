@@ -28,7 +28,7 @@ def test_the_law_is_that_of_another_fit(tests, found):
     assert [test.control for test in tests] == ["force"] * 4 + ["response"] * 8
     for a in (5.0, 20.0, 40.0, 80.0):
         zeta = 1.395e-3 + 1.626e-3 * (a / 40.0) ** 1.6
-        assert found.backbone(a).damping == pytest.approx(zeta, rel=0.01)
+        assert found.backbone(amplitude=a).damping == pytest.approx(zeta, rel=0.01)
     assert found.parameters["p_A"] == pytest.approx(1.60, abs=0.04)
     assert found.parameters["modal_mass"] == pytest.approx(2.01, abs=0.01)
     assert found.frequency_scatter / (2.0 * np.pi) == pytest.approx(0.14, abs=0.01)
@@ -68,7 +68,7 @@ def test_levels_that_were_left_out_are_predicted_within_their_bands(tests):
 def test_kinds_of_tests_differ_in_damping(tests, found):
     other = rom.identify_sine(tests["Force"], band=BAND)
     a = np.array([20.0, 40.0, 60.0, 69.0])
-    difference = other.backbone(a).damping / found.backbone(a).damping - 1.0
+    difference = other.backbone(amplitude=a).damping / found.backbone(amplitude=a).damping - 1.0
     assert other.unidentified == ("h_A",)
     assert np.isinf(other.deviation["h_A"])  # four levels are too few for a shift
     assert 0.05 < np.abs(difference).max() < 0.15

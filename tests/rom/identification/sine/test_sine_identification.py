@@ -123,10 +123,10 @@ def test_backbones_have_bands_and_points(found):
     matplotlib.use("Agg")
     assert line.plot()[1].get_xlabel() == "amplitude of mode A [m/s^2]"
     with pytest.raises(rom.SlipmodeError, match=r"amplitude: 200 is beyond the largest measured"):
-        found.backbone(200.0)
-    assert found.backbone(200.0, extrapolate=True).damping.size == 1
+        found.backbone(amplitude=200.0)
+    assert found.backbone(amplitude=200.0, extrapolate=True).damping.size == 1
     with pytest.raises(rom.SlipmodeError, match="amplitude: must be finite numbers > 0"):
-        found.backbone([-1.0])
+        found.backbone(amplitude=[-1.0])
 
 
 def test_steady_states_of_the_model_are_those_of_time_integration(found):
