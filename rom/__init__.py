@@ -27,10 +27,10 @@ from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.identification import Identification, identify
-from slipmode.rom.identification.measurement import Measurement, Record, RecordReport
 from slipmode.rom.identification.models.identified import IdentifiedBackbone, IdentifiedLaw
 from slipmode.rom.identification.prediction import Prediction
-from slipmode.rom.identification.reading import read_measurement
+from slipmode.rom.identification.records.measurement import Measurement, Record, RecordReport
+from slipmode.rom.identification.records.reading import read_measurement
 from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
 from slipmode.rom.identification.sine.levels import SineLevel
 from slipmode.rom.identification.sine.prediction import SinePrediction

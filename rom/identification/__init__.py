@@ -1,10 +1,7 @@
 """From measured decays or sine tests to a law of the slow flow, with its uncertainty.
 
 identification.py  identify(): what the other files are called by. Start here.
-measurement.py     records of a test
-reading.py         files with records
-defects.py         what is wrong with the samples of a record
-preparation.py     the usable part of each record, and why others are excluded
+records/           measurements: reading, defects, the usable part of each record
 first_look.py      Gaussian demodulation: frequency and damping against amplitude
 slow_laws.py       laws: linear, power law, cross effects, quadratic coupling
 decay_flow.py      decays by a law, and the sensor signals of these

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.identification.measurement import Record
+from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.slow_laws import SlowLaw, complex_rates, parts
 from slipmode.rom.short_repr import frozen
 

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats
-from slipmode.rom.identification.measurement import Bands, Prepared
+from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen
 

@@ -12,16 +12,16 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit
-from slipmode.rom.identification.measurement import (
+from slipmode.rom.identification.models.identified import IdentifiedLaw
+from slipmode.rom.identification.prediction import Prediction, predict
+from slipmode.rom.identification.records.measurement import (
     Measurement,
     Prepared,
     Record,
     RecordReport,
     checked_bands,
 )
-from slipmode.rom.identification.models.identified import IdentifiedLaw
-from slipmode.rom.identification.prediction import Prediction, predict
-from slipmode.rom.identification.preparation import (
+from slipmode.rom.identification.records.preparation import (
     Plan,
     nothing_usable,
     prepare,

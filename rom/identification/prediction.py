@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.identification.decay_flow import Decays
 from slipmode.rom.identification.fit import LEAST_RECORDS, jackknife_variance
-from slipmode.rom.identification.measurement import Record
+from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.short_repr import frozen
 

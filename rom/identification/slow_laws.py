@@ -24,7 +24,7 @@ import scipy.special
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.measurement import Bands
+from slipmode.rom.identification.records.measurement import Bands
 from slipmode.rom.short_repr import frozen
 
 LawName = Literal["linear", "iwan", "power", "quadratic"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.reading import found_files, read_arrays
+from slipmode.rom.identification.records.reading import found_files, read_arrays
 from slipmode.rom.short_repr import frozen, short_list
 
 # Time derivatives of the displacement that a response in this unit is.

@@ -5,7 +5,7 @@ import pytest
 from measured.decays import TRUE, coupled_amplitudes, power_law_amplitude, times
 
 from slipmode.rom.identification.decay_flow import Decays, as_columns, integrate, sampling
-from slipmode.rom.identification.measurement import Record
+from slipmode.rom.identification.records.measurement import Record
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 
 OWN_A = (0.4, 770.0, 0.6, 2.0, 1.2, 0.3)

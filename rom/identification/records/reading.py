@@ -12,7 +12,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.identification.measurement import Measurement, Record
+from slipmode.rom.identification.records.measurement import Measurement, Record
 from slipmode.rom.short_repr import frozen, short_list
 from slipmode.rom.text import checked_line
 

@@ -16,7 +16,7 @@ from slipmode.rom.identification.first_look import (
     noise_level,
     spectrum,
 )
-from slipmode.rom.identification.measurement import Bands, Record
+from slipmode.rom.identification.records.measurement import Bands, Record
 from slipmode.rom.short_repr import frozen
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped

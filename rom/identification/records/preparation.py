@@ -10,14 +10,6 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.defects import (
-    Envelopes,
-    defect,
-    noise_around,
-    remove_line,
-    remove_tones,
-    without_padding,
-)
 from slipmode.rom.identification.first_look import (
     EDGE,
     SEEN,
@@ -25,7 +17,15 @@ from slipmode.rom.identification.first_look import (
     noise_in_spectrum,
     spectrum,
 )
-from slipmode.rom.identification.measurement import Bands, Measurement, Prepared, Record
+from slipmode.rom.identification.records.defects import (
+    Envelopes,
+    defect,
+    noise_around,
+    remove_line,
+    remove_tones,
+    without_padding,
+)
+from slipmode.rom.identification.records.measurement import Bands, Measurement, Prepared, Record
 from slipmode.rom.short_repr import frozen, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins

@@ -1,0 +1,7 @@
+"""Records of a test: reading, what is wrong with them, and their usable parts.
+
+measurement.py  records of a test. Start here.
+reading.py      files with records
+defects.py      what is wrong with the samples of a record
+preparation.py  the usable part of each record, and why others are excluded
+"""
