@@ -82,7 +82,10 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.parquet")),
         ("matplotlib", "pictures", ("curve", "one-mode")),
-        ("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),
+        pytest.param(
+            *("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),
+            marks=pytest.mark.slow,
+        ),
         ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
     ],
 )

@@ -14,6 +14,8 @@ from slipmode import rom
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 
+pytestmark = pytest.mark.slow  # `make paper` as a test
+
 YES, NO, OPEN = "reproduced", "not reproduced", "depends on unstated alpha, beta"
 FOUND = {
     "bonded modes": (YES, {"omega_A": 1.0, "omega_B": 1.7}),

@@ -115,6 +115,7 @@ def test_the_preload_of_the_dampers_is_chosen(tmp_path, capsys):
     np.testing.assert_allclose(data["resonance"].sel(mode="A")[within], expected, rtol=0.012)
 
 
+@pytest.mark.slow
 def test_coupled_structures_are_as_exact_as_their_master():
     """Of first order where the spring's force is held, of second where it moves; as its energy."""
     table = np.array(example("coupled_structures").main())

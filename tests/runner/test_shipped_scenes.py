@@ -58,7 +58,16 @@ PINNED = {
 }
 
 
-@pytest.fixture(scope="module", params=sorted(runner.shipped_scenes()))
+LONGEST = "beating"
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(name, marks=[pytest.mark.slow] if name == LONGEST else [])
+        for name in sorted(runner.shipped_scenes())
+    ],
+)
 def shipped(request, shipped_scene):
     return shipped_scene(request.param)
 

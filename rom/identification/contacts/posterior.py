@@ -10,7 +10,6 @@ sum of squares with this parameter given.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +22,8 @@ PRIOR = np.log(10.0)  # deviation of the logarithms of initial values
 LINEAR = 0.1  # half-widths up to which Laplace's approximation is used
 
 
-class Minimum(NamedTuple):
+@frozen
+class Minimum:
     """Unknowns with the least sum of squares."""
 
     x: Floats

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +29,8 @@ _STEP = 1e-5  # of logarithms, in differences
 Forms = Mapping[int, ClosedForm]
 
 
-class Tables(NamedTuple):
+@frozen
+class Tables:
     """Backbones by friction tables, one per mode, at the measured amplitudes."""
 
     models: dict[int, Model]

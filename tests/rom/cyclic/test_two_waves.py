@@ -10,7 +10,7 @@ SECTORS = 6
 
 
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
-@pytest.mark.parametrize("stiffness", [2e4, 5e4])
+@pytest.mark.parametrize("stiffness", [2e4, pytest.param(5e4, marks=pytest.mark.slow)])
 def test_two_engine_orders_at_two_frequencies(stiffness):
     """A slips less alone than beside B: its amplitude falls by 14 % here."""
     disk, law = rom.lumped_disk(SECTORS, 2e-5), rom.Jenkins(1.0, stiffness)

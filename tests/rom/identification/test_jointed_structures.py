@@ -57,6 +57,7 @@ def shares(seeds):
 LINEAR = ("delta_0_A", "omega_0_A", "delta_0_B", "omega_0_B")
 
 
+@pytest.mark.slow
 def test_intervals_and_bands_contain_the_truth():
     inside, sound, rates = shares(range(6))
     assert sound > 0.8  # all of 6 sets; by the scatter between records alone 3

@@ -37,6 +37,7 @@ def test_one_mode():
         assert found.parameters[name] == pytest.approx(value, rel=0.01), name
 
 
+@pytest.mark.slow
 def test_a_linear_law_is_chosen_where_rates_are_constant():
     linear = TRUE.copy()
     linear[:, 2:4] = 1e-9
@@ -52,6 +53,7 @@ def test_cross_effects_are_chosen_and_found():
     assert found.parameters["kappa_A"] == pytest.approx(0.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_quadratic_coupling_is_chosen_and_found():
     signals = coupled_decays(0.1 + 0.05j, -0.6 + 0.2j, kappa=0.0)
     found = rom.identify(measurement(signals), bands=BANDS, cross=False)
@@ -103,6 +105,7 @@ def sliders(starts, omega=690.0, c=0.6, share=0.02, chi=-0.5, step=5e-5, every=1
     return np.transpose(found)
 
 
+@pytest.mark.slow
 def test_sliders_of_iwan_are_recognised():
     """A power law with p = chi + 1 and the shift of frequency that Masing's rule ties to it."""
     rng = np.random.default_rng(0)

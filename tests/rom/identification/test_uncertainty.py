@@ -27,6 +27,7 @@ def scattered(rng, modes, scatter):
     return own
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_true_parameters():
     hits = np.array([inside(seed, 1e-2, 0.0) for seed in range(6)])
     assert hits.mean() > 0.85  # 0.95 of 30 sets

@@ -87,6 +87,7 @@ def test_the_error_between_the_nodes_is_within_the_tolerance(tabulated, region, 
     assert table_error(model, law, REGIONS[region][:count]) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "tolerance", [1e-2, *(pytest.param(each, marks=pytest.mark.slow) for each in (3e-3, 1e-3))]
 )

@@ -164,6 +164,7 @@ def test_a_run_that_creeps_to_the_edge_of_its_table_has_a_larger_one(
     assert (np.diff(data["peak"].sel(mode="A")) > 0.0).all()
 
 
+@pytest.mark.slow
 def test_peaks_are_those_of_curves_and_of_dofs(study_file, tmp_path, scheduler):
     vary = '[[vary]]\nkey = "friction.limit"\nvalues = [1.0, 4.0]\n'
     wanted = '[outputs]\nresonance = ["A"]\ndofs = [0]\n'

@@ -231,6 +231,7 @@ def test_a_component_states_its_transient_error(tmp_path):
     assert np.max(found[-1]) < 2e-3
 
 
+@pytest.mark.slow
 def test_an_fmu_states_its_transient_error(tmp_path):
     """A warning at its export where the scene has too large a one, and in its documentation."""
     with pytest.warns(rom.ValidityWarning, match="transients slow time: estimated transient err"):

@@ -79,6 +79,7 @@ def test_a_fit_of_such_contacts_is_corrected():
     assert fit.misfit < 1.2
 
 
+@pytest.mark.slow
 def test_contacts_that_harmonics_couple_too_much_are_refused():
     with pytest.raises(rom.SlipmodeError, match=r"harmonics of the contacts .* does not converge"):
         strong_fit(3)

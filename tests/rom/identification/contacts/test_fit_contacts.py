@@ -81,6 +81,7 @@ def of_two_modes(seed):
     return hits(rom.fit_contacts(structure, measured, start, sensor=SENSOR), groups)
 
 
+@pytest.mark.slow
 def test_two_groups_from_the_backbones_of_two_modes():
     assert np.mean(of_two_modes(0) + of_two_modes(3)) > 0.8  # 9 of 10
 
@@ -110,6 +111,7 @@ def test_without_slip_only_a_product_of_stiffnesses_is_determined():
         assert fit.interval[name][1] > 10.0 * fit.interval[name][0]
 
 
+@pytest.mark.slow
 def test_force_of_macro_slip_beyond_the_data_is_not_identified():
     groups = {"all": (rom.Iwan(20.0, 2e4, -0.3, 1.0), [0, 1, 2])}
     structure, found = chain(1), []

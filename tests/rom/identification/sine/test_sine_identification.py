@@ -97,6 +97,7 @@ def test_without_the_phase_error_damping_is_biased():
         assert level.phase_error == pytest.approx(0.15, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_truth():
     """Levels that scatter by 1.5 % in damping and mass, 0.075 Hz in frequency; 0.5 % noise."""
     sets, inside = 40, {}

@@ -200,6 +200,7 @@ def true_and_warned(model, reduced, law, frequency, force, span):
     return true, float(found[1]) / 100.0
 
 
+@pytest.mark.slow
 def test_the_warning_about_carriers_states_the_error_of_two_masses():
     """1.6 % warned, 1.2 % true of two masses; before, 1 % of the largest S was stated."""
     law, reduced = rom.Coulomb(2.0), rom.reduce(rom.two_mass(beta=0.01))

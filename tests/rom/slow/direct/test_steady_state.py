@@ -116,6 +116,7 @@ def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
     assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [2, 3])
 def test_bodies_float_that_a_single_frictional_contact_holds(mode):
     """About the contact the beam turns freely."""
