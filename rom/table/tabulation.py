@@ -235,22 +235,25 @@ class _Task:
         """Return the table with the modes and the harmonics that the tolerance needs.
 
         With one mode, modes respond to all harmonics of a direct steady state. Where the contact
-        motion does not converge so, and with two modes, they respond to harmonics up to the 15th.
-        Where it does not converge so either, weak modes and harmonics beyond the fifth are left
-        out. The table states the neglected response.
+        motion does not converge so, and with two modes, they respond to harmonics up to the 15th,
+        with two modes first to weaker ones, too. Where it does not converge so either, weak modes
+        and harmonics beyond the fifth are left out. The table states the neglected response.
         """
         reduced, budget, ends = self.problem.reduced, self.budget, self.amplitude_range
         if reduced.formulation == "paper":
             return self._refined(reduced, {}, budget.interpolation)
         all_orders = HIGHEST_HARMONIC[1]
-        attempts = [(all_orders, all_orders)] if len(reduced.modes) == 1 else []
+        first = (
+            (all_orders, all_orders, budget.response)
+            if len(reduced.modes) == 1
+            else (RESPONSE_ORDER, 15, 0.5 * budget.response)
+        )
         strongest: dict[Order, float] | None = None  # of the first attempt; None: not known
-        for of_modes, highest in [*attempts, (RESPONSE_ORDER, 15)]:
+        for of_modes, highest, smallest in (first, (RESPONSE_ORDER, 15, budget.response)):
             few, share = with_responding(reduced, budget.modes, of_modes)
             problem = self._problem(few)
             grid = trial_grid(problem, self.tolerance)
             try:
-                smallest = budget.response / len(reduced.modes)
                 higher = higher_order_harmonics(problem, grid, ends, smallest, highest)
             except UnsettledError:
                 continue
