@@ -50,9 +50,8 @@ class Detuned:
 
     def solve(self, amplitudes: Floats, initial_guess: Complexes | None = None) -> ContactTerms:
         """Return the contact terms at effective amplitudes (points, modes)."""
-        return self.torus.solve_on_more_lines(
-            amplitudes / np.abs(self.coupling_factor), initial_guess
-        )
+        at = amplitudes / np.abs(self.coupling_factor)
+        return self.torus.on_more_lines(self.torus.solve(at, initial_guess))
 
     def friction(self, terms: ContactTerms) -> Complexes:
         """Return S_j (points, modes) of these terms; NaN where the motion is not periodic."""

@@ -22,7 +22,8 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.march import ContactForces, TorusMarch
+from slipmode.rom.contact.torus.march import MOST_PERIODS, ContactForces, TorusMarch
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import (
     CARRIERS,
@@ -156,19 +157,44 @@ class TorusProblem:
         Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
         L-stable second-order rule; second order in `steps`, spectral in `lines`.
         """
-        points = kernel.contiguous(amplitudes)
-        motion = self.march.solve(points, self.smallest_amplitude, initial_guess)
-        return ContactTerms(self.problem, points, *motion)
+        points, march = kernel.contiguous(amplitudes), self.march
+        if points.ndim != 2 or points.shape[1] != march.rates.size:
+            raise SlipmodeError(f"amplitudes: must have shape (points, {march.rates.size})")
+        count, contacts = len(points), march.contact.contacts
+        P = np.empty((count, len(march.orders), contacts), dtype=complex)
+        guess = None if initial_guess is None else np.ascontiguousarray(initial_guess)
+        if guess is not None and guess.shape != P.shape:
+            raise SlipmodeError(f"initial_guess: must have shape {P.shape}, got {guess.shape}")
+        mean_square, residual = np.empty((count, contacts)), np.empty(count)
+        marched = np.empty(count, dtype=np.int32)
+        grid = kernel.Discretisation(
+            rates=march.rates.ctypes.data,
+            steps=march.steps,
+            lines=march.lines,
+            orders_count=len(march.orders),
+            orders=march.orders.ctypes.data,
+            tolerance=march.tolerance,
+            smallest_scale=self.smallest_amplitude.ctypes.data,
+            max_periods=MOST_PERIODS,
+        )
+        at = kernel.TorusPoints(
+            count, points.ctypes.data, None if guess is None else guess.ctypes.data
+        )
+        motion = kernel.TorusMotion(
+            P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data
+        )
+        status = kernel.lib.sm_torus_harmonics(march.contact, grid, at, motion)
+        kernel.check(status, "contact problem on the torus")
+        P[:, ~march.distinguishable] = 0.0
+        return ContactTerms(self.problem, points, P, mean_square, residual, marched)
 
-    def solve_on_more_lines(
-        self, amplitudes: Floats, initial_guess: Complexes | None = None
-    ) -> ContactTerms:
-        """Solve, with more phase lines at the points where the motion is not periodic on the grid.
+    def on_more_lines(self, terms: ContactTerms) -> ContactTerms:
+        """Return terms with more phase lines at the points where the motion is not periodic.
 
         Lines of rigid contacts drift against the grid. Where a contact slips on few of them, its
         harmonics keep changing by the error of the grid.
         """
-        terms, finer = self.solve(amplitudes, initial_guess), self
+        finer = self
         if self.problem.reduced.contacts is not None or len(self.problem.reduced.modes) == 1:
             return terms
         while finer.grid.lines < 8 * self.grid.lines:
@@ -177,5 +203,5 @@ class TorusProblem:
                 break
             grid = replace(finer.grid, lines=2 * finer.grid.lines)
             finer = self.problem.on(grid, self.march.tolerance, self.smallest_amplitude)
-            terms = terms.replaced(moving, finer.solve(amplitudes[moving]))
+            terms = terms.replaced(moving, finer.solve(terms.amplitudes[moving]))
         return terms

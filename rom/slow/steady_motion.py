@@ -92,6 +92,6 @@ class SteadyMotion:
             return np.zeros((*modulus.shape, 0), dtype=complex)
         # the least scale of a march is a tenth of the table's range
         torus = model.contact_problem(0.1 * model.table.amplitude_range)
-        P = torus.solve_on_more_lines(modulus / scale).P[:, : model.modes]
+        P = torus.on_more_lines(torus.solve(modulus / scale)).P[:, : model.modes]
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
         return np.asarray(P * (scale * unit)[..., np.newaxis])

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -146,7 +146,14 @@ def tabulate(
             map if quick else pool.map,
             bar,
         )
-        found = task.solved()
+        for candidate in task.candidates():
+            try:
+                found = task.refined(candidate)
+            except UnsettledError:
+                if not candidate.higher:
+                    raise
+            else:
+                break
         table, reduced = found.table, found.torus.problem.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
@@ -156,8 +163,8 @@ def tabulate(
         interpolation=found.error,
         resolution=found.resolution.error,
         periodicity=found.samples.periodicity,
-        neglected_response=found.neglected_response,
-        neglected_modes=found.neglected_modes,
+        neglected_response=found.candidate.neglected_response,
+        neglected_modes=found.candidate.neglected_modes,
         detuning=off_carriers,
         steps=found.resolution.grid.steps,
         lines=found.resolution.grid.lines,
@@ -201,17 +208,28 @@ def check_request(
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
 
 
-class _Refined(NamedTuple):
+@frozen
+class _Candidate:
+    """The modes and harmonics of a table, and what they neglect; see `Accuracy`."""
+
+    reduced: Reduced
+    higher: Mapping[Order, float]  # beyond `RESPONSE_ORDER`
+    neglected_response: float = 0.0
+    neglected_modes: float = 0.0
+    allowed: float = 1.0  # interpolation error, relative to that of the budget
+
+
+@frozen
+class _Refined:
     """A table, the problem and the samples behind it, and its errors; see `refine`."""
 
+    candidate: _Candidate
     torus: TorusProblem
     resolution: Resolution
     samples: ContactSamples
     table: Table
     carried: Complexes | None
     error: float
-    neglected_response: float = 0.0
-    neglected_modes: float = 0.0
 
 
 @frozen
@@ -231,8 +249,8 @@ class _Task:
         """The largest error of each part."""
         return ErrorBudget(self.tolerance)
 
-    def solved(self) -> _Refined:
-        """Return the table with the modes and the harmonics that the tolerance needs.
+    def candidates(self) -> Iterator[_Candidate]:
+        """Yield modes and harmonics for the table: the best first, which may not settle.
 
         With one mode, modes respond to all harmonics of a direct steady state. Where the contact
         motion does not converge so, and with two modes, they respond to harmonics up to the 15th,
@@ -241,7 +259,8 @@ class _Task:
         """
         reduced, budget, ends = self.problem.reduced, self.budget, self.amplitude_range
         if reduced.formulation == "paper":
-            return self._refined(reduced, {}, budget.interpolation)
+            yield _Candidate(reduced, {})
+            return
         all_orders = HIGHEST_HARMONIC[1]
         first = (
             (all_orders, all_orders, budget.response)
@@ -255,44 +274,29 @@ class _Task:
             grid = trial_grid(problem, self.tolerance)
             try:
                 higher = higher_order_harmonics(problem, grid, ends, smallest, highest)
-            except UnsettledError:
-                continue
-            strongest = higher if strongest is None else strongest
-            left = [strongest[order] for order in strongest if order not in higher]
-            neglected = 0.0
-            try:
+                strongest = higher if strongest is None else strongest
                 # Tables of two modes take half the time without them.
                 if higher and len(reduced.modes) == 2:
                     change = change_by_harmonics(problem, higher, grid, ends, budget.response)
                     if change <= budget.harmonics:
-                        higher, neglected = {}, change
-                found = self._refined(few, higher, budget.interpolation - neglected)
+                        yield _Candidate(few, {}, change, share, 1.0 - change / self.tolerance)
             except UnsettledError:
-                if not higher:
-                    raise
                 continue
-            neglected = max(left, default=neglected)
-            return found._replace(neglected_response=neglected, neglected_modes=share)
-        left = [np.inf] if strongest is None else list(strongest.values())
+            left = [strongest[order] for order in strongest if order not in higher]
+            yield _Candidate(few, higher, max(left, default=0.0), share)
+        unknown = np.inf if strongest is None else max(strongest.values(), default=0.0)
         few, share = with_responding(reduced, self.tolerance, RESPONSE_ORDER)
-        found = self._refined(few, {}, budget.interpolation)
-        return found._replace(neglected_response=max(left, default=0.0), neglected_modes=share)
+        yield _Candidate(few, {}, unknown, share)
 
-    def _problem(
-        self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
-    ) -> ContactProblem:
-        own = self.problem
-        return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
-
-    def _refined(
-        self, reduced: Reduced, higher: Mapping[Order, float], allowed: float
-    ) -> _Refined:
-        """Return the table with an allowed interpolation error, or as close as it comes."""
+    def refined(self, candidate: _Candidate) -> _Refined:
+        """Return the table to the tolerance, or as close as it comes."""
+        reduced, higher = candidate.reduced, list(candidate.higher)
         budget, ends, modes = self.budget, self.amplitude_range, len(reduced.modes)
-        trial = self._problem(reduced, 1, list(higher))
+        allowed = candidate.allowed * budget.interpolation
+        trial = self._problem(reduced, 1, higher)
         search = ResolutionSearch(trial, ends, self.mapped, self.time_budget, bool(higher))
         resolution = search.choose(budget)
-        problem = self._problem(reduced, max(self.harmonics, 1), list(higher))
+        problem = self._problem(reduced, max(self.harmonics, 1), higher)
         # Samples of sliders begin with those nearby. Not under varying load, where contacts may
         # have two motions.
         carries = self.harmonics > 0 or (reduced.contacts is not None and not reduced.even)
@@ -315,7 +319,7 @@ class _Task:
                 kept=self.harmonics > 0,
             )
             made = refine(sampling, allowed, self.time_budget)
-            tables.append(_Refined(torus, each, samples, *made))
+            tables.append(_Refined(candidate, torus, each, samples, *made))
             # At the onset of slip steps may be too long, and of two motions that contacts may come
             # to, other steps may find one. Of elastic contacts, errors up to twice the tolerance
             # are stated instead, as a finer table takes four times as long; so are errors of two
@@ -326,6 +330,12 @@ class _Task:
             if modes == 2 or not stated < share <= 4.0:
                 break
         return min(tables, key=lambda each: each.error)
+
+    def _problem(
+        self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
+    ) -> ContactProblem:
+        own = self.problem
+        return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
 
     def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
         """Return the table with its corrections, and the error of forcing off the carriers.

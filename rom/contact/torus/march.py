@@ -14,7 +14,6 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.torus.grid import Discretisation, closed_lines
 from slipmode.rom.contact.torus.marched_modes import MarchedModes
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.combination import Order
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
 
 _ELASTIC = 2  # sm_law
-_MOST_PERIODS = 400  # of a march
+MOST_PERIODS = 400  # of a march
 
 
 @frozen
@@ -117,46 +116,6 @@ class TorusMarch:
         contact = _contact(reduced, problem.law, forces.coupling, stiffness, response)
         numbers = np.ascontiguousarray(orders, np.int32)
         return cls(contact, rates, grid.steps, lines, tolerance, numbers, distinguishable)
-
-    def solve(
-        self,
-        amplitudes: Floats,
-        smallest_amplitude: Floats,
-        initial_guess: Complexes | None,
-    ) -> tuple[Complexes, Floats, Floats, NDArray[np.int32]]:
-        """Return the periodic motion at amplitudes (points, modes); see `TorusProblem.solve`.
-
-        That is P, mean square, residual and steps marched of `ContactTerms`.
-        """
-        if amplitudes.ndim != 2 or amplitudes.shape[1] != self.rates.size:
-            raise SlipmodeError(f"amplitudes: must have shape (points, {self.rates.size})")
-        count, contacts = len(amplitudes), self.contact.contacts
-        P = np.empty((count, len(self.orders), contacts), dtype=complex)
-        guess = None if initial_guess is None else np.ascontiguousarray(initial_guess)
-        if guess is not None and guess.shape != P.shape:
-            raise SlipmodeError(f"initial_guess: must have shape {P.shape}, got {guess.shape}")
-        mean_square, residual = np.empty((count, contacts)), np.empty(count)
-        marched = np.empty(count, dtype=np.int32)
-        grid = kernel.Discretisation(
-            rates=self.rates.ctypes.data,
-            steps=self.steps,
-            lines=self.lines,
-            orders_count=len(self.orders),
-            orders=self.orders.ctypes.data,
-            tolerance=self.tolerance,
-            smallest_scale=smallest_amplitude.ctypes.data,
-            max_periods=_MOST_PERIODS,
-        )
-        points = kernel.TorusPoints(
-            count, amplitudes.ctypes.data, None if guess is None else guess.ctypes.data
-        )
-        motion = kernel.TorusMotion(
-            P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data
-        )
-        status = kernel.lib.sm_torus_harmonics(self.contact, grid, points, motion)
-        kernel.check(status, "contact problem on the torus")
-        P[:, ~self.distinguishable] = 0.0
-        return P, mean_square, residual, marched
 
 
 @lru_cache(maxsize=8)

@@ -129,13 +129,15 @@ def _displacement_by(
 
     `stiffness` is (points or 1, modes, N_c, N_c), without friction. Friction resists with its
     secant stiffness friction_i / P_i, where `force` balances stiffness and friction. A contact
-    that sticks does not move, nor does one with hardly any motion: friction alone may cause that
-    (slip by another mode), and its secant stiffness then cancels the stiffness.
+    that sticks does not move, nor does one with hardly any motion, or on which hardly any force
+    acts: friction alone may move it (slip by another mode), and its secant stiffness then cancels
+    the stiffness.
     """
     friction = force - (stiffness @ P[..., np.newaxis])[..., 0]
-    elastic = np.abs(np.einsum("...cc->...c", stiffness) * P)
+    elastic = np.einsum("...cc->...c", stiffness) * P
+    driving = friction + elastic  # by the modes and the other contacts
     reach = np.abs(force).max(axis=-1, keepdims=True, initial=0.0)
-    sticks = (elastic <= 1e-6 * reach) | (reach == 0.0)
+    sticks = (np.minimum(np.abs(elastic), np.abs(driving)) <= 1e-6 * reach) | (reach == 0.0)
     moving = np.where(sticks, 0.0, P)
     system = stiffness * moving[..., np.newaxis, :]
     contacts = np.arange(P.shape[-1])

@@ -116,8 +116,9 @@ class ContactSamples:
         guesses = []
         if near is not None and self._carries:  # without the last, what the harmonics leave out
             guesses = [near[moving].reshape(-1, orders + 1, self._contacts)[:, :-1]]
-        solve, points, rows = self._torus.solve_on_more_lines, amplitudes[moving], []
-        for terms in in_tasks(self._mapped, solve, points, *guesses):
+        rows = []
+        solved = in_tasks(self._mapped, self._torus.solve, amplitudes[moving], *guesses)
+        for terms in self._mapped(self._torus.on_more_lines, solved):
             terms.check_periodic()
             parts = [terms.S, terms.T, (terms.power - terms.leaving)[:, np.newaxis]]
             if self._carries:

@@ -336,7 +336,7 @@ def test_mean_square_of_drifting_harmonics_is_a_mean_like_theirs(monkeypatch):
     reduced = two_mode("consistent", beta=0.01)
 
     def after(periods):
-        monkeypatch.setattr("slipmode.rom.contact.torus.march._MOST_PERIODS", periods)
+        monkeypatch.setattr("slipmode.rom.contact.problem.MOST_PERIODS", periods)
         grid = Discretisation(16, 2)
         return ContactProblem(reduced, Tanh(LIMIT, 0.02)).on(grid, 0.0).solve([[2.0, 1.0]])
 

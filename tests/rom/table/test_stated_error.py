@@ -83,7 +83,8 @@ def dense_error(model, points, limit):
         higher = higher_order_harmonics(problem, first, limit, smallest)
         problem = ContactProblem.of(*known, higher_orders=list(higher))
     scale = smallest_scale(model.reduced, limit)
-    terms = problem.on(grid, march, scale).solve_on_more_lines(points)
+    torus = problem.on(grid, march, scale)
+    terms = torus.on_more_lines(torus.solve(points))
     driven = [*range(limit.size), *(term.mode for term in model.combinations)]
     surface = model.table.terms(points)[:, :-1]
     off = surface - np.hstack((terms.S, terms.T))
@@ -94,7 +95,7 @@ def dense_error(model, points, limit):
     finer = problem.on(Discretisation(grid.steps, lines), march, scale)
     for k in np.flatnonzero((errors > accuracy.interpolation) & (terms.residual > march)):
         here = points[k : k + 1]
-        alone = finer.solve_on_more_lines(here)
+        alone = finer.on_more_lines(finer.solve(here))
         off = surface[k : k + 1] - np.hstack((alone.S, alone.T))
         errors[k] = relative_error(model, here, off, alone.S, driven)[0]
     return float(errors.max())
@@ -270,7 +271,8 @@ def test_a_motion_that_does_not_repeat_on_the_grid_is_solved_on_more_lines():
     march = 1e-4
     coarse = ContactProblem.of(reduced, law).on(Discretisation(256, 16), march, 0.1 * limit)
     points = points.reshape(-1, 2)
-    plain, finer = coarse.solve(points), coarse.solve_on_more_lines(points)
+    plain = coarse.solve(points)
+    finer = coarse.on_more_lines(plain)
     moving = plain.residual > march
     assert moving.any()
     assert finer.residual.max() <= march
