@@ -146,14 +146,19 @@ def tabulate(
             map if quick else pool.map,
             bar,
         )
+        tables: list[_Refined] = []
         for candidate in task.candidates():
             try:
-                found = task.refined(candidate)
+                tables.append(task.refined(candidate))
             except UnsettledError:
-                if not candidate.higher:
+                if not candidate.higher and not tables:
                     raise
-            else:
+                continue
+            # Without harmonics that change S_j little the motion may repeat less well
+            # (test_of_elastic_contacts): then those with them are tried as well.
+            if candidate.allowed == 1.0 or tables[-1].error <= tolerance:
                 break
+        found = min(tables, key=lambda each: each.error + each.candidate.neglected_response)
         table, reduced = found.table, found.torus.problem.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
