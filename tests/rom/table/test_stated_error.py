@@ -11,7 +11,6 @@ from slipmode.rom import (
     FrictionalContact,
     Iwan,
     Jenkins,
-    SlipmodeError,
     Tanh,
     ValidityWarning,
     reduce,
@@ -290,10 +289,6 @@ MANY = [(k, law) for k in range(5) for law in (Coulomb((2.0, 1.0)), Tanh((2.0, 1
 def test_of_drawn_structures(number, law, tolerance):
     # samples of Coulomb friction jump where contacts begin to slip: measured up to 2.8e-3
     jumps = isinstance(law, Coulomb) and tolerance < 1e-2
-    if jumps and number == 2:  # after 20 000 samples
-        with pytest.raises(SlipmodeError, match=r"a tolerance of 0\.006\d* is within reach"):
-            tabulate(reduce(drawn(number)), law, (4.0, 2.0), tolerance, warned=False)
-        return
     check(reduce(drawn(number)), law, (4.0, 2.0), tolerance, within=3.0 if jumps else 1.0)
 
 
