@@ -56,7 +56,9 @@ class ErrorBudget:
     @property
     def harmonics(self) -> float:
         """Change of S_j by harmonics beyond the fifth to which no mode responds in the model."""
-        return 0.5 * self.tolerance
+        # To 1e-3 a few amplitudes do not show how much: without them an amplitude was 2e-3 off
+        # (test_a_response_curve_moves_dofs_as_the_steady_state_does).
+        return 0.5 * self.tolerance if self.tolerance >= 5e-3 else 0.0
 
     @property
     def response(self) -> float:
