@@ -16,7 +16,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
-from slipmode.rom.cyclic.disk_modes import MistunedModes, real_modes, static_flexibility
+from slipmode.rom.cyclic.disk_modes import MistunedModes, past_flexibility, real_modes
 from slipmode.rom.cyclic.dual_contacts import DualContacts
 from slipmode.rom.cyclic.local_contacts import HIGHEST, STEPS
 from slipmode.rom.laws.contacts import Contacts, Elastic
@@ -62,7 +62,7 @@ class CoupledContacts:
         N, size = len(stuck), modes.tuned.structure.n_contacts
         groups: Any = [(law, range(j * size, (j + 1) * size)) for j in range(N)]
         all_contacts = Contacts(groups)
-        static = static_flexibility(stuck, np.inf).real
+        static = past_flexibility(stuck).real
         static = 0.5 * (static + static.T)
         omega, motion = real_modes(stuck, _FAST * frequency)
         far = static + (motion.T / (omega**2 - frequency**2)) @ motion
@@ -72,8 +72,7 @@ class CoupledContacts:
             G = modes.flexibility(h * frequency)
             flexibility[h, 0] = np.asarray(np.linalg.solve(np.eye(N * size) + G * springs, G))
         carrier, undamped = np.array([frequency]), np.zeros(1)
-        marched = {"marched_frequency": omega, "marched_motion": motion}
-        dual = DualContacts(all_contacts, static, carrier, undamped, **marched)
+        dual = DualContacts(all_contacts, static, carrier, undamped, None, omega, motion)
         return cls(dual, far, flexibility)
 
     def deficit(self, drive: Complexes) -> Complexes:

@@ -14,9 +14,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
 
-_DENSE = (
-    400  # DOFs up to which all modes of a dense matrix take less time than a few of a sparse one
-)
+# DOFs up to which all modes of a dense matrix take less time than a few of a sparse one.
+_DENSE = 400
 
 
 @frozen
@@ -106,12 +105,15 @@ class DiameterModes:
         The modes respond with their inertia, all others statically. `without` is a mode that is
         left out, because it has a slow flow.
         """
-        on_modes = self.shapes.conj().T @ force
-        static = self._factors.solve(np.ascontiguousarray(force, dtype=complex))
-        static = static - self.shapes @ (on_modes / self.frequency[:, np.newaxis] ** 2)
         kept, stiffness = self._others(frequency, without)
-        modal = np.linalg.solve(stiffness, on_modes[kept])
-        return np.asarray(self.shapes[:, kept] @ modal + static)
+        modal = np.linalg.solve(stiffness, self.shapes[:, kept].conj().T @ force)
+        return np.asarray(self.shapes[:, kept] @ modal + self.past_modes(force))
+
+    def past_modes(self, force: Complexes) -> Complexes:
+        """Return static displacements (n_s, forces) besides those of the modes."""
+        static = self._factors.solve(np.ascontiguousarray(force, dtype=complex))
+        on_modes = self.shapes.conj().T @ force
+        return np.asarray(static - self.shapes @ (on_modes / self.frequency[:, np.newaxis] ** 2))
 
     def slow_mode(self, mode: int, frequency: float) -> SlowMode:
         """Return a mode and what the others do with it, by dampers, at a frequency [rad/s]."""
@@ -135,8 +137,14 @@ class DiameterModes:
 
     def flexibility(self, frequency: float, without: int | None = None) -> Complexes:
         """Return contact displacements of sector 0 per force on its contacts, (N_c, N_c)."""
-        forces = self.contacts.conj().T.toarray()
-        return np.asarray(self.contacts @ self.response(forces, frequency, without))
+        kept, stiffness = self._others(frequency, without)
+        psi = self.contact_motion[:, kept]
+        return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
+
+    @cached_property
+    def past_flexibility(self) -> Complexes:
+        """Static flexibility of the contacts besides the modes, (N_c, N_c)."""
+        return np.asarray(self.contacts @ self.past_modes(self.contacts.conj().T.toarray()))
 
 
 def _lowest(stiffness: Any, mass: Any, highest: float) -> tuple[Floats, Complexes]:

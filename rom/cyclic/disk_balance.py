@@ -49,8 +49,7 @@ class DiskBalance:
         UnsettledError
             If no state is found.
         """
-        stuck = np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0]
-        x = np.asarray(stuck if start is None else start)
+        x = self._stuck() if start is None else start
         y, by_x, by_conjugate = self._local(x)
         off = self._residual(x, y)
         for _ in range(_ITERATIONS):
@@ -99,6 +98,10 @@ class DiskBalance:
     def _left(self) -> Complexes:
         """1 + G k_ref, (patterns, N N_c, N N_c)."""
         return np.asarray(np.eye(self.springs.size) + self.at.flexibility * self.springs)
+
+    def _stuck(self) -> Complexes:
+        """Return x with stuck contacts, which lack no force."""
+        return np.asarray(np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0])
 
     def _local(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
         """Return y and its derivatives by x and conj(x), with local contacts."""

@@ -84,7 +84,7 @@ class TunedModes:
     @cached_property
     def past_modes(self) -> Complexes:
         """Static flexibility of all contacts besides the modes, (N N_c, N N_c)."""
-        return static_flexibility(self.by_diameter, np.inf)
+        return past_flexibility(self.by_diameter)
 
     def excited(self, engine_order: int, force: Complexes) -> Excited:
         """Return the effects of Re(f exp(i (Omega t + E 2 pi j / N))), with f (n_s,)."""
@@ -93,8 +93,7 @@ class TunedModes:
         modes, own = self.by_diameter[k], self.diameter == k
         modal = np.zeros(self.diameter.size, dtype=complex)
         modal[own] = 0.5 * np.sqrt(N) * (modes.shapes.conj().T @ force)
-        static = modes.response(force[:, np.newaxis], 0.0)[:, 0]
-        static = static - modes.shapes @ (modes.shapes.conj().T @ force / modes.frequency**2)
+        static = modes.past_modes(force[:, np.newaxis])[:, 0]
         past = self.structure.around(0.5 * (modes.contacts @ static), k)
         return Excited(modal, past)
 
@@ -104,17 +103,10 @@ class TunedModes:
         return np.asarray(np.einsum("...r,jr,nr->...jn", modal, self.turn, shapes, optimize=True))
 
 
-def static_flexibility(by_diameter: Sequence[DiameterModes], beyond: float) -> Complexes:
-    """Return the static flexibility (N N_c, N N_c) of all contacts without slow modes.
-
-    These are the modes up to a frequency `beyond` [rad/s].
-    """
+def past_flexibility(by_diameter: Sequence[DiameterModes]) -> Complexes:
+    """Return the static flexibility (N N_c, N N_c) of all contacts besides the modes."""
     N = len(by_diameter)
-    own = []
-    for modes in by_diameter:
-        slow = modes.frequency <= beyond
-        psi = modes.contact_motion[:, slow]
-        own.append(modes.flexibility(0.0) - (psi / modes.frequency[slow] ** 2) @ psi.conj().T)
+    own = [modes.past_flexibility for modes in by_diameter]
     between = np.fft.ifft(own, axis=0)  # by j - i
     apart = (np.arange(N)[:, np.newaxis] - np.arange(N)) % N
     size = N * between.shape[-1]

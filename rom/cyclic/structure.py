@@ -21,8 +21,7 @@ from slipmode.rom.structure.matrices import (
     as_matrix,
     as_symmetric,
 )
-from slipmode.rom.structure.solvers.mass import is_positive_semidefinite
-from slipmode.rom.structure.structure import Structure
+from slipmode.rom.structure.structure import Structure, checked_damping
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -100,6 +99,10 @@ class CyclicStructure:
         M = as_csc(as_symmetric("mass", mass))
         size = M.shape[0]
         K = as_csc(as_symmetric("stiffness", stiffness, size))
+        C: Any = checked_damping(damping, size)
+        beta = 0.0
+        if isinstance(C, Rayleigh):
+            C, beta = C.alpha * M + C.beta * K, C.beta
         sides = [_dofs(name, dofs, size) for name, dofs in (("left", left), ("right", right))]
         both = np.intersect1d(sides[0], sides[1]).size
         if len(sides[0]) != len(sides[1]) or both:
@@ -119,9 +122,9 @@ class CyclicStructure:
             "sectors": int(sectors),
             "mass": M,
             "stiffness": K,
-            "damping": _damping(damping, M, K),
+            "damping": as_csc(C),
             "blade": K if blade is None else as_csc(as_symmetric("blade", blade, size)),
-            "beta": damping.beta if isinstance(damping, Rayleigh) else _beta(damping),
+            "beta": beta,
             "own_directions": W,
             "next_directions": further,
             "left": sides[0],
@@ -129,7 +132,7 @@ class CyclicStructure:
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
-        if np.any(as_csc(self._joined(M).real).diagonal() <= 0.0):
+        if np.any(self.of_diameter(0)[0].diagonal().real <= 0.0):
             raise SlipmodeError("mass: every DOF needs some mass, once right is joined to left")
 
     def __repr__(self) -> str:
@@ -191,20 +194,24 @@ class CyclicStructure:
         N = self.sectors
         of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
 
+        sectors = [self._of_sector(j) for j in range(N)]
+
         def around(matrix: Any, factors: Floats) -> Any:
             """Return the sum over sectors of factor_j T_j^T matrix T_j."""
-            sectors = [self._of_sector(j) for j in range(N)]
             return sum(c * (T.T @ (matrix @ T)) for c, T in zip(factors, sectors, strict=True))
 
+        mass, stiffness, damping = (
+            around(each, np.ones(N)) for each in (self.mass, self.stiffness, self.damping)
+        )
+        further = around(self.blade, of_blade)
         contacts = [
-            self._of_sector(j).T @ self.own_directions
-            + self._of_sector((j + 1) % N).T @ self.next_directions
-            for j in range(N)
+            own.T @ self.own_directions + after.T @ self.next_directions
+            for own, after in zip(sectors, [*sectors[1:], sectors[0]], strict=True)
         ]
         return Structure(
-            around(self.mass, np.ones(N)),
-            around(self.stiffness, np.ones(N)) + around(self.blade, of_blade),
-            around(self.damping, np.ones(N)) + self.beta * around(self.blade, of_blade),
+            mass,
+            stiffness + further,
+            damping + self.beta * further,
             contact=scipy.sparse.hstack(contacts),
         )
 
@@ -221,10 +228,6 @@ class CyclicStructure:
         place[self.right] = (place[self.left] + size) % (N * size)
         ones = np.ones(n)
         return scipy.sparse.csc_array((ones, (np.arange(n), place)), shape=(n, size * N))
-
-    def _joined(self, matrix: Any) -> Any:
-        T = self.expansion(0)
-        return T.conj().T @ (matrix @ T)
 
 
 def lumped_disk(
@@ -310,18 +313,3 @@ def _directions(name: str, contact: MatrixLike, size: int) -> Any:
     if W.shape[0] != size or W.shape[1] == 0:
         raise SlipmodeError(f"{name}: must have {size} rows and at least 1 column, got {W.shape}")
     return W
-
-
-def _beta(damping: float | MatrixLike) -> float:
-    return float(damping) if isinstance(damping, float | int | np.floating) else 0.0
-
-
-def _damping(given: float | Rayleigh | MatrixLike, M: Any, K: Any) -> Any:
-    if isinstance(given, float | int | np.floating):
-        given = Rayleigh(0.0, float(given))
-    if isinstance(given, Rayleigh):
-        return given.alpha * M + given.beta * K
-    C = as_csc(as_symmetric("damping", given, M.shape[0]))
-    if not is_positive_semidefinite(C, "damping"):
-        raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
-    return C

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
@@ -209,10 +210,13 @@ class _Balance:
     problem: ContactProblem
     steps: int
 
+    @cached_property
+    def _torus(self) -> TorusProblem:
+        return self.problem.on(Discretisation(self.steps, 1), 1e-8)
+
     def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
         """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
-        grid = Discretisation(self.steps, 1)
-        terms = self.problem.on(grid, 1e-8).solve(sizes[:, np.newaxis])
+        terms = self._torus.solve(sizes[:, np.newaxis])
         terms.check_periodic()
         return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
 
@@ -226,8 +230,7 @@ class _Balance:
             return float(np.abs(self.required(np.array([size]))[0][0])) - force
 
         stuck = 0.5 * force / abs(self.carrier.stiffness)
-        upper = 2.0 * stuck
-        sizes = np.geomspace(1e-3 * stuck, upper, _AMPLITUDES)
+        sizes = np.geomspace(1e-3 * stuck, 2.0 * stuck, _AMPLITUDES)
         while np.abs(self.required(sizes[-1:])[0][0]) <= force:
             sizes = np.geomspace(sizes[0], 4.0 * sizes[-1], _AMPLITUDES)
         lacks = np.abs(self.required(sizes)[0]) - force

@@ -84,7 +84,7 @@ class Structure:
         if M.diagonal().min() < SMALLEST:
             raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
         K = as_symmetric("stiffness", stiffness, M.shape[0])
-        C = _checked_damping(damping, M.shape[0])
+        C = checked_damping(damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
@@ -260,7 +260,7 @@ def two_mass(
     return Structure(mass, stiffness, beta, contact=(2, 3))
 
 
-def _checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
+def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix | Rayleigh:
     """Return C, or how it follows from mass and stiffness."""
     if isinstance(damping, Rayleigh):
         return damping
