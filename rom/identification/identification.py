@@ -34,6 +34,7 @@ from slipmode.rom.identification.selection import (
     fit_in_turn,
     outliers,
     select,
+    with_coupling,
 )
 from slipmode.rom.identification.slow_laws import LawForm, LawName, allowed_forms
 from slipmode.rom.identification.uncertainty import uncertainty
@@ -147,7 +148,8 @@ def identify(
         "auto" chooses the law that predicts the loudest records best from a fit to the others.
         Fewer than three records cannot show effects of a mode on the other.
         "iwan" is the power law of friction alone, "quadratic" the power law with the quadratic
-        coupling of two modes near 1:2.
+        coupling of two modes near 1:2. "auto" tries it if the frequency of B differs from twice
+        that of A by at most three times the fastest rate of change of the amplitudes.
     cross : {"auto", True, False}
         Whether the rates of a mode depend on the amplitude of the other mode.
     hold_out : sequence of str or int
@@ -170,15 +172,14 @@ def identify(
     norm.
     """
     checked = checked_bands(bands, data)
-    forms = allowed_forms(law, cross, checked)
+    forms = allowed_forms(law, cross, len(checked))
     held = {data[key].name for key in hold_out}
     prepared, plan = prepare_all(data, checked)
-    quadratic = any(form.law == "quadratic" for form in forms)
     while True:
         used = [p for p in prepared.values() if p.part is not None and p.name not in held]
         if not used:
             raise nothing_usable(prepared)
-        look, guess, decays = first_guess(used, plan, quadratic)
+        look, guess, decays = first_guess(used, plan)
         broken, doubtful = outliers(used, look, decays)
         if not broken:
             break
@@ -186,7 +187,8 @@ def identify(
             prepared[name] = prepared[name].excluded(reason)
     for name, note in doubtful.items():
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
-    chosen, errors = select(decays, determined(forms, look), guess)
+    considered, decays = with_coupling(determined(forms, look), decays)
+    chosen, errors = select(decays, considered, guess)
     found = fit_in_turn(decays, [chosen.form], chosen)
     for form in as_good(chosen.form, errors):
         found += fit_in_turn(decays, [form], chosen)

@@ -20,6 +20,10 @@ from slipmode.rom.identification.records.measurement import Prepared
 from slipmode.rom.identification.records.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 
+# Distance from 1:2, relative to the fastest rate of slow time, up to which laws with a quadratic
+# coupling are tried. There the coupling drives B at a third of the amplitude at resonance, and to
+# resolve its beat takes three times as many steps.
+NEAR = 3.0
 SHARE = 3  # one record of so many is left out
 # A law with more terms has to have a smaller error by this factor.
 BETTER = 0.98
@@ -29,13 +33,8 @@ BETTER = 0.98
 POOR, OUTLYING, DOUBTFUL = 0.05, 4.0, 2.0
 
 
-def first_guess(
-    used: Sequence[Prepared], plan: Plan, quadratic: bool
-) -> tuple[FirstLook, SlowLaw, Decays]:
-    """Return the first look at records, the law that it shows, and the records for fits.
-
-    `quadratic` says whether their slow time has to resolve a quadratic coupling.
-    """
+def first_guess(used: Sequence[Prepared], plan: Plan) -> tuple[FirstLook, SlowLaw, Decays]:
+    """Return the first look at records, the law that it shows, and the records for fits."""
     look = FirstLook.of(used, plan.bands, plan.modes)
     for j, (low, high) in enumerate(plan.bands):
         if len(look.pooled(j).times) < 2:
@@ -47,10 +46,26 @@ def first_guess(
     sizes = [np.array([0.0, size]) for size in look.reference]
     detuning = guess.frequencies(*sizes) - look.carrier[:, np.newaxis]
     rate = float(np.hypot(guess.damping_rates(*sizes), detuning).max())
-    if quadratic:
-        rate = max(rate, abs(look.carrier[1] - 2.0 * look.carrier[0]))
     records = [each.part for each in used if each.part is not None]
     return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
+
+
+def with_coupling(forms: Sequence[LawForm], decays: Decays) -> tuple[Sequence[LawForm], Decays]:
+    """Return laws without quadratic coupling that is too far from 1:2, and records for the others.
+
+    The slow time of the records resolves the beat of the coupling. A coupling that is the only
+    law is kept.
+    """
+    if not any(form.law == "quadratic" for form in forms):
+        return forms, decays
+    d = decays
+    beat, rate = abs(d.carrier[1] - 2.0 * d.carrier[0]), STEP / d.step
+    apart = [form for form in forms if form.law != "quadratic"]
+    if apart and beat > NEAR * rate:
+        return apart, decays
+    if beat > rate:
+        decays = Decays.of(d.records, d.carrier, d.shapes, d.reference, beat)
+    return forms, decays
 
 
 def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:

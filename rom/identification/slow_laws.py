@@ -24,7 +24,6 @@ import scipy.special
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.records.measurement import Bands
 from slipmode.rom.short_repr import frozen
 
 LawName = Literal["linear", "iwan", "power", "quadratic"]
@@ -88,25 +87,20 @@ class LawForm:
         return self.law + (" with cross effects" if self.cross else "")
 
 
-def allowed_forms(law: str, cross: Any, bands: Bands) -> list[LawForm]:
+def allowed_forms(law: str, cross: Any, modes: int) -> list[LawForm]:
     """Return the laws that are allowed, each with the terms of those before it or more."""
     if law not in ("auto", *LAWS):
         raise SlipmodeError(f"law = {in_one_line(law)}: must be auto, {', '.join(LAWS)}")
     if cross not in ("auto", True, False):
         raise SlipmodeError(f"cross = {in_one_line(cross)}: must be 'auto', True or False")
-    modes = len(bands)
     if modes == 1 and (cross is True or law == "quadratic"):
         raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
     if law == "linear" and cross is True:
         raise SlipmodeError("cross = True: a linear law has no cross effects")
-    laws = list(LAWS) if law == "auto" else [law]
-    # The coupling acts on B at twice the frequency of A: it is visible in the band of B.
-    if law == "auto" and not (
-        modes == 2 and 2 * bands[0][0] < bands[1][1] and bands[1][0] < 2 * bands[0][1]
-    ):
-        laws.remove("quadratic")
     found = []
-    for name in laws:
+    for name in LAWS if law == "auto" else [law]:
+        if name == "quadratic" and modes == 1:
+            continue
         for crossed in (False, True):
             allowed = cross == "auto" or cross is crossed or name == "linear"
             if allowed and not (crossed and (name == "linear" or modes == 1)):

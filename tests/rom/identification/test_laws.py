@@ -61,6 +61,18 @@ def test_quadratic_coupling_is_chosen_and_found():
     assert found.law.coupling == pytest.approx([0.1 + 0.05j, -0.6 + 0.2j], abs=0.01)
 
 
+@pytest.mark.parametrize(("frequency", "tried"), [(246.0, True), (250.0, False), (275.0, False)])
+def test_quadratic_coupling_is_tried_near_1_to_2_only(frequency, tried):
+    """By the frequencies of the modes, whatever the bands: else fits took up to 107 s."""
+    modes = TRUE.copy()
+    modes[:, 1] = 2.0 * np.pi * np.array([122.0, frequency])
+    signals = decays(1, 3, modes=modes, t=times(1.5))
+    found = rom.identify(measurement(signals), bands=[(90.0, 160.0), (185.0, 300.0)])
+    assert any(form.law == "quadratic" for form in found.errors) == tried
+    steps_per_second = 1.0 / found.source.decays.step
+    assert steps_per_second < 100.0  # 67, 23, 25; 975 where a beat of 31 Hz is resolved
+
+
 def test_an_oscillator_with_cubic_stiffness_and_damping():
     """x'' + 2 d x' + w^2 x + k x^3 + c x'^3 = 0: p = 2, g = 3 c w^2 v^2 / 8, h = -3 k a^2 / 8 w.
 
