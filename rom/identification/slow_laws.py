@@ -96,7 +96,7 @@ def allowed_forms(law: str, cross: Any, modes: int) -> list[LawForm]:
     if modes == 1 and (cross is True or law == "quadratic"):
         raise SlipmodeError("bands: cross effects and quadratic coupling need two modes")
     if law == "linear" and cross is True:
-        raise SlipmodeError("cross = True: a linear law has no cross effects")
+        raise SlipmodeError("cross: a linear law has no cross effects")
     found = []
     for name in LAWS if law == "auto" else [law]:
         if name == "quadratic" and modes == 1:

@@ -24,6 +24,9 @@ def add_identify_command(add: AddCommand) -> None:
     sine = "the files are steady sine tests: frequency, force, amplitude and phase"
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
     held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
+    cross = (
+        "whether rates of a mode depend on the amplitude of the other one (auto: if it predicts)"
+    )
     mass = "modal mass of each mode at the sensor [kg] (1: forces are relative)"
     add(
         "identify",
@@ -47,6 +50,7 @@ def add_identify_command(add: AddCommand) -> None:
         Argument("--channels", nargs="+", type=_key, help="by name, or by position from 0 (all)"),
         Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
         Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
+        Argument("--cross", choices=["auto", "yes", "no"], help=cross),
         Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
         Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),
     )
@@ -84,11 +88,15 @@ def _of_decays(options: Namespace) -> rom.Identification:
     data = replace(data, quantity=sensor_unit(data.unit)[0])
     if sum(record.signal.size for record in data) > LONG:
         phase(f"fitting laws to {len(data)} records")
-    return rom.identify(data, bands=options.band, law=options.law, hold_out=options.hold_out)
+    cross: Literal["auto"] | bool = "auto"
+    if options.cross in ("yes", "no"):
+        cross = options.cross == "yes"
+    held = options.hold_out
+    return rom.identify(data, bands=options.band, law=options.law, cross=cross, hold_out=held)
 
 
 def _of_sine_tests(options: Namespace) -> rom.SineIdentification:
-    for name in ("sample_rate", "channels", "modal_mass"):
+    for name in ("sample_rate", "channels", "cross", "modal_mass"):
         if getattr(options, name) is not None:
             raise SlipmodeError(f"{name}: is for decays, not for sine tests")
     if len(options.band) > 1:

@@ -121,7 +121,7 @@ def test_plots_have_axes_for_each_mode(two_modes):
     [
         ({"law": "cubic"}, "law = 'cubic': must be auto, linear, iwan, power, quadratic"),
         ({"cross": "yes"}, "cross = 'yes': must be 'auto', True or False"),
-        ({"law": "linear", "cross": True}, "cross = True: a linear law"),
+        ({"law": "linear", "cross": True}, "cross: a linear law"),
         ({"bands": BANDS[:1], "cross": True}, "bands: cross effects"),
         ({"bands": BANDS[:1], "law": "quadratic"}, "bands: cross effects"),
         ({"hold_out": ["hit9"]}, "record 'hit9' is not in the measurement"),

@@ -100,6 +100,16 @@ def test_the_fmu_takes_the_steps_of_the_component(done):
                 assert imported.outputs()[name] == component.outputs()[name] != 0.0
 
 
+@pytest.mark.parametrize("cross", ["yes", "no"])
+def test_cross_effects_may_be_given(tmp_path, cross, capsys):
+    files, out = write(tmp_path, decays(1, 3)), str(tmp_path / "out")
+    options = ["--unit", "m/s", "--law", "power", "--cross", cross, "-o", out]
+    assert main(["identify", files, *BAND_A, *BAND_B, *options]) == 0
+    printed = capsys.readouterr().out
+    assert ("law: power with cross effects" in printed) == (cross == "yes")
+    assert ("kappa_A" in printed) == (cross == "yes")
+
+
 def test_one_mode_without_a_modal_mass_says_that_forces_are_relative(tmp_path, capsys):
     one = decays(3, 3, modes=TRUE[:1])
     files = write(tmp_path, one, header="time,acc")
@@ -134,6 +144,16 @@ REFUSED = {
     "mass": ("sound", [*BAND_A, *MS, "--modal-mass", "1", "2"], r"--modal-mass \[1.0, 2.0\]: mus"),
     "rate": ("sound", [*BAND_A, *MS, "--sample-rate", "-1"], r"--sample-rate -1.0: must be > 0"),
     "quadratic": ("sound", [*BAND_A, *MS, "--law", "quadratic"], "--band: .*need two modes"),
+    "cross": (
+        "sound",
+        [*BAND_A, *MS, "--cross", "yes"],
+        "--band: cross effects .* need two modes",
+    ),
+    "linear": (
+        "sound",
+        [*BAND_A, *BAND_B, *MS, "--cross", "yes", "--law", "linear"],
+        "--cross: a linear law has no cross effects",
+    ),
     "channel": (
         "sound",
         [*BAND_A, *MS, "--channels", "force"],

@@ -72,6 +72,7 @@ REFUSED = {
     "force": (LEVELS, [*BAND, "--unit", "m"], "force.unit: .* not state one; give --force-unit$"),
     "two": (LEVELS, [*BAND, *UNITS, "--band", "90", "99"], "--band: sine tests are of one mode"),
     "mass": (LEVELS, [*BAND, *UNITS, "--modal-mass", "1"], "--modal-mass: is for decays, not"),
+    "cross": (LEVELS, [*BAND, *UNITS, "--cross", "no"], "--cross: is for decays, not for sine"),
     "law": (LEVELS, [*BAND, *UNITS, "--law", "iwan"], "--law 'iwan': must be power or linear"),
     "few": (LEVELS[:3], [*BAND, *UNITS], "tests: has 3 levels, a power law needs 4"),
     "absent": (LEVELS, [*BAND, *UNITS, "--hold-out", "F"], "tests: no name starts with 'F'"),
