@@ -120,7 +120,7 @@ class Identification(IdentifiedLaw):
     def _predicted(self, records: Sequence[Record]) -> list[Prediction]:
         d = self.source.decays
         decays = Decays.of(records, d.carrier, d.shapes, d.reference, STEP / d.step)
-        return predict(decays, self.law, self.uncertainty.left_out, self.range[:, 1])
+        return predict(decays, self.uncertainty, self.range[:, 1])
 
 
 def identify(

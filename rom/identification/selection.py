@@ -11,11 +11,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.decay_flow import STEP, Decays
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit, fit
-from slipmode.rom.identification.prediction import (
-    first_window,
-    initial_amplitudes,
-    normalised_error,
-)
+from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
+from slipmode.rom.identification.prediction import normalised_error
 from slipmode.rom.identification.records.measurement import Prepared
 from slipmode.rom.identification.records.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw

@@ -21,7 +21,7 @@ from slipmode.rom.identification.fit import (
     interval_half_width,
     jackknife_variance,
 )
-from slipmode.rom.identification.prediction import first_window, initial_amplitudes
+from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.short_repr import frozen
 
@@ -54,18 +54,44 @@ class Uncertainty:
     def variance(self, quantity: Callable[[SlowLaw], Floats]) -> Floats:
         """Return the variance of a quantity of the law, without the misfit of rates.
 
-        The mean over the laws of their jackknife variance and their squared distance from the
-        identified law (Buckland, Burnham and Augustin, Model selection: an integral part of
-        inference, Biometrics 53, 1997). Infinite for fewer than three records.
+        Infinite for fewer than three records.
         """
-        best = quantity(self.laws[0][0])
+        values = [np.array([quantity(law) for law in laws]) for laws in self.laws]
+        return self._mean_variance(values, 1.0)
+
+    def of_record(self, values: Floats) -> Floats:
+        """Return the variance of a quantity in a further record, without the misfit of rates.
+
+        `values` (..., laws) are those of all laws in their order. Infinite for fewer than three
+        records.
+        """
+        by_law = np.moveaxis(values, -1, 0)
+        # The variance of the mean of n records times n is the variance of a record.
+        scatter = 1.0 + len(self.left_out)
+        return self._mean_variance(np.split(by_law, len(self.laws)), scatter)
+
+    def after(self, times: Floats, duration: float) -> Floats:
+        """Return the variances of log amplitude and phase after times by the misfit of rates.
+
+        They are (2, times, modes), for a record of a duration [s]. Rates of the parts of a record
+        are in error independently of each other, as `PartRates.misfit` takes them to be.
+        """
+        of_unit = times * np.minimum(times, duration / PARTS)
+        return np.asarray(self.misfit[:, np.newaxis] * of_unit[:, np.newaxis])
+
+    def _mean_variance(self, values: Sequence[Floats], scatter: float) -> Floats:
+        """Return the variance by values (1 + records, ...) of each law.
+
+        It is the mean over the laws of their jackknife variance, times `scatter`, and their
+        squared distance from the identified law (Buckland, Burnham and Augustin, Model selection:
+        an integral part of inference, Biometrics 53, 1997).
+        """
+        best = values[0][0]
         if len(self.left_out) < LEAST_RECORDS:
             return np.full(best.shape, np.inf)
         with np.errstate(over="ignore", invalid="ignore"):  # laws that the data do not determine
             variances = [
-                jackknife_variance(np.array([quantity(law) for law in left_out]))
-                + (quantity(whole) - best) ** 2
-                for whole, *left_out in self.laws
+                scatter * jackknife_variance(each[1:]) + (each[0] - best) ** 2 for each in values
             ]
             mean: Floats = np.mean(variances, axis=0)
         return np.where(np.isnan(mean), np.inf, mean)
