@@ -34,7 +34,8 @@ from slipmode.rom.identification.records.reading import read_measurement
 from slipmode.rom.identification.sine.identification import SineIdentification, identify_sine
 from slipmode.rom.identification.sine.levels import SineLevel
 from slipmode.rom.identification.sine.prediction import SinePrediction
-from slipmode.rom.identification.sine.reading import SineTest, SineTests, read_sine_tests
+from slipmode.rom.identification.sine.reading import read_sine_tests
+from slipmode.rom.identification.sine.responses import SineTest, SineTests
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh

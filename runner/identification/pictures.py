@@ -11,7 +11,7 @@ from slipmode.rom import Identification, SineIdentification
 from slipmode.rom.extras import extra
 from slipmode.rom.identification.first_look import demodulate
 from slipmode.rom.identification.sine.levels import complex_rate
-from slipmode.rom.identification.sine.reading import ORDERS
+from slipmode.rom.identification.sine.responses import ORDERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

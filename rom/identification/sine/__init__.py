@@ -3,5 +3,6 @@
 identification.py  identify_sine() and the identified law. Start here.
 levels.py          one level: natural frequency, modal mass, damping, phase error
 prediction.py      steady amplitudes of other tests, under their measured forces
-reading.py         sine tests, and files with them
+responses.py       sine tests: responses and forces, checked
+reading.py         files with sine tests
 """

@@ -19,7 +19,7 @@ from slipmode.rom.identification.sine.levels import (
     fit_level,
 )
 from slipmode.rom.identification.sine.prediction import SineModel, SinePrediction, predicted
-from slipmode.rom.identification.sine.reading import SineTest, SineTests, checked_tests
+from slipmode.rom.identification.sine.responses import SineTest, SineTests, checked_tests
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
 from slipmode.rom.short_repr import frozen, short_list

@@ -15,7 +15,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.first_look import LocalRates
-from slipmode.rom.identification.sine.reading import SineTest
+from slipmode.rom.identification.sine.responses import SineTest
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.short_repr import frozen
 

@@ -11,7 +11,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.fit import jackknife_variance
 from slipmode.rom.identification.sine.levels import complex_rate, fit_level
-from slipmode.rom.identification.sine.reading import SineTest
+from slipmode.rom.identification.sine.responses import SineTest
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.short_repr import frozen
 
