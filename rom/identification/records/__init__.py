@@ -2,6 +2,8 @@
 
 measurement.py  records of a test. Start here.
 reading.py      files with records
+files.py        arrays in files, and sampling rates
+universal.py    universal files
 defects.py      what is wrong with the samples of a record
 preparation.py  the usable part of each record, and why others are excluded
 """

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.records.reading import found_files, read_arrays
+from slipmode.rom.identification.records.files import found_files, read_arrays
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.short_repr import short_list
 
