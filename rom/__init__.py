@@ -36,6 +36,7 @@ from slipmode.rom.identification.sine.levels import SineLevel
 from slipmode.rom.identification.sine.prediction import SinePrediction
 from slipmode.rom.identification.sine.reading import read_sine_tests
 from slipmode.rom.identification.sine.responses import SineTest, SineTests
+from slipmode.rom.identification.sine.signals import demodulate_sine_test
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.laws.friction import Coulomb, Friction, Tanh
@@ -131,6 +132,7 @@ __all__ = [
     "combination_resonances",
     "contact_pairs",
     "decay_rates",
+    "demodulate_sine_test",
     "fit_contacts",
     "identify",
     "identify_sine",

@@ -10,7 +10,7 @@ uncertainty.py         intervals: scatter, laws that predict as well, misfit of 
 initial_amplitudes.py  amplitudes at the start of a record
 prediction.py          decays from the first milliseconds of a record
 selection.py           the choice of a law: quiet records predict loud ones
-sine/                  identify_sine(): steady sine tests of one mode
+sine/                  identify_sine(): sine tests of one mode
 contacts/              fit_contacts(): contact laws of a structure from backbones
 models/                identified laws: backbones, and models that run
 """

@@ -21,7 +21,8 @@ LONG = 20_000  # samples that take about a second
 def add_identify_command(add: AddCommand) -> None:
     """Add the command."""
     files = "measured decays or sine tests: .csv, .npz, .mat, universal files; may have wildcards"
-    sine = "the files are steady sine tests: frequency, force, amplitude and phase"
+    sine = "the files are sine tests: sweeps or steps of force and response, or steady responses"
+    channels = "by name, or by position from 0 (all); of sine tests force and response, by name"
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
     held = "predicted, not fitted: records by name or number in it, tests by beginning of the name"
     cross = (
@@ -47,7 +48,7 @@ def add_identify_command(add: AddCommand) -> None:
         Argument("--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"),
         Argument("--force-unit", help="of sine tests: N (the one in the file)"),
         Argument("--sample-rate", type=float, metavar="HZ", help="if the files do not state it"),
-        Argument("--channels", nargs="+", type=_key, help="by name, or by position from 0 (all)"),
+        Argument("--channels", nargs="+", type=_key, help=channels),
         Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
         Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
         Argument("--cross", choices=["auto", "yes", "no"], help=cross),
@@ -96,12 +97,19 @@ def _of_decays(options: Namespace) -> rom.Identification:
 
 
 def _of_sine_tests(options: Namespace) -> rom.SineIdentification:
-    for name in ("sample_rate", "channels", "cross", "modal_mass"):
+    for name in ("cross", "modal_mass"):
         if getattr(options, name) is not None:
             raise SlipmodeError(f"{name}: is for decays, not for sine tests")
     if len(options.band) > 1:
         raise SlipmodeError("band: sine tests are of one mode; give one band")
-    tests = rom.read_sine_tests(options.files, unit=options.unit, force_unit=options.force_unit)
+    channels = None if options.channels is None else tuple(map(str, options.channels))
+    tests = rom.read_sine_tests(
+        options.files,
+        unit=options.unit,
+        force_unit=options.force_unit,
+        sample_rate=options.sample_rate,
+        channels=channels,
+    )
     if options.law not in ("auto", "power", "linear"):
         raise SlipmodeError(f"law = {options.law!r}: must be power or linear for sine tests")
     law: Literal["power", "linear"] = "linear" if options.law == "linear" else "power"

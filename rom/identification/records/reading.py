@@ -157,7 +157,11 @@ def _read(path: Path) -> _Content:
 
 
 def _read_universal(path: Path) -> _Content:
-    records, rate = read_universal(path)
+    read, rate = read_universal(path)
+    records = {
+        name: {key: channel for key, channel in record.items() if not channel.is_force}
+        for name, record in read.items()
+    }
     units = {channel.unit for record in records.values() for channel in record.values()}
     if len(units) > 1:
         raise SlipmodeError(

@@ -28,12 +28,18 @@ class SineTest:
         Amplitude F of the measured force F e^{i Omega t} [N], real or complex.
     response : (points,) ndarray
         Complex amplitude, with the phase relative to the same time as the force [sensor unit].
+    change : (points,) ndarray, optional
+        Relative rate of change of the response [1/s], of tests from time signals. Default: steady.
+    stepped : bool
+        Whether the frequency changed in steps.
     """
 
     name: str
     frequency: Floats
     force: Complexes
     response: Complexes
+    change: Floats | None = None
+    stepped: bool = False
 
     @property
     def control(self) -> Literal["force", "response"]:
@@ -46,7 +52,8 @@ class SineTest:
         """Return the points within a band [Hz]."""
         keep = (self.frequency >= band[0]) & (self.frequency <= band[1])
         parts = (self.frequency[keep], self.force[keep], self.response[keep])
-        return SineTest(self.name, *parts)
+        change = None if self.change is None else self.change[keep]
+        return SineTest(self.name, *parts, change, self.stepped)
 
 
 @frozen
@@ -128,4 +135,4 @@ def checked(test: SineTest) -> SineTest:
         if not (np.isfinite(each).all() and (each != 0.0).all()):
             raise SlipmodeError(f"tests: {name} of {test.name} must be finite and not 0")
     force, response = (each.astype(np.complex128) for each in arrays[1:])
-    return SineTest(test.name, arrays[0].real, force, response)
+    return SineTest(test.name, arrays[0].real, force, response, test.change, test.stepped)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.io
 from measured.decays import RATE, decays, times
+from measured.universal import FORCE, VELOCITY, write_uff
 
 from slipmode import rom
 
@@ -63,44 +64,27 @@ def test_npz_files_with_channels(tmp_path):
     assert found["hit"].sample_rate == pytest.approx(RATE)
 
 
-def write_uff(path, unit="m/s", nodes=(1, 2, 1)):
-    pyuff = pytest.importorskip("pyuff")
-    file = pyuff.UFF(str(path))
-    for k, node in enumerate(nodes):
-        dataset = pyuff.prepare_58(
-            binary=0,
-            func_type=1,
-            rsp_node=node,
-            rsp_dir=3,
-            ref_node=1,
-            ref_dir=3,
-            ord_data_type=4,
-            num_pts=200,
-            abscissa_spacing=1,
-            abscissa_min=0.0,
-            abscissa_inc=1.0 / RATE,
-            abscissa_spec_data_type=17,
-            ordinate_spec_data_type=11,
-            ordinate_axis_units_lab=unit,
-            data=SIGNALS[k % 2],
-            x=times(0.1),
-            return_full_dict=True,
-        )
-        for key, value in dataset.items():  # pyuff writes no None
-            if value is None:
-                is_text = key.startswith("id") or key.endswith(("_lab", "_name"))
-                dataset[key] = "" if is_text else 0
-        file.write_sets(dataset, "add")
+def write_hits(path, unit="m/s", nodes=(1, 2, 1)):
+    signals = [(node, VELOCITY, unit, SIGNALS[k % 2]) for k, node in enumerate(nodes)]
+    write_uff(path, signals, RATE)
 
 
 def test_universal_files_state_rate_and_unit(tmp_path):
-    write_uff(tmp_path / "hits.uff", nodes=(1, 2, 1, 2))
+    write_hits(tmp_path / "hits.uff", nodes=(1, 2, 1, 2))
     found = rom.read_measurement(tmp_path / "hits.uff", quantity="velocity")
     assert found.unit == "m/s"
     assert found.channels == ("1:+3", "2:+3")
     assert [r.name for r in found] == ["hits_1", "hits_2"]
     assert found[1].sample_rate == pytest.approx(RATE)
     assert found[1].signal == pytest.approx(np.stack(SIGNALS), rel=1e-6)
+
+
+def test_forces_in_universal_files_are_no_channels(tmp_path):
+    hammer = (1, FORCE, "N", np.hanning(200))
+    write_uff(tmp_path / "hit.uff", [hammer, (2, VELOCITY, "m/s", SIGNALS[0])], RATE)
+    found = rom.read_measurement(tmp_path / "hit.uff", quantity="velocity")
+    assert found.channels == ("2:+3",)
+    assert found.unit == "m/s"
 
 
 def refused(*arguments, **options):
@@ -121,7 +105,7 @@ def test_a_missing_unit_or_rate_is_named(tmp_path):
 def test_contradictions_to_the_file_are_named(tmp_path):
     np.savez(tmp_path / "a.npz", hit=SIGNALS[0], fs=RATE)
     assert "states 2000 Hz" in refused(tmp_path / "a.npz", sample_rate=1000.0)
-    write_uff(tmp_path / "a.uff")
+    write_hits(tmp_path / "a.uff")
     assert "unit = 'g': " in refused(tmp_path / "a.uff", unit="g")
     # of node 1 the second time without node 2
     assert "choose common ones by channels=" in refused(tmp_path / "a.uff")

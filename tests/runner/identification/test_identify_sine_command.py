@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from measured.decays import power_law_amplitude
 from measured.sine_tests import Oscillator, response_controlled
+from measured.sweeps import RATE, JointedOscillator, sweep
 
 from slipmode import runner
 from slipmode.runner.cli import main
@@ -65,6 +66,19 @@ def test_the_scene_decays_as_the_oscillator(done, tmp_path):
     exact = np.abs(power_law_amplitude(modes.time, x[0], *rates))
     assert x == pytest.approx(exact, abs=0.01 * x[0])
     assert exact[-1] < 0.15 * x[0]
+
+
+def test_time_signals_of_sweeps_are_read(tmp_path, capsys):
+    for k, force in enumerate((0.05, 0.15, 0.4, 0.8), 1):
+        signals = JointedOscillator().signals(*sweep(78.0, 81.4, 0.1, force))
+        table = np.stack([np.arange(1, signals[0].size + 1) / RATE, *signals], axis=1)
+        file = tmp_path / f"level{k}.csv"
+        np.savetxt(file, table, "%.9g", ",", header="time,F [N],v [m/s]", comments="")
+    options = ["--sine", "--band", "78.2", "81.2", "--channels", "F", "v", "-o", str(tmp_path)]
+    assert main(["identify", str(tmp_path / "level*.csv"), *options]) == 0
+    assert re.search(r"modal_mass +1\.[78]\d+ ", capsys.readouterr().out)
+    assert main(["identify", str(tmp_path / "level*.csv"), *options[:4]]) == 1
+    assert "the force must be measured" in capsys.readouterr().err
 
 
 REFUSED = {

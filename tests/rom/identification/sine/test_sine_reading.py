@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import scipy.io
+from measured import universal
+from measured.sweeps import RATE, JointedOscillator, sweep
 
 from slipmode import rom
 
@@ -80,9 +82,91 @@ def test_columns_of_several_lengths_are_refused(tmp_path):
         rom.read_sine_tests(tmp_path / "a.npz", unit="m", force_unit="N")
 
 
+SWEEP = sweep(78.0, 81.4, 0.5, 0.4)
+FORCE_SIGNAL, VELOCITY = JointedOscillator().signals(*SWEEP)
+TIMES = np.arange(1, VELOCITY.size + 1) / RATE
+EXPECTED = rom.demodulate_sine_test("x", FORCE_SIGNAL, VELOCITY, RATE)
+
+
+def check_signals(test):
+    assert test.frequency == pytest.approx(EXPECTED.frequency, rel=1e-5)
+    assert test.force == pytest.approx(EXPECTED.force, abs=1e-3)
+    assert np.abs(test.response) == pytest.approx(np.abs(EXPECTED.response), abs=1e-4)
+
+
+def test_time_signals_are_read(tmp_path):
+    table = np.stack([TIMES, FORCE_SIGNAL, VELOCITY], axis=1)
+    header = "time [s],force [N],response [m/s]"
+    np.savetxt(tmp_path / "a.csv", table, "%.9g", ",", header=header, comments="")
+    fields = {"force": FORCE_SIGNAL, "response": VELOCITY, "sample_rate": RATE}
+    np.savez(tmp_path / "b.npz", **fields)
+    timed = {"time": TIMES, "F1": FORCE_SIGNAL, "v2": VELOCITY, "units": "s, N, m/s"}
+    scipy.io.savemat(tmp_path / "c.mat", {"data": {"up": fields}})
+    scipy.io.savemat(tmp_path / "d.mat", timed)
+    units = {"unit": "m/s", "force_unit": "N"}
+    for found in (
+        rom.read_sine_tests(tmp_path / "a.csv"),
+        rom.read_sine_tests(tmp_path / "b.npz", **units),
+        rom.read_sine_tests(tmp_path / "c.mat", **units),
+        rom.read_sine_tests(tmp_path / "d.mat", channels=("F1", "v2")),
+    ):
+        assert found.unit == "m/s"
+        check_signals(found.tests[0])
+    assert rom.read_sine_tests(tmp_path / "c.mat", **units).tests[0].name == "up"
+
+
+@pytest.mark.parametrize(
+    ("names", "arguments", "message"),
+    [
+        (("time", "response"), {}, "or the time signals force, response; has time, response; the"),
+        (("force", "response"), {}, "has neither a sampling rate nor times; give sample_rate="),
+        (("time", "force", "response"), {"unit": None}, "unit: .* does not state one; give unit="),
+        (("time", "force", "response"), {"force_unit": None}, "force_unit: .* does not state"),
+        (("time", "force", "response"), {"sample_rate": 100.0}, "a.npz states 640 Hz"),
+        (("time", "force", "response"), {"channels": ("F", "x")}, "needs F, x; has time, force"),
+        (("time", "force", "response"), {"channels": "force"}, "channels = 'force': must be the"),
+    ],
+)
+def test_time_signals_without_force_unit_or_rate_are_refused(tmp_path, names, arguments, message):
+    arrays = {"time": TIMES, "force": FORCE_SIGNAL, "response": VELOCITY}
+    np.savez(tmp_path / "a.npz", **{name: arrays[name] for name in names})
+    given = {"unit": "m/s", "force_unit": "N"} | arguments
+    with pytest.raises(rom.SlipmodeError, match=message):
+        rom.read_sine_tests(tmp_path / "a.npz", **given)
+
+
+def test_universal_files_have_signals(tmp_path):
+    force, velocity = (1, universal.FORCE, "N", FORCE_SIGNAL), (1, 11, "m/s", VELOCITY)
+    other = (2, 11, "m/s", 0.5 * VELOCITY)
+    universal.write_uff(tmp_path / "a.uff", [force, velocity] * 2, RATE)
+    found = rom.read_sine_tests(tmp_path / "a.uff")
+    assert [test.name for test in found] == ["a_1", "a_2"]
+    assert found.unit == "m/s"
+    check_signals(found.tests[1])
+    universal.write_uff(tmp_path / "b.uff", [velocity, force, other], RATE)
+    words = "b has the forces force 1:.3 and the responses 1:.3, 2:.3; choose one .* channels="
+    with pytest.raises(rom.SlipmodeError, match=words):
+        rom.read_sine_tests(tmp_path / "b.uff")
+    check_signals(
+        rom.read_sine_tests(tmp_path / "b.uff", channels=("force 1:+3", "1:+3")).tests[0]
+    )
+    with pytest.raises(rom.SlipmodeError, match=r"channels: .* has 1:\+3, .*, not '3:\+3'"):
+        rom.read_sine_tests(tmp_path / "b.uff", channels=("force 1:+3", "3:+3"))
+    universal.write_uff(tmp_path / "c.uff", [velocity], RATE)
+    with pytest.raises(rom.SlipmodeError, match=r"c has the forces none and the responses 1:.3"):
+        rom.read_sine_tests(tmp_path / "c.uff")
+    universal.write_uff(tmp_path / "d.uff", [(1, 13, "", FORCE_SIGNAL), velocity], RATE)
+    with pytest.raises(rom.SlipmodeError, match=r"force_unit: .*d.uff does not state one"):
+        rom.read_sine_tests(tmp_path / "d.uff")
+    check_signals(rom.read_sine_tests(tmp_path / "d.uff", force_unit="N").tests[0])
+    universal.write_uff(tmp_path / "e.uff", [force, velocity], RATE, function=4)
+    with pytest.raises(rom.SlipmodeError, match="has no time signals in data sets 58"):
+        rom.read_sine_tests(tmp_path / "e.uff")
+
+
 def test_other_files_are_refused(tmp_path):
-    (tmp_path / "a.uff").write_text("")
+    (tmp_path / "a.wav").write_text("")
     with pytest.raises(rom.SlipmodeError, match=r"the name must end in .csv, .txt, .npz, .mat"):
-        rom.read_sine_tests(tmp_path / "a.uff", unit="m", force_unit="N")
+        rom.read_sine_tests(tmp_path / "a.wav", unit="m", force_unit="N")
     with pytest.raises(rom.SlipmodeError, match="files: there is no file"):
         rom.read_sine_tests(tmp_path / "b.csv", unit="m", force_unit="N")
