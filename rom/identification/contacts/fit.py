@@ -22,7 +22,7 @@ from slipmode.rom.identification.contacts.posterior import (
     Posterior,
     profile_end,
 )
-from slipmode.rom.identification.contacts.problem import FitProblem, Tables
+from slipmode.rom.identification.contacts.problem import FitProblem, Tables, check_structure
 from slipmode.rom.identification.models.identified import IdentifiedBackbone
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.reduction.reduced import Reduced
@@ -193,6 +193,7 @@ def fit_contacts(
     """
     if unknown := [each for each in adjust if each not in get_args(Adjusted)]:
         raise SlipmodeError(f"adjust = {in_one_line(unknown[0])}: must be damping or frequency")
+    check_structure(structure)
     if not isinstance(sensor, int | np.integer) or not 0 <= sensor < structure.n_dofs:
         raise SlipmodeError(
             f"sensor = {in_one_line(sensor)}: must be a DOF, 0 to {structure.n_dofs - 1}"

@@ -11,6 +11,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Contacts
+from slipmode.rom.laws.frictional_contact import FrictionalContact
 from slipmode.rom.laws.joint_laws import LARGEST_CHI, Iwan, Jenkins
 from slipmode.rom.short_repr import frozen
 
@@ -118,6 +119,12 @@ def parameter_value(name: str, logarithm: Any) -> Any:
 
 def _checked_group(name: Any, group: Any) -> GroupLaw:
     pair = isinstance(group, Sequence) and len(group) == 2
+    if pair and isinstance(group[0], FrictionalContact):
+        raise SlipmodeError(
+            f"groups: {in_one_line(name)} has a FrictionalContact, whose normal load changes its "
+            "limit, and is not fitted; contacts that stay closed are rom.Jenkins of limit "
+            "mu * preload in the tangential directions, with the normal springs in the structure"
+        )
     if not (isinstance(name, str) and pair and isinstance(group[0], GroupLaw)):
         raise SlipmodeError(
             f"groups: {in_one_line(name)} must be (rom.Jenkins or rom.Iwan, contact DOFs), "

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Flags, Floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.contacts.closed_form import ClosedForm
 from slipmode.rom.identification.contacts.data import Points
 from slipmode.rom.identification.contacts.groups import ContactGroups
@@ -216,3 +217,12 @@ class FitProblem:
 def damping_ratio(reduced: Reduced) -> Floats:
     """Return the damping ratio of the modes without friction, (modes,)."""
     return np.asarray(reduced.modal_damping / (2.0 * reduced.frequency))
+
+
+def check_structure(structure: Any) -> None:
+    """Refuse what is no structure, such as a reduction, whose modes belong to other laws."""
+    if not isinstance(structure, Structure):
+        advice = "; give the structure that was reduced" if isinstance(structure, Reduced) else ""
+        raise SlipmodeError(
+            f"structure: must be a rom.Structure, got {in_one_line(structure)}{advice}"
+        )

@@ -207,6 +207,42 @@ def test_laws_from_an_identified_backbone():
     assert fit.parameters["all.chi"] == pytest.approx(-0.3, abs=0.1)
 
 
+def test_a_frictional_contact_that_stays_closed_is_fitted_as_jenkins():
+    """As the refusal of frictional contacts says."""
+    K = np.array([[4e5, -2e5, 0.0], [-2e5, 2e5, 0.0], [0.0, 0.0, 3e5]])
+    directions = np.array([[0.0, 0.0], [1.0, 0.0], [0.1, 1.0]])
+    free = rom.Structure(np.eye(3), K, 1e-5, contact=directions)
+    law = rom.FrictionalContact(0.4, 0.5, tangential_stiffness=4e3, normal_stiffness=5e3)
+    with pytest.raises(rom.SlipmodeError, match=r"'foot' has a FrictionalContact, .* rom.Jenkins"):
+        rom.fit_contacts(free, {0: POINTS}, {"foot": (law, [0, 1])}, sensor=1)
+    reduced = rom.reduce(free, (0,), law=law, warned=False)
+    measured = rom.backbone(rom.tabulate(reduced, law, (2e-4,)), amplitude=AMPLITUDE)
+    zeta = measured.damping
+    backbone = rom.IdentifiedBackbone(
+        mode=0,
+        amplitude=measured.displacement(1),
+        frequency=measured.frequency,
+        damping=zeta,
+        frequency_deviation=0.02 * zeta * measured.frequency,
+        damping_deviation=0.02 * zeta,
+        unit="m",
+        steady=True,
+    )
+    normal = 5e3 * np.outer(directions[:, 1], directions[:, 1])
+    closed = rom.Structure(np.eye(3), K + normal, 1e-5, contact=directions[:, :1])
+    guess = {"foot": (rom.Jenkins(0.4, 8e3), [0])}
+    fit = rom.fit_contacts(closed, {0: backbone}, guess, sensor=1)
+    assert fit.parameters["foot.limit"] == pytest.approx(0.2, rel=0.01)
+    assert fit.parameters["foot.stiffness"] == pytest.approx(4e3, rel=0.01)
+
+
+def test_a_reduction_is_refused():
+    reduced = rom.reduce(chain(1), (0,), law=contacts(JENKINS))
+    with pytest.raises(rom.SlipmodeError, match=r"structure: must be a rom.Structure, .* was red"):
+        rom.fit_contacts(reduced, {0: POINTS}, JENKINS, sensor=SENSOR)
+
+
+AMPLITUDE = np.geomspace(4e-6, 1.9e-4, 12)  # of the mode [kg^1/2 m]
 POINTS = rom.IdentifiedBackbone(
     mode=0,
     amplitude=np.array([1e-5, 1e-4]),
