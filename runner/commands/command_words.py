@@ -24,6 +24,7 @@ _ADVICE = (
     (r"\bgive unit=$", "give --unit"),
     (r"\bgive force_unit=$", "give --force-unit"),
     (r"\bby channels=", "by --channels"),
+    (r"identify with law='power'", "identify with --law power"),
     (r"^files: ", ""),
     (r"^bands\b", "band"),
     (r"such as \[\(100, 140\), \(225, 260\)\]", "such as --band 100 140 --band 225 260"),

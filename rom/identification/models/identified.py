@@ -237,13 +237,13 @@ class IdentifiedLaw:
         ------
         SlipmodeError
             If the unit of the measurement is not one of displacement, velocity or acceleration,
-            a modal mass is not positive, or an amplitude is beyond the range.
+            a modal mass is not positive, an amplitude is beyond the range, or the law has a
+            quadratic coupling.
 
         Warns
         -----
         ValidityWarning
-            If the law has a quadratic coupling, which the model leaves out. See also
-            `rom.model_of_rates`.
+            As `rom.model_of_rates`.
         """
         modes = self.law.form.modes
         largest = as_floats("amplitude", self.range[:, 1] if amplitude is None else amplitude)

@@ -1,5 +1,7 @@
 """Models of identified laws: rates, sensor units, range, and what they leave out."""
 
+import re
+
 import numpy as np
 import pytest
 from measured.decays import BANDS, coupled_amplitudes, decays, measurement, times
@@ -83,7 +85,7 @@ def test_sensors_are_dofs():
     np.testing.assert_allclose(made.reduced.mode_shapes, expected, atol=4e-3)
 
 
-def test_quadratic_coupling_is_left_out_with_a_warning():
+def test_quadratic_coupling_is_refused_with_its_size():
     rng = np.random.default_rng(2)
     signals = []
     for start in rng.uniform(0.5, 1.0, (4, 2)):
@@ -92,11 +94,13 @@ def test_quadratic_coupling_is_left_out_with_a_warning():
     found = rom.identify(measurement(signals), bands=BANDS, law="quadratic", cross=False)
     A, B = found.range[:, 1]
     shares = [0.5 * B / (0.4 + 0.6 * A**1.2), A**2 / B / (2.5 + 1.2 * B**1.4)]
-    words = r"quadratic coupling neglected: .* modes A and B at (\S+) and (\S+) times"
-    with pytest.warns(rom.ValidityWarning, match=words) as warned:
+    words = (
+        r"law: .* modes A and B at (\S+) and (\S+) times .* law='power' to fit a law without it$"
+    )
+    with pytest.raises(rom.SlipmodeError, match=words) as refused:
         found.model()
-    said = str(warned[0].message).split(" at ")[-1].split()
-    assert [float(said[0]), float(said[2])] == pytest.approx(shares, rel=0.05)
+    said = re.search(words, str(refused.value)).groups()
+    assert [float(each) for each in said] == pytest.approx(shares, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -110,6 +110,20 @@ def test_cross_effects_may_be_given(tmp_path, cross, capsys):
     assert ("kappa_A" in printed) == (cross == "yes")
 
 
+def test_a_law_with_quadratic_coupling_has_a_report_and_no_model(tmp_path, capsys):
+    files, out = write(tmp_path, decays(1, 3)), tmp_path / "out"
+    options = ["--unit", "m/s", "--law", "quadratic", "--cross", "no", "-o", str(out)]
+    assert main(["identify", files, *BAND_A, *BAND_B, *options]) == 1
+    (line,) = capsys.readouterr().err.strip().splitlines()[-1:]
+    assert line.startswith("slipmode: --law: a model has no quadratic coupling")
+    assert "identify with --law power to fit" in line
+    assert {path.name for path in out.iterdir()} == WRITTEN - {
+        "model.npz",
+        "scene.toml",
+        "model.fmu",
+    }
+
+
 def test_one_mode_without_a_modal_mass_says_that_forces_are_relative(tmp_path, capsys):
     one = decays(3, 3, modes=TRUE[:1])
     files = write(tmp_path, one, header="time,acc")
