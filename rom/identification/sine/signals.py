@@ -114,14 +114,16 @@ class Windows:
         if centres.size < LEAST_WINDOWS - 1:
             return None
         t = np.arange(-half, half + 1) / sample_rate
-        index = centres[:, np.newaxis] + np.arange(-half, half + 1)
         weight = np.hanning(t.size + 2)[1:-1]
         weight /= weight.sum()
-        omega = phase[index] @ (weight * t) / (weight @ t**2)
-        wave = 2.0 * weight * np.exp(-1j * np.multiply.outer(omega, t))
-        inside = signals[:, index]
-        amplitude = np.einsum("ckt,kt->ck", inside, wave)
-        power = (inside**2 @ weight).sum(axis=1)
+        slope = weight * t / (weight @ t**2)
+        omega, power = np.empty(centres.size), np.zeros(2)
+        amplitude = np.empty((2, centres.size), complex)
+        for k, centre in enumerate(centres):
+            inside = slice(centre - half, centre + half + 1)
+            omega[k] = slope @ phase[inside]
+            amplitude[:, k] = 2.0 * signals[:, inside] @ (weight * np.exp(-1j * omega[k] * t))
+            power += signals[:, inside] ** 2 @ weight
         share = 0.5 * (np.abs(amplitude) ** 2).sum(axis=1) / power
         return cls(omega / (2.0 * np.pi), amplitude, share, half / sample_rate)
 
@@ -182,6 +184,8 @@ def _driven(force: Floats) -> slice:
 def _steps(frequency: Floats) -> list[NDArray[np.intp]] | None:
     """Return the windows of each step of a stepped sine, None for a sweep."""
     change, span = np.diff(frequency), float(np.ptp(frequency))
+    if span == 0.0:
+        return None
     # Within steps the frequency has noise alone. In sweeps most windows change by about the mean.
     if abs(np.median(change)) * change.size > 0.2 * span:
         return None
@@ -191,4 +195,4 @@ def _steps(frequency: Floats) -> list[NDArray[np.intp]] | None:
     if size[jumps].sum() < 0.5 * span:  # up and down again
         return None
     steps = np.split(np.arange(frequency.size), np.flatnonzero(jumps) + 1)
-    return [step for step in steps if step.size >= 3]
+    return [step for step in steps if step.size >= 3] or None

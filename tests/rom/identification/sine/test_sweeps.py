@@ -87,6 +87,9 @@ def test_fast_sweeps_and_short_steps_are_refused_with_their_limit():
             rom.identify_sine(demodulated(drives), band=BAND)
         (said,) = re.findall(f"changes too fast: .* 1/s; {words}$", str(refused.value))
         assert float(said) == pytest.approx(limit, rel=0.35)  # 0.14 Hz/s, 3.0 s
+    hasty = demodulated([steps(np.linspace(78.5, 80.9, 41), 0.12, f) for f in FORCES])
+    with pytest.raises(rom.SlipmodeError, match="level 1 changes too fast"):
+        rom.identify_sine(hasty, band=BAND)
     with pytest.raises(rom.SlipmodeError, match=r"no resonance .*, or sweep more slowly"):
         rom.identify_sine(demodulated([sweep(78.0, 81.4, 6.0, f) for f in FORCES]), band=BAND)
 
@@ -111,6 +114,12 @@ T = np.arange(4000) / RATE
 WAVE = np.sin(2.0 * np.pi * 80.0 * T)
 FAST = np.sin(2.0 * np.pi * 90.0 * np.arange(1000) / 200.0)
 NOISE = np.random.default_rng(2).standard_normal(T.size)
+
+
+def test_one_frequency_is_too_few_points():
+    alone = rom.SineTests([rom.demodulate_sine_test("a", WAVE, WAVE, RATE)], "m/s")
+    with pytest.raises(rom.SlipmodeError, match=r"tests: a has \d+ points between 78.2 and 81.2"):
+        rom.identify_sine(alone, band=BAND)
 
 
 @pytest.mark.parametrize(
