@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.diameter_modes import DiameterModes
+from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
 from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
@@ -90,8 +90,11 @@ class MistunedDisk:
         self.structure, self.law, self.deviation = structure, law, given
         self._reference = law.elements(contacts).reference
         free, self._stuck = (
-            [DiameterModes.of(structure, k, springs, highest) for k in range(N)]
-            for springs in (np.zeros(contacts), self._reference)
+            [of_diameter(k) for k in range(N)]
+            for of_diameter in (
+                AllDiameters(structure, springs, highest, {})
+                for springs in (np.zeros(contacts), self._reference)
+            )
         )
         self._modes = MistunedModes.of(TunedModes(structure, free), given)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.cyclic.diameter_modes import DiameterModes
+from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave, wave_contact_problem
 from slipmode.rom.cyclic.wave.wave_table import wave_model
@@ -277,19 +277,22 @@ def travelling_wave(
             f"sectors, got {in_one_line(nodal_diameter)}"
         )
     reference = law.elements(structure.n_contacts).reference
-    first = DiameterModes.of(structure, int(nodal_diameter), reference, 0.0)
-    if not 0 <= mode < first.frequency.size:
-        raise SlipmodeError(f"mode: must be 0 to {first.frequency.size - 1}, got {mode}")
-    highest = STATIC_FROM * float(first.frequency[mode])
-    by_diameter: dict[int, DiameterModes] = {}
-
-    def modes_of(diameter: int) -> DiameterModes:
-        k = diameter % structure.sectors
-        if k not in by_diameter:
-            by_diameter[k] = DiameterModes.of(structure, k, reference, highest)
-        return by_diameter[k]
-
-    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), mode))
+    if isinstance(mode, bool) or not isinstance(mode, int | np.integer) or mode < 0:
+        raise SlipmodeError(f"mode: must be an integer >= 0, got {in_one_line(mode)}")
+    own = DiameterModes.of(
+        structure,
+        int(nodal_diameter),
+        reference,
+        int(mode) + 1,
+        lambda squares: STATIC_FROM**2 * float(squares[min(mode, squares.size - 1)]),
+    )
+    if mode >= own.frequency.size:
+        raise SlipmodeError(f"mode: must be 0 to {own.frequency.size - 1}, got {mode}")
+    highest = STATIC_FROM * float(own.frequency[mode])
+    modes_of = AllDiameters(
+        structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
+    )
+    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))
 
 
 def tabulate_waves(
