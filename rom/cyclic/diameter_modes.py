@@ -7,14 +7,15 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.cyclic.condensation import StaticResponse
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
-from slipmode.rom.structure.solvers.hermitian import HermitianFactorisation
 from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
 
 _RIGID_BODY = (
@@ -108,20 +109,22 @@ class DiameterModes:
         """
         M, C, K = structure.of_diameter(nodal_diameter)
         W = structure.contact_motion(nodal_diameter)
-        held = (K + W.conj().T @ (reference[:, np.newaxis] * W)).tocsc()
-        size = held.shape[0]
+        size = M.shape[0]
         try:
-            solve = HermitianFactorisation(held).solve
-            square, found = lowest_modes(
-                solve, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
+            static = StaticResponse(
+                structure.condensed, structure.expansion(nodal_diameter), W, reference
             )
-        except NotPositiveDefiniteError:
+        except (NotPositiveDefiniteError, LinAlgError):
             raise SlipmodeError(_RIGID_BODY) from None
-        if square[0] <= _SMALLEST * float((held.diagonal().real / M.diagonal().real).max()):
+        square, found = lowest_modes(
+            static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
+        )
+        stiffest = (K.diagonal() + abs(W.T).power(2) @ reference) / M.diagonal()
+        if square[0] <= _SMALLEST * float(stiffest.real.max()):
             raise SlipmodeError(_RIGID_BODY)
         shapes = found.astype(complex)
         damping = shapes.conj().T @ (C @ shapes)
-        return cls(np.sqrt(square), shapes, damping, W @ shapes, W, solve)
+        return cls(np.sqrt(square), shapes, damping, W @ shapes, W, static)
 
     def mirrored(self) -> DiameterModes:
         """Return the modes of the opposite nodal diameter, -k."""

@@ -12,6 +12,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
+from slipmode.rom.cyclic.condensation import Condensation
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
@@ -150,6 +151,14 @@ class CyclicStructure:
     def free_dofs(self) -> NDArray[np.intp]:
         """DOFs of a sector that are not those of the next one, (n_s,), ascending."""
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
+
+    @cached_property
+    def condensed(self) -> Condensation:
+        """The sector condensed to its sides and contacts."""
+        motion: Any = abs(self.own_directions) + abs(self.next_directions)
+        moving = np.flatnonzero(motion.sum(axis=1))
+        boundary = np.unique(np.concatenate((self.left, self.right, moving)))
+        return Condensation.of(self.stiffness, boundary)
 
     @property
     def highest_diameter(self) -> int:

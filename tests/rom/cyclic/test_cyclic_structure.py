@@ -53,6 +53,16 @@ def test_opposite_nodal_diameters_mirror_each_other():
         )
 
 
+def test_the_static_response_is_that_of_the_whole_sector():
+    disk, rng = rom.lumped_disk(7), np.random.default_rng(2)
+    springs, k = np.array([3e4]), 2
+    K, W = disk.of_diameter(k)[2].toarray(), disk.contact_motion(k).toarray()
+    force = rng.standard_normal((3, 4)) + 1j * rng.standard_normal((3, 4))
+    static = AllDiameters(disk, springs, 1e5, {})(k).static
+    expected = np.linalg.solve(K + springs * W.conj().T @ W, force)
+    np.testing.assert_allclose(static(force), expected, rtol=1e-10)
+
+
 def test_sectors_that_float_are_refused():
     disk = rom.lumped_disk(6, ground_stiffness=0.0)
     with pytest.raises(rom.SlipmodeError, match="can move as a rigid body"):

@@ -13,7 +13,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure import held
 from slipmode.rom.structure.solvers import factorisation, mass
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
-from slipmode.rom.structure.solvers.hermitian import HermitianFactorisation
 from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, with_fixed_signs
 from slipmode.rom.structure.solvers.mass import is_positive_mass, mobility
 from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
@@ -122,19 +121,11 @@ def test_lanczos_finds_equal_frequencies():
     np.testing.assert_allclose(squares, exact, rtol=1e-11)
 
 
-@pytest.mark.parametrize("antisymmetric", [0.0, 0.3])
-def test_hermitian_matrices_are_solved_and_have_modes(antisymmetric):
-    """Sparse, of 300 DOFs: twice as many real ones, which are not dense any more."""
-    chain = scipy.sparse.csc_array(free_chain(300)[1] + 0.1 * scipy.sparse.eye_array(300))
-    turned = scipy.sparse.triu(chain, 1) - scipy.sparse.tril(chain, -1)
-    A = scipy.sparse.csc_array(chain + 1j * antisymmetric * turned)
-    assert abs(A - A.conj().T).max() == 0.0
-    rng = np.random.default_rng(3)
-    x = rng.standard_normal((300, 3)) + 1j * rng.standard_normal((300, 3))
-    solve = HermitianFactorisation(A).solve
-    np.testing.assert_allclose(solve(A @ x), x, atol=1e-11)
-    squares, shapes = lowest_modes(solve, lambda y: 2.0 * y, 300, 12)
-    exact = scipy.linalg.eigh(0.5 * A.toarray(), eigvals_only=True)
+def test_lanczos_finds_the_modes_of_hermitian_matrices():
+    chain = (free_chain(300)[1] + 0.1 * scipy.sparse.eye_array(300)).toarray()
+    A = chain + 0.3j * (np.triu(chain, 1) - np.tril(chain, -1))
+    squares, shapes = lowest_modes(lambda y: scipy.linalg.solve(A, y), lambda y: 2.0 * y, 300, 12)
+    exact = scipy.linalg.eigh(0.5 * A, eigvals_only=True)
     np.testing.assert_allclose(squares, exact[:12], rtol=1e-10)
     np.testing.assert_allclose(2.0 * shapes.conj().T @ shapes, np.eye(12), atol=1e-10)
     np.testing.assert_allclose(A @ shapes, 2.0 * shapes * squares, atol=1e-8)
