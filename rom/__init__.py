@@ -15,9 +15,11 @@ import logging
 from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
-from slipmode.rom.cyclic.mistuned_disk import DiskResponse, MistunedDisk
-from slipmode.rom.cyclic.structure import CyclicStructure, lumped_disk
-from slipmode.rom.cyclic.travelling_wave import (
+from slipmode.rom.cyclic.lumped_disk import lumped_disk
+from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
+from slipmode.rom.cyclic.sector_mesh import SectorMesh
+from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.wave.travelling_wave import (
     TravellingWave,
     WaveState,
     tabulate_waves,
@@ -110,6 +112,7 @@ __all__ = [
     "ResonanceCurve",
     "ResonanceSurface",
     "ResponseCurve",
+    "SectorMesh",
     "SineIdentification",
     "SineLevel",
     "SinePrediction",

@@ -2,16 +2,13 @@
 
 disk = rom.lumped_disk(sectors=24)
 wave = rom.travelling_wave(disk, rom.Jenkins(2.0, 2e4), nodal_diameter=3)
-model = wave.tabulate(amplitude=1e-3)
+model = wave.tabulate(amplitude=1e-3, force={2: 1.0})
 a = rom.steady(model, frequency=[wave.frequency], force=[{2: 1.0}])
 
-structure.py       CyclicStructure, all sectors as one Structure, a lumped disk. Start here.
+structure.py       CyclicStructure, all sectors as one Structure. Start here.
+lumped_disk.py     a disk of three masses a sector
 diameter_modes.py  modes of one nodal diameter, and their response
-wave_problem.py    the contact problem of one or two travelling waves
-wave_table.py      their friction table and model
-travelling_wave.py TravellingWave: steady states; tabulate_waves
-mistuned_disk.py   MistunedDisk: blades that differ, all nodal diameters together
-disk_modes.py      its modes; disk_balance.py: its steady states
-local_contacts.py  contacts by themselves; coupled_contacts.py: all contacts together
-dual_contacts.py   the contact problem of these, as the core reads it
+dual_contacts.py   the contact problem of waves and disks, as the core reads it
+wave/              travelling waves from one sector
+mistuned/          disks whose blades differ, all nodal diameters together
 """

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-import scipy.linalg
+from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.cyclic.condensation import StaticResponse
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
+from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
 
-# DOFs up to which all modes of a dense matrix take less time than a few of a sparse one.
-_DENSE = 400
+_RIGID_BODY = (
+    "stiffness: sectors with stuck contacts can move as a rigid body; hold the disk by springs to "
+    "ground"
+)
+# Square of the lowest frequency below which sectors move as a rigid body, relative to the largest
+# stiffness per mass of a DOF: rounding errors of assembly are 1e-16 of it.
+_SMALLEST = 1e-14
 
 
 @frozen
@@ -57,22 +66,27 @@ class DiameterModes:
         phi^H C phi [1/s].
     contact_motion : (N_c, modes) complex ndarray
         Of sector 0 per modal amplitude [kg^-1/2].
-    stiffness : (n_s, n_s) CSC matrix
-        With the springs of the contacts [N/m].
     contacts : (N_c, n_s) CSC matrix
         `CyclicStructure.contact_motion`.
+    static : callable
+        Displacements (n_s, m) by static forces (n_s, m) [m/N].
     """
 
     frequency: Floats
     shapes: Complexes
     damping: Complexes
     contact_motion: Complexes
-    stiffness: Any
     contacts: Any
+    static: Callable[[Complexes], Complexes]
 
     @classmethod
     def of(
-        cls, structure: CyclicStructure, nodal_diameter: int, reference: Floats, highest: float
+        cls,
+        structure: CyclicStructure,
+        nodal_diameter: int,
+        reference: Floats,
+        at_least: int,
+        highest: Callable[[Floats], float],
     ) -> Self:
         """Return the modes of a nodal diameter.
 
@@ -82,20 +96,46 @@ class DiameterModes:
         nodal_diameter : int
         reference : (N_c,) ndarray
             k_ref [N/m].
-        highest : float
-            Frequency up to which modes respond with their inertia [rad/s].
+        at_least : int
+            Number of modes, if there are so many.
+        highest : callable
+            Square of the frequency up to which modes respond with their inertia
+            [rad^2/s^2], from the squares of all that are known.
+
+        Raises
+        ------
+        SlipmodeError
+            If the sectors can move as a rigid body.
         """
         M, C, K = structure.of_diameter(nodal_diameter)
         W = structure.contact_motion(nodal_diameter)
-        held = (K + W.conj().T @ (reference[:, np.newaxis] * W)).tocsc()
-        omega, shapes = _lowest(held, M, highest)
-        return cls(omega, shapes, shapes.conj().T @ (C @ shapes), W @ shapes, held, W)
+        size = M.shape[0]
+        try:
+            static = StaticResponse(
+                structure.condensed, structure.expansion(nodal_diameter), W, reference
+            )
+        except (NotPositiveDefiniteError, LinAlgError):
+            raise SlipmodeError(_RIGID_BODY) from None
+        square, found = lowest_modes(
+            static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
+        )
+        stiffest = (K.diagonal() + abs(W.T).power(2) @ reference) / M.diagonal()
+        if square[0] <= _SMALLEST * float(stiffest.real.max()):
+            raise SlipmodeError(_RIGID_BODY)
+        shapes = found.astype(complex)
+        damping = shapes.conj().T @ (C @ shapes)
+        return cls(np.sqrt(square), shapes, damping, W @ shapes, W, static)
 
-    @cached_property
-    def _factors(self) -> Any:
-        from scipy.sparse.linalg import splu  # takes long to import
-
-        return splu(self.stiffness.astype(complex))
+    def mirrored(self) -> DiameterModes:
+        """Return the modes of the opposite nodal diameter, -k."""
+        return DiameterModes(
+            self.frequency,
+            self.shapes.conj(),
+            self.damping.conj(),
+            self.contact_motion.conj(),
+            self.contacts.conj(),
+            lambda force: self.static(force.conj()).conj(),
+        )
 
     def response(
         self, force: Complexes, frequency: float, without: int | None = None
@@ -111,7 +151,7 @@ class DiameterModes:
 
     def past_modes(self, force: Complexes) -> Complexes:
         """Return static displacements (n_s, forces) besides those of the modes."""
-        static = self._factors.solve(np.ascontiguousarray(force, dtype=complex))
+        static = self.static(np.asarray(force, dtype=complex))
         on_modes = self.shapes.conj().T @ force
         return np.asarray(static - self.shapes @ (on_modes / self.frequency[:, np.newaxis] ** 2))
 
@@ -147,27 +187,37 @@ class DiameterModes:
         return np.asarray(self.contacts @ self.past_modes(self.contacts.conj().T.toarray()))
 
 
-def _lowest(stiffness: Any, mass: Any, highest: float) -> tuple[Floats, Complexes]:
-    """Return frequencies [rad/s] and mass-normalised modes up to a frequency, and one beyond."""
-    size = stiffness.shape[0]
-    if size <= _DENSE:
-        square, shapes = scipy.linalg.eigh(stiffness.toarray(), mass.toarray())
-    else:
-        from scipy.sparse.linalg import eigsh  # takes long to import
+@frozen
+class AllDiameters:
+    """Modes of every nodal diameter, computed when they are asked for.
 
-        count = 16
-        while True:
-            # Below all frequencies, so that structures without supports have factors too.
-            shift = -1e-6 * float(stiffness.diagonal().real.sum() / mass.diagonal().real.sum())
-            square, shapes = eigsh(stiffness, count, mass, sigma=shift, v0=np.ones(size))
-            if square.max() > highest**2 or count >= MOST_MODES:
-                break
-            count *= 2
-        order = np.argsort(square, kind="stable")
-        square, shapes = square[order], shapes[:, order]
-    if square[0] <= 1e-10 * square[-1]:
-        raise SlipmodeError(
-            "stiffness: sectors with stuck contacts can move as a rigid body; hold the disk by "
-            "springs to ground"
-        )
-    return np.sqrt(square), np.asarray(shapes, dtype=complex)
+    Attributes
+    ----------
+    structure : CyclicStructure
+    reference : (N_c,) ndarray
+        k_ref [N/m].
+    highest : float
+        Frequency up to which modes respond with their inertia [rad/s].
+    known : dict
+        By nodal diameter modulo N.
+    """
+
+    structure: CyclicStructure
+    reference: Floats
+    highest: float
+    known: dict[int, DiameterModes]
+
+    def __call__(self, nodal_diameter: int) -> DiameterModes:
+        """Return the modes of a nodal diameter."""
+        N = self.structure.sectors
+        k = nodal_diameter % N
+        if k not in self.known:
+            opposite = (N - k) % N
+            if opposite in self.known:
+                self.known[k] = self.known[opposite].mirrored()
+            else:
+                square = self.highest**2
+                self.known[k] = DiameterModes.of(
+                    self.structure, k, self.reference, 1, lambda squares: square
+                )
+        return self.known[k]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,6 +12,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
+from slipmode.rom.cyclic.condensation import Condensation
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
@@ -151,6 +152,14 @@ class CyclicStructure:
         """DOFs of a sector that are not those of the next one, (n_s,), ascending."""
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
 
+    @cached_property
+    def condensed(self) -> Condensation:
+        """The sector condensed to its sides and contacts."""
+        motion: Any = abs(self.own_directions) + abs(self.next_directions)
+        moving = np.flatnonzero(motion.sum(axis=1))
+        boundary = np.unique(np.concatenate((self.left, self.right, moving)))
+        return Condensation.of(self.stiffness, boundary)
+
     @property
     def highest_diameter(self) -> int:
         """The largest nodal diameter, N // 2."""
@@ -173,6 +182,24 @@ class CyclicStructure:
         values = np.concatenate((np.ones(self.free_dofs.size), np.full(self.right.size, phase)))
         shape = (self.mass.shape[0], self.free_dofs.size)
         return scipy.sparse.csc_array((values, (rows, columns)), shape=shape)
+
+    def force_on_sector(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
+        """Return {DOF: amplitude}, or amplitudes, as forces on the free DOFs (n_s,) [N]."""
+        size = self.free_dofs.size
+        if isinstance(force, Mapping):
+            vector = np.zeros(size, dtype=complex)
+            for dof, value in force.items():
+                if not (isinstance(dof, int | np.integer) and 0 <= dof < size):
+                    raise SlipmodeError(f"force: DOFs must be 0 to {size - 1}, got {dof}")
+                vector[dof] = value
+        else:
+            vector = np.array(force, dtype=complex)
+        if vector.shape != (size,) or not np.isfinite(vector).all():
+            raise SlipmodeError(
+                f"force: must be {{DOF: amplitude}} or {size} finite numbers, got "
+                f"{in_one_line(force)}"
+            )
+        return vector
 
     def of_diameter(self, nodal_diameter: int) -> tuple[Any, Any, Any]:
         """Return mass, damping and stiffness of a nodal diameter, (n_s, n_s) Hermitian CSC."""
@@ -228,68 +255,6 @@ class CyclicStructure:
         place[self.right] = (place[self.left] + size) % (N * size)
         ones = np.ones(n)
         return scipy.sparse.csc_array((ones, (np.arange(n), place)), shape=(n, size * N))
-
-
-def lumped_disk(
-    sectors: int = 24,
-    beta: float = 2e-6,
-    *,
-    disk_mass: float = 1.2,
-    blade_masses: tuple[float, float] = (0.35, 0.25),
-    disk_stiffness: float = 5e7,
-    ground_stiffness: float = 6e5,
-    blade_stiffnesses: tuple[float, float] = (1e6, 2e6),
-    contact: ArrayLike | None = None,
-    next_contact: ArrayLike | None = None,
-) -> CyclicStructure:
-    """Return a disk of one disk mass and two blade masses a sector, DOFs 0, 1 and 2.
-
-    The springs of a sector are: disk to ground, to the next disk mass and to the first blade mass,
-    and between the blade masses. The defaults are the lumped disk of pyHarm's tutorial: natural
-    frequencies 88.264, 169.344 (twice) and 189.302 Hz (twice) at nodal diameters 0, 1 and 2 of 24
-    sectors.
-
-    Parameters
-    ----------
-    sectors : int
-        At least 3.
-    beta : float
-        C = beta K [s].
-    disk_mass, blade_masses : float
-        [kg]
-    disk_stiffness, ground_stiffness, blade_stiffnesses : float
-        [N/m]
-    contact, next_contact : (3, N_c) array_like, optional
-        Directions on a sector and on the next. Default: the blade tips, DOF 2, of neighbours touch
-        each other, by displacements in the direction of the DOFs.
-    """
-    k, (k1, k2) = disk_stiffness, blade_stiffnesses
-    # DOF 3 is the disk mass of the next sector.
-    stiffness = np.array(
-        [
-            [ground_stiffness + k + k1, -k1, 0.0, -k],
-            [-k1, k1 + k2, -k2, 0.0],
-            [0.0, -k2, k2, 0.0],
-            [-k, 0.0, 0.0, k],
-        ]
-    )
-    if contact is None:
-        contact, next_contact = [[0.0], [0.0], [-1.0]], [[0.0], [0.0], [1.0]]
-    own = np.asarray(contact, dtype=float)
-    further = np.zeros_like(own) if next_contact is None else np.asarray(next_contact, dtype=float)
-    blade = np.zeros((4, 4))
-    blade[:3, :3] = [[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]]
-    return CyclicStructure(
-        np.diag([disk_mass, *blade_masses, 0.0]),
-        stiffness,
-        sectors,
-        beta,
-        contact=np.vstack((own, np.zeros_like(own[:1]))),
-        next_contact=np.vstack((further, np.zeros_like(further[:1]))),
-        blade=blade,
-        left=[0],
-        right=[3],
-    )
 
 
 def _dofs(name: str, dofs: Sequence[int], size: int) -> NDArray[np.intp]:

@@ -74,6 +74,17 @@ class Labels:
             [self._index.get((int(node), int(k)), -1) for node, k in others.table], dtype=np.int64
         )
 
+    def dofs(self, nodes: Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64]:
+        """Return the DOFs of nodes, -1 where they are held or not there.
+
+        (nodes, 3) of x, y, z; (nodes, 6) with rotations, if the structure has any.
+        """
+        count = 6 if np.any((self.direction > 3) & (self.direction <= 6)) else 3
+        return np.array(
+            [[self._index.get((int(n), k + 1), -1) for k in range(count)] for n in nodes],
+            dtype=np.int64,
+        )
+
     def directions(self, contacts: Sequence[Sequence[Any]]) -> Any:
         """Return W (n, N_c), sparse, of contacts named by nodes.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from slipmode.rom.arrays import Floats
 
-Operator = Callable[[Floats], Floats]
+Operator = Callable[[Any], Any]  # real or complex vectors (size, m)
 
 
 def lowest_modes(
@@ -21,6 +22,8 @@ def lowest_modes(
     at_most: int | None = None,
 ) -> tuple[Floats, Floats]:
     """Return the lowest eigenvalues (count,) and vectors (size, count) of A phi = lambda M phi.
+
+    A and M are symmetric or Hermitian.
 
     Block Lanczos with A^-1 and full reorthogonalisation: the space is extended until the modes to
     return, and the next one, have converged. `solve` and `mass` apply A^-1, A positive definite,
@@ -36,15 +39,18 @@ def lowest_modes(
     while True:
         # Less the part in the space, twice: the first time leaves rounding of the larger part.
         vectors = solve(mass(latest))
-        coefficients = np.zeros((space.shape[1], latest.shape[1]))
+        coefficients = np.zeros((space.shape[1], latest.shape[1]), dtype=vectors.dtype)
         for _ in range(2):
-            part = space.T @ mass(vectors)
+            part = space.conj().T @ mass(vectors)
             vectors = vectors - space @ part
             coefficients += part
         following, norm = _orthonormal(mass, vectors)
         count = len(projected)
-        corner = 0.5 * (coefficients[count:] + coefficients[count:].T)
-        projected = np.block([[projected, coefficients[:count]], [coefficients[:count].T, corner]])
+        own = coefficients[count:]
+        corner = 0.5 * (own + own.conj().T)
+        projected = np.block(
+            [[projected, coefficients[:count]], [coefficients[:count].conj().T, corner]]
+        )
         theta, ritz = (each[..., ::-1] for each in scipy.linalg.eigh(projected))
         residual = np.linalg.norm(norm @ ritz[-latest.shape[1] :], axis=0)
         converged = residual <= 1e-9 * np.abs(theta)
@@ -60,14 +66,15 @@ def lowest_modes(
 
 
 def with_fixed_signs(shapes: Floats) -> Floats:
-    """Return shapes (n, count) whose first large component is positive.
+    """Return shapes (n, count) whose first large component is positive, also of complex ones.
 
     Large is more than 0.7 of the largest: of symmetric structures two are equal except for
     rounding, and rounding depends on the machine.
     """
     size = np.abs(shapes)
     first = np.argmax(size > 0.7 * size.max(axis=0), axis=0)
-    return np.asarray(shapes * np.sign(shapes[first, np.arange(shapes.shape[1])]))
+    large = shapes[first, np.arange(shapes.shape[1])]
+    return np.asarray(shapes * (large / np.abs(large)).conj())
 
 
 def _orthonormal(mass: Operator, vectors: Floats) -> tuple[Floats, Floats]:
@@ -75,10 +82,10 @@ def _orthonormal(mass: Operator, vectors: Floats) -> tuple[Floats, Floats]:
     scale = np.maximum(np.linalg.norm(vectors, axis=0), np.finfo(float).tiny)
     left, norm = vectors / scale, np.diag(scale)
     for _ in range(2):
-        squares, axes = scipy.linalg.eigh(left.T @ mass(left))
+        squares, axes = scipy.linalg.eigh(left.conj().T @ mass(left))
         # The others are in the space already
         kept = squares > 1e-20 * squares[-1]
         lengths = np.sqrt(squares[kept])
         left = left @ (axes[:, kept] / lengths)
-        norm = (lengths[:, np.newaxis] * axes[:, kept].T) @ norm
+        norm = (lengths[:, np.newaxis] * axes[:, kept].conj().T) @ norm
     return left, norm

@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg
 
 from slipmode import rom
+from slipmode.rom.cyclic.diameter_modes import AllDiameters
 
 
 def hertz(mass, damping, stiffness):
@@ -37,6 +38,35 @@ def test_contacts_of_a_wave_move_as_those_of_the_annulus():
     moved = disk.annulus().directions.T @ disk.around(shape, 2)
     expected = disk.around(disk.contact_motion(2) @ shape, 2)
     np.testing.assert_allclose(moved, expected, atol=1e-14)
+
+
+def test_opposite_nodal_diameters_mirror_each_other():
+    disk, springs = rom.lumped_disk(7), np.array([3e4])
+    modes_of = AllDiameters(disk, springs, 1e5, {})
+    forward = modes_of(2)
+    assert modes_of(-2).frequency is forward.frequency  # not computed again
+    direct = AllDiameters(disk, springs, 1e5, {})(-2)
+    np.testing.assert_allclose(direct.frequency, forward.frequency, rtol=1e-12)
+    for omega in (0.0, 2e3):
+        np.testing.assert_allclose(
+            modes_of(-2).flexibility(omega), direct.flexibility(omega), rtol=1e-9
+        )
+
+
+def test_the_static_response_is_that_of_the_whole_sector():
+    disk, rng = rom.lumped_disk(7), np.random.default_rng(2)
+    springs, k = np.array([3e4]), 2
+    K, W = disk.of_diameter(k)[2].toarray(), disk.contact_motion(k).toarray()
+    force = rng.standard_normal((3, 4)) + 1j * rng.standard_normal((3, 4))
+    static = AllDiameters(disk, springs, 1e5, {})(k).static
+    expected = np.linalg.solve(K + springs * W.conj().T @ W, force)
+    np.testing.assert_allclose(static(force), expected, rtol=1e-10)
+
+
+def test_sectors_that_float_are_refused():
+    disk = rom.lumped_disk(6, ground_stiffness=0.0)
+    with pytest.raises(rom.SlipmodeError, match="can move as a rigid body"):
+        rom.travelling_wave(disk, rom.Jenkins(1.0, 2e4), 0)
 
 
 SECTOR = {

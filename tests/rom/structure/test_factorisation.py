@@ -121,6 +121,16 @@ def test_lanczos_finds_equal_frequencies():
     np.testing.assert_allclose(squares, exact, rtol=1e-11)
 
 
+def test_lanczos_finds_the_modes_of_hermitian_matrices():
+    chain = (free_chain(300)[1] + 0.1 * scipy.sparse.eye_array(300)).toarray()
+    A = chain + 0.3j * (np.triu(chain, 1) - np.tril(chain, -1))
+    squares, shapes = lowest_modes(lambda y: scipy.linalg.solve(A, y), lambda y: 2.0 * y, 300, 12)
+    exact = scipy.linalg.eigh(0.5 * A, eigvals_only=True)
+    np.testing.assert_allclose(squares, exact[:12], rtol=1e-10)
+    np.testing.assert_allclose(2.0 * shapes.conj().T @ shapes, np.eye(12), atol=1e-10)
+    np.testing.assert_allclose(A @ shapes, 2.0 * shapes * squares, atol=1e-8)
+
+
 def test_the_sign_of_an_antisymmetric_mode_does_not_depend_on_rounding():
     shape = np.array([[0.1], [-0.8], [-1.0], [1.0], [0.8]])
     for rounded in (shape, -shape):

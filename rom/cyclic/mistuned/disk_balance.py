@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.cyclic.coupled_contacts import CoupledContacts
-from slipmode.rom.cyclic.disk_modes import AtFrequency
-from slipmode.rom.cyclic.local_contacts import LocalContacts
+from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
+from slipmode.rom.cyclic.mistuned.disk_modes import AtFrequency
+from slipmode.rom.cyclic.mistuned.local_contacts import LocalContacts
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.short_repr import frozen
 

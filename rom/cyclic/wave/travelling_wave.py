@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.cyclic.diameter_modes import DiameterModes
+from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave_problem import Carrier, Wave, contact_problem
-from slipmode.rom.cyclic.wave_table import wave_model
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.nonresonant import STATIC_FROM
@@ -84,7 +84,7 @@ class TravellingWave:
             Complex amplitudes on sector 0: sector j is loaded by
             Re(f exp(i (Omega t + k 2 pi j / N))), an excitation of engine order k [N].
         """
-        return complex(self.shape.conj() @ self._vector(force))
+        return complex(self.shape.conj() @ self.structure.force_on_sector(force))
 
     def steady_states(
         self,
@@ -122,7 +122,7 @@ class TravellingWave:
         lift off; this is not tested.
         """
         carrier = Carrier(self.wave, frequency, self.driving(force))
-        problem = contact_problem([carrier], self.law)
+        problem = wave_contact_problem([carrier], self.law)
         coarse = _Balance(carrier, problem, _STEPS[0]).amplitudes()
         for steps in _STEPS[1:]:
             balance = _Balance(carrier, problem, steps)
@@ -174,30 +174,12 @@ class TravellingWave:
 
     def driving(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
         """Return forces on the free DOFs of sector 0, (n_s,), which must do work on the mode."""
-        vector = self._vector(force)
+        vector = self.structure.force_on_sector(force)
         size = np.abs(vector).max() * np.abs(self.shape).max()
         if not abs(self.modal_force(vector)) > 1e-9 * size:
             raise SlipmodeError(
                 f"force: does no work on mode {self.wave.mode} of nodal diameter "
                 f"{self.nodal_diameter}"
-            )
-        return vector
-
-    def _vector(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
-        """Return forces on the free DOFs of sector 0, (n_s,)."""
-        size = self.shape.size
-        if isinstance(force, Mapping):
-            vector = np.zeros(size, dtype=complex)
-            for dof, value in force.items():
-                if not (isinstance(dof, int | np.integer) and 0 <= dof < size):
-                    raise SlipmodeError(f"force: DOFs must be 0 to {size - 1}, got {dof}")
-                vector[dof] = value
-        else:
-            vector = np.array(force, dtype=complex)
-        if vector.shape != (size,) or not np.isfinite(vector).all():
-            raise SlipmodeError(
-                f"force: must be {{DOF: amplitude}} or {size} finite numbers, got "
-                f"{in_one_line(force)}"
             )
         return vector
 
@@ -295,19 +277,22 @@ def travelling_wave(
             f"sectors, got {in_one_line(nodal_diameter)}"
         )
     reference = law.elements(structure.n_contacts).reference
-    first = DiameterModes.of(structure, int(nodal_diameter), reference, 0.0)
-    if not 0 <= mode < first.frequency.size:
-        raise SlipmodeError(f"mode: must be 0 to {first.frequency.size - 1}, got {mode}")
-    highest = STATIC_FROM * float(first.frequency[mode])
-    by_diameter: dict[int, DiameterModes] = {}
-
-    def modes_of(diameter: int) -> DiameterModes:
-        k = diameter % structure.sectors
-        if k not in by_diameter:
-            by_diameter[k] = DiameterModes.of(structure, k, reference, highest)
-        return by_diameter[k]
-
-    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), mode))
+    if isinstance(mode, bool) or not isinstance(mode, int | np.integer) or mode < 0:
+        raise SlipmodeError(f"mode: must be an integer >= 0, got {in_one_line(mode)}")
+    own = DiameterModes.of(
+        structure,
+        int(nodal_diameter),
+        reference,
+        int(mode) + 1,
+        lambda squares: STATIC_FROM**2 * float(squares[min(mode, squares.size - 1)]),
+    )
+    if mode >= own.frequency.size:
+        raise SlipmodeError(f"mode: must be 0 to {own.frequency.size - 1}, got {mode}")
+    highest = STATIC_FROM * float(own.frequency[mode])
+    modes_of = AllDiameters(
+        structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
+    )
+    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))
 
 
 def tabulate_waves(

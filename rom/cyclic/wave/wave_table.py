@@ -13,7 +13,7 @@ from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.cyclic.wave_problem import Carrier, contact_problem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.no_contacts import NoContacts
@@ -31,7 +31,11 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
 
     Its DOFs are the free DOFs of a sector, with the sizes of the modes as mode shapes.
     """
-    problem, budget, modes = contact_problem(carriers, law), ErrorBudget(tolerance), len(carriers)
+    problem, budget, modes = (
+        wave_contact_problem(carriers, law),
+        ErrorBudget(tolerance),
+        len(carriers),
+    )
     forever = TimeBudget(np.inf)
     resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
     scale = smallest_scale(problem.reduced, ends)

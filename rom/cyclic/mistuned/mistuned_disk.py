@@ -5,17 +5,18 @@ All nodal diameters of all families respond at the forcing frequency.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.coupled_contacts import CoupledContacts
-from slipmode.rom.cyclic.diameter_modes import DiameterModes
-from slipmode.rom.cyclic.disk_balance import DiskBalance
-from slipmode.rom.cyclic.disk_modes import MistunedModes, TunedModes
-from slipmode.rom.cyclic.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.cyclic.diameter_modes import AllDiameters
+from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
+from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
+from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
@@ -89,8 +90,11 @@ class MistunedDisk:
         self.structure, self.law, self.deviation = structure, law, given
         self._reference = law.elements(contacts).reference
         free, self._stuck = (
-            [DiameterModes.of(structure, k, springs, highest) for k in range(N)]
-            for springs in (np.zeros(contacts), self._reference)
+            [of_diameter(k) for k in range(N)]
+            for of_diameter in (
+                AllDiameters(structure, springs, highest, {})
+                for springs in (np.zeros(contacts), self._reference)
+            )
         )
         self._modes = MistunedModes.of(TunedModes(structure, free), given)
 
@@ -98,7 +102,7 @@ class MistunedDisk:
         self,
         frequency: ArrayLike,
         engine_order: int,
-        force: ArrayLike,
+        force: Mapping[int, complex] | ArrayLike,
         *,
         local: bool = False,
     ) -> DiskResponse:
@@ -111,7 +115,7 @@ class MistunedDisk:
             that is followed.
         engine_order : int
             E: sector j is loaded by Re(f exp(i (Omega t + E 2 pi j / N))).
-        force : (n_s,) array_like
+        force : {DOF: amplitude} or (n_s,) array_like
             f, complex amplitudes on the free DOFs of sector 0 [N].
         local : bool
             Leave out what contacts do to each other at higher harmonics, for many patterns: ten
@@ -128,10 +132,7 @@ class MistunedDisk:
             raise SlipmodeError(
                 f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
             )
-        vector, size = np.asarray(force, dtype=complex), self.structure.free_dofs.size
-        if vector.shape != (size,) or not np.isfinite(vector).all():
-            raise SlipmodeError(f"force: must be {size} finite numbers, got {in_one_line(force)}")
-        excited = self._modes.tuned.excited(engine_order, vector)
+        excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
         contacts = self._local(float(np.median(omega)))
         x: Complexes | None = None
         found = []

@@ -16,9 +16,9 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
-from slipmode.rom.cyclic.disk_modes import MistunedModes, past_flexibility, real_modes
 from slipmode.rom.cyclic.dual_contacts import DualContacts
-from slipmode.rom.cyclic.local_contacts import HIGHEST, STEPS
+from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, past_flexibility, real_modes
+from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, STEPS
 from slipmode.rom.laws.contacts import Contacts, Elastic
 from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.short_repr import frozen

@@ -135,7 +135,7 @@ class Carrier:
         return np.asarray(own + self.stiffness * self.moved_by_force)
 
 
-def contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
+def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
     """Return the contact problem of one or two waves that their forces hold steady."""
     waves, modes = [each.wave for each in carriers], len(carriers)
     frequency = np.array([each.frequency for each in carriers])

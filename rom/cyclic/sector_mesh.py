@@ -1,0 +1,215 @@
+"""Sectors of a mesh: nodes on either side that meet, and directions that turn with the sector."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike, NDArray
+
+from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
+from slipmode.rom.structure.structure import Structure
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_FITS = 1e-4  # distance of nodes that meet, relative to the extent of the side: rounded exports
+
+
+class SectorMesh:
+    """The nodes of a sector of a disk, in Cartesian coordinates of the whole disk.
+
+    The next sector is this one, turned by 2 pi / N about the axis, counter-clockwise as seen from
+    its tip.
+
+    Parameters
+    ----------
+    coordinates : (nodes, 3) array_like
+        [m]; the axis goes through the origin.
+    dofs : (nodes, 3) or (nodes, 6) array_like of int
+        DOFs of the x, y, z displacement of each node, and of its rotations; -1 where it is held.
+        Of the deck of another program: `structure.labels.dofs(nodes)`.
+    left, right : (k,) array_like of int
+        Nodes on the two sides, by their row in `coordinates`, in any order. Those on the right
+        are those on the left of the next sector.
+    axis : {"x", "y", "z"}
+        Axis of rotation.
+
+    Raises
+    ------
+    SlipmodeError
+        If an argument is not as stated above.
+    """
+
+    def __init__(
+        self,
+        coordinates: ArrayLike,
+        dofs: ArrayLike,
+        left: ArrayLike,
+        right: ArrayLike,
+        axis: str = "z",
+    ) -> None:
+        points = as_floats("coordinates", coordinates)
+        if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
+            raise SlipmodeError(
+                f"coordinates: must be finite, of shape (nodes, 3), got {points.shape}"
+            )
+        table = np.asarray(dofs)
+        if table.dtype.kind not in "iu" or table.shape not in ((len(points), 3), (len(points), 6)):
+            raise SlipmodeError(
+                f"dofs: must be integers of shape ({len(points)}, 3) or (.., 6), got "
+                f"{table.dtype} {table.shape}"
+            )
+        if axis not in _AXES:
+            raise SlipmodeError(f"axis: must be one of x, y, z, got {in_one_line(axis)}")
+        self.coordinates, self.dofs, self.axis = points, table.astype(np.intp), axis
+        self.left, self.right = (
+            _nodes(name, given, len(points)) for name, given in (("left", left), ("right", right))
+        )
+        if self.left.size != self.right.size:
+            raise SlipmodeError(
+                f"left, right: must be as many nodes on either side, got {self.left.size} and "
+                f"{self.right.size}"
+            )
+
+    def cyclic(
+        self, structure: Structure, sectors: int, next_contact: MatrixLike | None = None
+    ) -> CyclicStructure:
+        """Return the cyclic structure of a sector.
+
+        Parameters
+        ----------
+        structure : Structure
+            Of one sector with the DOFs on both of its sides, in x, y, z of the whole disk. Its
+            contact directions are those of the contacts of one sector.
+        sectors : int
+            Number of sectors N of the disk.
+        next_contact : (n, N_c) array or sparse matrix, optional
+            Directions of the same contacts on the next sector, in x, y, z of the whole disk.
+            `with_next` gives both by `rom.contact_pairs`. Default: no contacts between neighbours.
+
+        Raises
+        ------
+        SlipmodeError
+            If the sides do not meet.
+        """
+        if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
+            raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
+        size = structure.n_dofs
+        if self.dofs.max() >= size or np.unique(self.dofs[self.dofs >= 0]).size != size:
+            raise SlipmodeError(
+                f"dofs: must have each of the {size} DOFs of the structure at one node"
+            )
+        R = self._rotation(sectors)
+        left, right = self._pairs(R)
+        # Displacements on the right in the directions of the next sector
+        at_right = self._turned(R, right, size)
+        M, C, K, own = (
+            as_csc(each)
+            for each in (
+                structure.mass,
+                structure.damping,
+                structure.stiffness,
+                structure.directions,
+            )
+        )
+        M, C, K = (at_right.T @ each @ at_right for each in (M, C, K))
+        other: Any = None
+        if next_contact is not None:
+            everywhere = self._turned(R, np.arange(len(self.dofs)), size)
+            other = at_right.T @ everywhere.T @ as_csc(as_matrix("next_contact", next_contact))
+        return CyclicStructure(
+            _symmetric(M),
+            _symmetric(K),
+            int(sectors),
+            structure.beta if structure.beta is not None else _symmetric(C),
+            contact=at_right.T @ own,
+            next_contact=other,
+            left=self._free(left),
+            right=self._free(right),
+        )
+
+    def with_next(self, sectors: int) -> tuple[Floats, NDArray[np.intp]]:
+        """Return coordinates and DOFs of this sector and the next, for `rom.contact_pairs`.
+
+        Nodes of the next sector follow those of this one, and so do their DOFs: the upper half of
+        its W (2 n, N_c) are the directions of this sector, the lower half `next_contact`.
+        """
+        turned = self.coordinates @ self._rotation(sectors).T
+        size = int(self.dofs.max()) + 1
+        following = np.where(self.dofs < 0, -1, self.dofs + size)
+        return np.vstack((self.coordinates, turned)), np.vstack((self.dofs, following))
+
+    def _rotation(self, sectors: int) -> Floats:
+        """Return the matrix of the rotation from a sector to the next."""
+        angle = 2.0 * np.pi / sectors
+        first, second = ((_AXES[self.axis] + k) % 3 for k in (1, 2))
+        R = np.eye(3)
+        R[[first, second], [first, second]] = np.cos(angle)
+        R[second, first], R[first, second] = np.sin(angle), -np.sin(angle)
+        return R
+
+    def _pairs(self, R: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return nodes on the left and, of the same order, on the right; refuse others."""
+        from scipy.spatial import KDTree  # takes long to import
+
+        turned = self.coordinates[self.left] @ R.T
+        distance, place = KDTree(self.coordinates[self.right]).query(turned)
+        extent = float(np.ptp(self.coordinates[self.left], axis=0).max())
+        worst = int(np.argmax(distance))
+        if distance[worst] > _FITS * extent or np.unique(place).size != place.size:
+            raise SlipmodeError(
+                f"left, right: node {self.left[worst]} of left, turned by one sector about "
+                f"{self.axis}, is {distance[worst]:.3g} m away from the nearest node of right; "
+                "check sectors, axis, and whether left and right are exchanged"
+            )
+        right = self.right[place]
+        free = self.dofs >= 0
+        differs = (free[self.left] != free[right]).any(axis=1)
+        across = [k for k in range(self.dofs.shape[1]) if k % 3 != _AXES[self.axis]]
+        for pair in range(0, len(across), 2):
+            one, other = across[pair : pair + 2]
+            differs |= free[right, one] != free[right, other]
+        if differs.any():
+            raise SlipmodeError(
+                f"left, right: nodes {self.left[np.argmax(differs)]} and "
+                f"{right[np.argmax(differs)]} meet, but are not held alike in all directions "
+                f"across {self.axis}"
+            )
+        return self.left, right
+
+    def _free(self, nodes: NDArray[np.intp]) -> NDArray[np.intp]:
+        dofs = self.dofs[nodes].ravel()
+        return dofs[dofs >= 0]
+
+    def _turned(self, R: Floats, nodes: NDArray[np.intp], size: int) -> Any:
+        """Return the displacements (n, n), turned at some nodes, where they are not held."""
+        rows, columns, values = [], [], []
+        for start in range(0, self.dofs.shape[1], 3):
+            for one in range(3):
+                for other in range(3):
+                    pairs = self.dofs[nodes][:, [start + one, start + other]]
+                    pairs = pairs[(pairs >= 0).all(axis=1)]
+                    rows.append(pairs[:, 0])
+                    columns.append(pairs[:, 1])
+                    values.append(np.full(len(pairs), R[one, other] - (one == other)))
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return scipy.sparse.csc_array(
+            scipy.sparse.eye_array(size) + scipy.sparse.coo_array(entries, (size, size))
+        )
+
+
+def _symmetric(matrix: Any) -> Any:
+    """Return a matrix without the asymmetry of rounding."""
+    return 0.5 * (matrix + matrix.T)
+
+
+def _nodes(name: str, given: ArrayLike, size: int) -> NDArray[np.intp]:
+    nodes = np.asarray(given)
+    if nodes.ndim != 1 or nodes.size == 0 or nodes.dtype.kind not in "iu":
+        raise SlipmodeError(f"{name}: must be rows of coordinates, got {in_one_line(given)}")
+    if nodes.min() < 0 or nodes.max() >= size or np.unique(nodes).size != nodes.size:
+        raise SlipmodeError(f"{name}: must be different rows of coordinates, 0 to {size - 1}")
+    return nodes.astype(np.intp)
