@@ -13,6 +13,8 @@
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
 # make bench-scale  set up .venv with PARDISO and measure reductions of structures of up to a million
 #              DOFs (14 GB; SIZES="10000:10 100000:10" are others), with a picture
+# make bench-disk  set up .venv with PARDISO and scikit-fem, and measure the nodal diameters and a
+#              response curve of a bladed disk of 1e5 DOFs a sector
 # make bench-study  set up .venv and measure studies on a Dask cluster: workers, memory
 # make bench-curves  set up .venv and compare response curves with harmonic balance
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs
@@ -41,8 +43,8 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER =
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-full \
-	bench-study bench-curves gallery docs docs-links wheels \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
+	bench-full bench-study bench-curves gallery docs docs-links wheels \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -73,6 +75,10 @@ bench-recordings: $(VENV)/.installed
 bench-scale: $(VENV)/.installed
 	@$(PIP) "slipmode[fast,pictures]"
 	$(BIN)/python -m benchmarks.scale $(SIZES) --picture logs/scale.png
+
+bench-disk: $(VENV)/.installed
+	@$(PIP) "slipmode[fast,fem]"
+	$(BIN)/python -m benchmarks.disk
 
 bench-full: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.full_order $(SCENES)

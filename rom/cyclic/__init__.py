@@ -7,6 +7,8 @@ a = rom.steady(model, frequency=[wave.frequency], force=[{2: 1.0}])
 
 structure.py       CyclicStructure, all sectors as one Structure. Start here.
 lumped_disk.py     a disk of three masses a sector
+sector_mesh.py     SectorMesh, from the finite element model of a sector
+condensation.py    static response of all nodal diameters from one factorisation
 diameter_modes.py  modes of one nodal diameter, and their response
 dual_contacts.py   the contact problem of waves and disks, as the core reads it
 wave/              travelling waves from one sector

@@ -15,7 +15,7 @@ from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
 from slipmode.rom.structure.structure import Structure
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_FITS = 1e-4  # distance of nodes that meet, relative to the extent of the side: rounded exports
+_FITS = 1e-5  # distance of nodes that meet, relative to the sector's extent: rounded exports
 
 
 class SectorMesh:
@@ -157,7 +157,7 @@ class SectorMesh:
 
         turned = self.coordinates[self.left] @ R.T
         distance, place = KDTree(self.coordinates[self.right]).query(turned)
-        extent = float(np.ptp(self.coordinates[self.left], axis=0).max())
+        extent = float(np.ptp(self.coordinates, axis=0).max())
         worst = int(np.argmax(distance))
         if distance[worst] > _FITS * extent or np.unique(place).size != place.size:
             raise SlipmodeError(
