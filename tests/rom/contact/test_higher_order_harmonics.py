@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from elastic.chain import chain
 from elastic.family import member
 
 from benchmarks.blade import jenkins_blade
 from slipmode import rom
 from slipmode.rom.contact.error_norm import ErrorNorm
-from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
+from slipmode.rom.contact.higher_order_harmonics import (
+    change_by_harmonics,
+    higher_order_harmonics,
+)
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.resolution import ResolutionSearch, trial_grid
 from slipmode.rom.contact.time_budget import TimeBudget
@@ -156,3 +160,20 @@ def test_two_modes_leave_out_harmonics_that_hardly_matter_and_state_it():
     scale = ErrorNorm.of(reduced, ends).known(exact).scale(points, exact)
     error = np.abs(model.table(points) - exact) / scale
     assert error.max() <= model.accuracy.total  # measured 0.0062 and 0.0106
+
+
+def test_the_change_of_friction_is_found_where_one_mode_is_weak():
+    drawn = chain(0)
+    reduced = rom.reduce(drawn.structure, drawn.modes, law=drawn.law, carrier=drawn.frequency)
+    problem, ends = ContactProblem.of(reduced, drawn.law), np.array(drawn.amplitude_range)
+    grid = trial_grid(problem, 1e-2)
+    higher = higher_order_harmonics(problem, grid, ends, 5e-4)
+    found = change_by_harmonics(problem, higher, grid, ends, 1e-3)
+    points = np.array([[1.0, 1.0], [1.0, 0.27]]) * ends
+    complete, few = (
+        ContactProblem.of(reduced, drawn.law, highest=highest).on(grid, 1e-4).solve(points).S
+        for highest in (15, RESPONSE_ORDER)
+    )
+    scale = ErrorNorm.of(reduced, ends).known(complete).scale(points, complete)
+    change = np.abs(complete - few) / scale
+    assert found > 0.8 * change.max()  # measured 1.02; 0.45 with pairs up to (1, 0.5)
