@@ -348,7 +348,7 @@ class _Task:
         The rate correction, and dS_j / dOmega_k where that reduces the error.
         """
         spread = partial(in_tasks, self.mapped)
-        table = with_rate_correction(found.table, found.torus, self.amplitude_range, spread)
+        table = with_rate_correction(found.table, found.torus, self.tolerance, spread)
         if detuning is not None and not detuning:
             return table, None
         reduced = found.torus.problem.reduced
