@@ -18,7 +18,7 @@ from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
-from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
 from slipmode.rom.cyclic.wave.travelling_wave import (
     TravellingWave,
     WaveState,
@@ -136,6 +136,7 @@ __all__ = [
     "contact_pairs",
     "decay_rates",
     "demodulate_sine_test",
+    "excited_diameter",
     "fit_contacts",
     "identify",
     "identify_sine",

@@ -257,6 +257,16 @@ class CyclicStructure:
         return scipy.sparse.csc_array((ones, (np.arange(n), place)), shape=(n, size * N))
 
 
+def excited_diameter(engine_order: int, sectors: int) -> int:
+    """Return the nodal diameter that an engine order excites, from -(N // 2) to N // 2.
+
+    Engine orders that differ by multiples of the number N of sectors load the sectors alike: they
+    are aliased. A negative nodal diameter is a wave that travels backward.
+    """
+    k = engine_order % sectors
+    return k if 2 * k <= sectors else k - sectors
+
+
 def _dofs(name: str, dofs: Sequence[int], size: int) -> NDArray[np.intp]:
     given = np.asarray(dofs)
     if given.size == 0:

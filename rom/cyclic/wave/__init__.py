@@ -2,5 +2,6 @@
 
 travelling_wave.py  TravellingWave: steady states; tabulate_waves. Start here.
 wave_problem.py     the contact problem of one or two waves
-wave_table.py       their friction table and model
+wave_table.py       their friction table and model; cache.py: models kept on disk
+wave_motion.py      motion of one sector along a slow trajectory
 """

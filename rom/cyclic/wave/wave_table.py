@@ -13,17 +13,28 @@ from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave, wave_contact_problem
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.modes_alone import modes_alone
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_rate_correction
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling
+
+
+def reduced_waves(waves: Sequence[Wave]) -> Reduced:
+    """Return one or two waves as modes without contacts, with the sizes of their shapes."""
+    return modes_alone(
+        np.array([wave.frequency for wave in waves]),
+        np.array([wave.damping for wave in waves]),
+        np.abs([wave.shape for wave in waves]).T,
+        NoContacts().elements(0),
+    )
 
 
 def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, tolerance: float) -> Model:
@@ -64,13 +75,7 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
     table, _, error = refine(sampling, budget.interpolation, forever)
     # Phases between the contacts of a sector are left out: they matter in second order.
     table = with_rate_correction(table, torus, tolerance, lambda solve, points: [solve(points)])
-    waves = [each.wave for each in carriers]
-    reduced = modes_alone(
-        np.array([wave.frequency for wave in waves]),
-        np.array([wave.damping for wave in waves]),
-        np.abs([wave.shape for wave in waves]).T,
-        NoContacts().elements(0),
-    )
+    reduced = reduced_waves([each.wave for each in carriers])
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
     unknown = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])

@@ -97,3 +97,15 @@ def test_sectors_that_do_not_fit_are_refused_in_one_line(changed, message):
     with pytest.raises(rom.SlipmodeError, match=message) as refusal:
         rom.CyclicStructure(**(SECTOR | changed))
     assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("sectors", [12, 13])
+def test_engine_orders_are_aliased_to_nodal_diameters(sectors):
+    """An engine order and its nodal diameter load all sectors with the same phases."""
+    for order in range(1, 3 * sectors):
+        k = rom.excited_diameter(order, sectors)
+        assert abs(k) <= sectors // 2
+        phases = np.exp(2j * np.pi * np.outer((order, k), np.arange(sectors)) / sectors)
+        np.testing.assert_allclose(phases[0], phases[1], atol=1e-12)
+    assert rom.excited_diameter(sectors + 3, sectors) == 3
+    assert rom.excited_diameter(sectors - 3, sectors) == -3

@@ -41,7 +41,9 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                 g++;
                 continue;
             }
-            const double to = times[k] < end || g + 1 == segments ? times[k] : end;
+            /* a step of next to nothing, from the segment's end to the sample, has no velocity */
+            const double past = times[k] - end, rounding = 1e-9 * segment[g].duration;
+            const double to = past < rounding || g + 1 == segments ? times[k] : end;
             const sm_detail detail = to == times[k] ? SM_TO_BE_READ : SM_RESOLVED;
             status = sm_march_along(&march, contact, &segment[g], now - segment[g].start,
                                     to - segment[g].start, steps_per_period, detail);

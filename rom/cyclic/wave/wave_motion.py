@@ -1,0 +1,158 @@
+"""Motion of one sector along a slow trajectory of travelling waves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.torus.march import contact_problem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.joint_laws import Jenkins
+from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.modes_alone import modes_alone
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS
+from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.table.model import Model
+
+_STEPS_PER_PERIOD = 64  # as `rom.reconstruct` has them for elastic contacts
+
+
+@frozen
+class SectorMotion:
+    """Motion of sector 0; sector j has the same, ahead by the phase k 2 pi j / N.
+
+    Attributes
+    ----------
+    displacement, velocity, force : (n, N_c) ndarray
+        Of the contacts [m], [m/s], [N].
+    elastic : (n, dofs) ndarray
+        Displacement of some free DOFs [m].
+    """
+
+    displacement: Floats
+    velocity: Floats
+    force: Floats
+    elastic: Floats
+
+
+@frozen
+class SectorWaves:
+    """One or two waves under their forces, and the contacts of a sector.
+
+    Attributes
+    ----------
+    carriers : tuple of Carrier
+    law : Elastic
+    """
+
+    carriers: tuple[Carrier, ...]
+    law: Elastic
+
+    @cached_property
+    def problem(self) -> ContactProblem:
+        """The contact problem of the waves."""
+        return wave_contact_problem(self.carriers, self.law)
+
+    def motion(
+        self, model: Model, trajectory: SlowTrajectory, times: Floats, dofs: Sequence[int]
+    ) -> SectorMotion:
+        """Return the motion of sector 0 along a slow trajectory.
+
+        The displacements are those of steady waves of the amplitudes at each time, with their
+        harmonics. The contact forces follow from them by the contact law.
+
+        Parameters
+        ----------
+        model : Model
+            Of these waves.
+        trajectory : SlowTrajectory
+            Of that model.
+        times : (n,) ndarray
+            Increasing, inside the trajectory [s].
+        dofs : sequence of int
+            Free DOFs of the sector.
+        """
+        problem, slowest = self.problem, float(self.problem.reduced.frequency.min())
+        part = trajectory.between(times[0] - SPIN_UP_PERIODS * 2.0 * np.pi / slowest, times[-1])
+        # the model has sizes of shapes and modal forces, and phases relative to theirs
+        turn = np.array([each.modal_force / abs(each.modal_force) for each in self.carriers])
+        amplitude = part.amplitude * turn
+        size, modes = np.abs(amplitude), amplitude.shape[1]
+        grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
+        deficit = problem.on(grid).solve(size).P
+        orders = np.array(problem.orders, dtype=float)[:, :modes]
+        phase = np.exp(1j * (np.angle(amplitude) @ orders.T))[..., np.newaxis]
+        contacts = -problem.forces.coupling, problem.forces.reaction - problem.reduced.stiffness
+        found = []
+        for law, (coupling, flexibility) in (
+            (self.law, contacts),
+            (Jenkins(1.0, 1.0), self._of_dofs(list(dofs))),  # forces on DOFs are not read
+        ):
+            x = np.einsum("oij,poj->poi", flexibility, deficit)
+            x[:, :modes] += size[..., np.newaxis] * coupling
+            found.append(_along(part, model, problem, law, x * phase, times))
+        (x, v, f), (elastic, _, _) = found
+        return SectorMotion(x, v, f, elastic)
+
+    def _of_dofs(self, dofs: list[int]) -> tuple[Complexes, Complexes]:
+        """Return the displacement of DOFs per amplitude, and per force deficit of each order.
+
+        They are (modes, dofs) [kg^-1/2] and (orders, dofs, N_c) [m/N].
+        """
+        carriers, modes = self.carriers, len(self.carriers)
+        coupling, flexibility = [], []
+        for order in self.problem.orders:
+            own = carriers[CARRIERS.index(order)] if order in CARRIERS[:modes] else None
+            diameters = [each.wave.nodal_diameter for each in carriers]
+            nu = float(np.dot(order[:modes], [each.frequency for each in carriers]))
+            of = carriers[0].wave.modes_of(int(np.dot(order[:modes], diameters)))
+            on_contacts = of.contacts.conj().T.toarray()
+            without = None if own is None else own.wave.mode
+            moved = of.response(on_contacts, nu, without)[dofs]
+            if own is not None:
+                # the force that holds the wave steady moves the DOFs past the mode, too
+                by_force = of.response(own.force[:, np.newaxis], nu, without)[dofs, 0]
+                by_force = by_force / own.modal_force
+                moved = moved - np.outer(by_force, own.receiving.conj())
+                coupling.append(own.mode.shape[dofs] + own.stiffness * by_force)
+            flexibility.append(moved)
+        return np.array(coupling), np.array(flexibility)
+
+
+def _along(
+    part: SlowTrajectory,
+    model: Model,
+    problem: ContactProblem,
+    law: Elastic,
+    harmonics: Complexes,
+    times: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Return displacement, velocity and force of contacts whose displacement is given.
+
+    `harmonics` (points, orders, N_c) are c_nm of 2 Re(c_nm exp(i (n theta_A + m theta_B))) at the
+    points of the trajectory [m].
+    """
+    frequency, count = problem.reduced.frequency, harmonics.shape[2]
+    # no mode and no flexibility moves these contacts
+    shapes = np.zeros((1, frequency.size))
+    given = modes_alone(frequency, 0.0 * frequency, shapes, law.elements(count))
+    march = contact_problem(given, law, problem.orders)
+    moved = np.ascontiguousarray(2.0 * harmonics)
+    segments = part.contact_segments(part.segments(model), moved)
+    x, v, f = (np.empty((times.size, count)) for _ in range(3))
+    if count:
+        sample = kernel.contiguous(times)
+        samples = kernel.ContactSamples(sample.size, sample, x, v, f)
+        status = kernel.lib.sm_contact_motion(
+            march, len(segments), segments.ctypes.data, None, _STEPS_PER_PERIOD, samples
+        )
+        kernel.check(status, "contact motion")
+    return x, v, f
