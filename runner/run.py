@@ -200,7 +200,7 @@ def open_recorder(
 
 def _channels(plan: Plan) -> list[channels.Channel]:
     """Return the channels that a run records."""
-    scene, modes, reduced = plan.scene, plan.excited.modes, plan.excited.reduced
+    scene, modes, (reduced, _) = plan.scene, plan.excited.modes, plan.excited.contacts
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:
         listed += contact_channels(reduced)
@@ -208,7 +208,7 @@ def _channels(plan: Plan) -> list[channels.Channel]:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
         if len(modes) == 2:
             listed.append(channels.phases())
-        if len(modes) == 2 and scene.tabulated:
+        if len(modes) == 2 and scene.tabulated and scene.disk is None:
             listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))

@@ -87,7 +87,7 @@ def with_detuning(
     """
     reduced = torus.problem.reduced
     probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
-    points = np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
+    points = probe_points(table)
     norm = ErrorNorm.of(reduced, table.amplitude_range).known(S)
     at_carriers, guess = S[probes if table.modes == 2 else (*probes, 0)], None
     if reduced.contacts is not None:
@@ -113,15 +113,26 @@ def with_detuning(
         return table, error
     # Slopes are small corrections: marches may repeat ten times less closely.
     rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
+    detuned = with_slopes(table, FrictionDetuning(rough), spread)
+    return detuned, error_with(detuned.detuning_at(points))
+
+
+def with_slopes(table: Table, slope: Callable[[Floats], Complexes], spread: Spread) -> Table:
+    """Return the table with dS_j / dOmega_k, of which `slope` returns (points, modes, modes)."""
     surface = _surface(
         table,
         _sampled_axes(table, _DETUNING_STRIDE[table.modes], _LINES[table.modes]),
-        FrictionDetuning(rough),
+        slope,
         [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
         spread,
     )
-    detuned = replace(table, detuning=surface)
-    return detuned, error_with(detuned.detuning_at(points))
+    return replace(table, detuning=surface)
+
+
+def probe_points(table: Table) -> Floats:
+    """Return nodes that show what detuning does, (points, modes)."""
+    probes = _probes(table)
+    return np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
 
 
 def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:

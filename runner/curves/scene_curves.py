@@ -77,9 +77,7 @@ def scene_response_curve(
 
     def curve_on(amplitude: Floats, tolerance: float) -> tuple[rom.ResponseCurve, Floats]:
         """Return the curve on a table, and the largest amplitudes in the table (modes,)."""
-        model, _ = cached_model(
-            excited.reduced,
-            excited.law,
+        model, _ = excited.model(
             amplitude.tolist(),
             tolerance,
             combinations=forcing.plan.combinations,

@@ -16,7 +16,6 @@ from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.transient import TransientError, friction_threshold
-from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited, Path
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule, is_rate
@@ -61,9 +60,7 @@ def dry_run(
     unsettled: UnsettledError | None = None
     while True:
         try:
-            coarse, _ = cached_model(
-                excited.reduced,
-                excited.law,
+            coarse, _ = excited.model(
                 tried.tolist(),
                 0.05,  # the error in amplitude is well inside the margin
                 combinations=combinations,
@@ -130,7 +127,7 @@ def _first_guess(excited: Excited, schedule: Schedule) -> Floats:
 
     It is at least the quasi-static response to the forces, which amplitudes do not stay far below.
     """
-    first = friction_threshold(excited.reduced, excited.law)
+    first = friction_threshold(*excited.contacts)
     frequency = np.maximum(excited.reduced.frequency, excited.reduced.carrier)
     scripted = schedule.extremes([f"force_{mode}" for mode in excited.modes])
     force = np.abs(excited.modal_force) * np.abs(scripted).max(axis=0)
@@ -186,7 +183,7 @@ def along_run(
     moving = (np.diff(time) > 0.0) & (after[:-1] == before[1:]) & (after == before)[:-1]
     error = np.zeros((time.size - 1, len(excited.modes)))
     rate = np.diff(relative, axis=0)[moving] / np.diff(time)[moving, np.newaxis]
-    estimate = TransientError.of(excited.reduced, excited.law)
+    estimate = TransientError.of(*excited.contacts)
     error[moving] = estimate.at(rate, excited.reduced.carrier, effective[:-1][moving])
     return effective, error
 

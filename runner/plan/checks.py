@@ -21,7 +21,9 @@ def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> Non
     reached = schedule.frequency_range(excited.modes)
     natural = zip(excited.modes, excited.reduced.frequency, *reached, strict=True)
     for mode, omega, *values in natural:
-        key, unit = f"forcing.{mode}.frequency", scene.units.frequency
+        forcing, unit = scene.forcing.get(mode), scene.units.frequency
+        by_order = forcing is not None and forcing.engine_order is not None
+        key = f"forcing.{mode}.{'engine_order * rotor_speed' if by_order else 'frequency'}"
         validity.check_carrier(key, mode, float(omega), np.array(values), unit)
     fastest = float(reached[1].max())
     per_second = fastest / (2 * np.pi)
@@ -75,7 +77,7 @@ def check_assumptions(
         *of_structure,
         *validity.share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *validity.contact_findings(reduced, combination_resonances(reduced.carrier), names),
-        *validity.friction_findings(reduced, law, amplitude),
+        *validity.friction_findings(*excited.contacts, amplitude),
         *validity.force_findings(AppliedForces.of(reduced, force), names),
     ]
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from slipmode.rom import Friction, Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.cache import cached_model
+from slipmode.rom.table.tabulation import extended_range
+from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.schedule import Schedule
 
@@ -38,6 +42,33 @@ class Excited:
     initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
     # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]
+    # Of a bladed disk; `reduced` and `law` then have no contacts
+    waves: Waves | None = None
+
+    @property
+    def contacts(self) -> tuple[Reduced, Friction]:
+        """Contacts and their law, which say where contacts slip: of waves those of a sector."""
+        if self.waves is None:
+            return self.reduced, self.law
+        return self.waves.sector.problem.reduced, self.waves.law
+
+    def model(
+        self,
+        amplitude: Sequence[float],
+        tolerance: float,
+        *,
+        headroom: float = 1.0,
+        **options: Any,
+    ) -> tuple[Model, bool]:
+        """Return the model up to amplitudes (modes,), and whether the cache had it.
+
+        `options` are further keyword arguments of `cached_model`; waves need none of them.
+        """
+        if self.waves is not None:
+            return self.waves.model(extended_range(amplitude, headroom), tolerance)
+        return cached_model(
+            self.reduced, self.law, amplitude, tolerance, headroom=headroom, **options
+        )
 
     @cached_property
     def modal_force(self) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 
@@ -11,7 +12,9 @@ from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure
 from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
 from slipmode.rom.errors import naming
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import RigidFriction
+from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
@@ -20,18 +23,19 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.table.cache import cached_model
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.transients import Intervals, plan_transients
+from slipmode.runner.plan.waves import wave_decisions, waves_of
 from slipmode.runner.recording.channels import MODES, Mode
-from slipmode.runner.scene.contacts import check_scale, loaded_law
+from slipmode.runner.scene.contacts import check_scale, law_of, loaded_law
 from slipmode.runner.scene.kept import kept_reduction
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.sections import Scene
+from slipmode.runner.scene.structures import Disk
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +90,7 @@ class Plan:
     def may_be_integrated(self) -> bool:
         """Whether the scene has a table, and `model.table = "none"` is possible instead."""
         scene = self.scene
-        fixed = scene.limit_scale is None and scene.saved_model is None
+        fixed = scene.limit_scale is None and scene.saved_model is None and scene.disk is None
         return scene.tabulated and fixed and scene.model.formulation != "paper"
 
     def model(
@@ -115,9 +119,7 @@ class Plan:
             return self.scene.saved_model, True
         low, high = self.schedule.frequency_range(self.excited.modes)
         consistent = self.scene.model.formulation == "consistent"
-        return cached_model(
-            self.excited.reduced,
-            self.excited.law,
+        return self.excited.model(
             self.amplitude,
             self.scene.model.tolerance,
             combinations=self.combinations,
@@ -148,12 +150,15 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     """
     modes, mode_decisions = _modes(scene)
     rest, saved = None, scene.saved_model
+    if scene.disk is not None:
+        disk = scene.disk.build()
+        return _tabulated(_plan_of_disk(scene, modes, disk, mode_decisions), progress)
     if saved is not None:
         scene, law, reduced = scene.located(None), saved.law, saved.reduced
         check_scale(scene, law, reduced.n_contacts)
     else:
         structure = scene.build() if structure is None else structure
-        scene = scene.located(structure)
+        scene = scene.located(structure.labels)
         law, rest = loaded_law(scene, structure)
         check_scale(scene, law, structure.n_contacts)
         reduced = kept_reduction(
@@ -167,17 +172,39 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
     patterns = tuple(_force_pattern(scene, mode, reduced, j) for j, mode in enumerate(modes))
     excited = Excited(modes, reduced, law, patterns, initial, initial)
+    plan = _scheduled(scene, structure, excited, mode_decisions + _preload_decisions(rest))
+    if saved is not None:
+        return _on_saved_model(plan, saved)
+    return _tabulated(plan, progress) if scene.tabulated else _integrated(plan)
+
+
+def _scheduled(
+    scene: Scene, structure: Structure | None, excited: Excited, decisions: list[Finding]
+) -> Plan:
+    """Return the plan with its schedule, before anything is decided about tables."""
+    reduced = excited.reduced
     for dof in scene.output.elastic:
         if not 0 <= dof < reduced.n_dofs:
             raise SlipmodeError(
                 f"output.elastic: DOF {dof} is out of range, allowed: 0 to {reduced.n_dofs - 1}"
             )
-    schedule = make_schedule(scene, dict(zip(modes, reduced.frequency.tolist(), strict=True)))
+    natural = dict(zip(excited.modes, reduced.frequency.tolist(), strict=True))
+    schedule = make_schedule(scene, natural)
     check_time_scales(scene, excited, schedule)
-    plan = Plan(scene, structure, excited, schedule, mode_decisions + _preload_decisions(rest))
-    if saved is not None:
-        return _on_saved_model(plan, saved)
-    return _tabulated(plan, progress) if scene.tabulated else _integrated(plan)
+    return Plan(scene, structure, excited, schedule, decisions)
+
+
+def _plan_of_disk(
+    scene: Scene, modes: tuple[Mode, ...], disk: Disk, decisions: list[Finding]
+) -> Plan:
+    """Return the plan of a scene with sectors, before anything is decided about tables."""
+    scene = scene.located(disk.labels)
+    of_contacts = cast(Elastic, law_of(scene, disk.structure.n_contacts))
+    waves = waves_of(scene, modes, disk.structure, of_contacts)
+    initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
+    law, reduced = NoContacts(), waves.reduced
+    excited = Excited(modes, reduced, law, waves.patterns, initial, initial, waves)
+    return _scheduled(scene, None, excited, decisions + wave_decisions(scene, modes, waves))
 
 
 def _integrated(plan: Plan) -> Plan:
@@ -199,7 +226,10 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
     """Add range, combination resonances and decisions of a scene with a friction table."""
     scene, excited, schedule = plan.scene, plan.excited, plan.schedule
     combinations: tuple[CombinationResonance, ...] = ()
-    if scene.model.formulation == "consistent":
+    if excited.waves is not None:
+        waves = excited.waves.at_carriers(schedule.mean_frequency(excited.modes))
+        excited = replace(excited, reduced=waves.reduced, waves=waves).started(schedule)
+    elif scene.model.formulation == "consistent":
         reduced = excited.reduced.at_carrier(schedule.mean_frequency(excited.modes))
         reduced = replace(reduced, force_patterns=np.array(excited.force_patterns))
         excited = replace(excited, reduced=reduced).started(schedule)
@@ -213,9 +243,9 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         amplitude = tuple(scene.model.amplitude["AB".index(mode)] for mode in excited.modes)
         reason = "given as model.amplitude"
     found = [
-        _other_modes(excited.reduced),
+        _other_modes(excited),
         Finding("friction table", _ranges(excited.modes, amplitude), reason),
-        *_combination_decisions(combinations),
+        *(_combination_decisions(combinations) if excited.waves is None else ()),
     ]
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
     return _add_decisions(plan, found, seen)
@@ -235,7 +265,7 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         reason = "the run ends there; force it less, or save a model with a larger range"
         found.append(Finding("model.file", "amplitudes leave its range", reason, "warning"))
     if excited.reduced.n_contacts:
-        found += [_other_modes(excited.reduced), *_combination_decisions(model.combinations)]
+        found += [_other_modes(excited), *_combination_decisions(model.combinations)]
     else:
         found.append(Finding("contacts", "none", "model.file has damping and frequency alone"))
     amplitude, combinations = seen.amplitude, model.combinations
@@ -324,8 +354,12 @@ def _preload_decisions(rest: Preload | None) -> list[Finding]:
     return found
 
 
-def _other_modes(reduced: Reduced) -> Finding:
+def _other_modes(excited: Excited) -> Finding:
     """Return how the modes that are not retained are modelled."""
+    if excited.waves is not None:
+        reason = "harmonics of the contacts move the modes of their nodal diameters, in the table"
+        return Finding("other modes", "modelled, without an equation", reason)
+    reduced = excited.reduced
     responding = reduced.nonresonant_frequency
     if reduced.formulation == "paper":
         return Finding("other modes", "follow statically", 'model.formulation is "paper"')

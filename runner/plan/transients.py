@@ -52,6 +52,8 @@ def slow_time_error(scene: Scene, error: str) -> Finding:
     model, reason = scene.model, f"{error}, above {100 * scene.model.transient_error:g} %"
     if scene.saved_model is not None:
         advice = "model.file has no structure to integrate at full order"
+    elif scene.disk is not None:
+        advice = "structures with sectors have slow time only"
     elif model.transients == "slow":
         advice = 'runs with model.transients = "auto" integrate such stretches at full order'
     elif model.formulation == "paper":

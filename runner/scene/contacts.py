@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
@@ -17,20 +16,13 @@ from slipmode.rom.laws.friction import RigidFriction, is_homogeneous, limits
 from slipmode.runner.scene.kept import kept_preload
 from slipmode.runner.scene.keys import ELASTIC_LAWS, RIGID_LAWS
 from slipmode.runner.scene.sections import ContactGroup, Scene, StaticForce
+from slipmode.runner.scene.structures import existing
 from slipmode.runner.scene.toml_table import Table
 from slipmode.runner.scene.values import NON_NEGATIVE, POSITIVE, number, numbers
 
 STAND_IN = (
     'law = "jenkins" with a stiffness far above the stiffness of the structure stands for Coulomb'
 )
-
-
-def existing(table: Table, key: str, folder: Path) -> Path:
-    """Return the path that a key names, relative to a folder; refuse one that does not exist."""
-    path = folder / str(table[key])
-    if not os.path.exists(path):  # noqa: PTH110  # Path.exists raises for impossible names
-        raise table.error(key, f"no such file or folder: {str(path)!r}")
-    return path
 
 
 def read_friction(table: Table) -> RigidFriction:

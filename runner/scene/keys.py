@@ -26,6 +26,7 @@ from slipmode.runner.scene.values import (
     POSITIVE,
     Kind,
     Rule,
+    at_least,
     between,
     boolean,
     choice,
@@ -36,6 +37,7 @@ from slipmode.runner.scene.values import (
     number,
     numbers,
     one_or_each,
+    pairs_of_integers,
     script,
     text,
 )
@@ -92,15 +94,30 @@ _WINDOW = (
 SCENE = Section("", "At the top of the file, before any table.", (
     Key("title", text(), "-", "", "The name of recordings and pictures."),
     Section("structure",
-        "What vibrates: the model of two masses, with the parameters from `contact_mass` on, or "
-        "matrices from files.", (
-        Key("model", choice("two-mass"), "-", None,
-            "The model of Table 1 of the source paper. Exactly one of `model` and `matrices`."),
+        "What vibrates: the model of two masses, with the parameters from `contact_mass` on; "
+        "matrices from files; or a bladed disk of equal sectors, which has travelling waves.", (
+        Key("model", choice("two-mass", "lumped-disk"), "-", None,
+            "The model of Table 1 of the source paper, or the disk of `rom.lumped_disk`. Exactly "
+            "one of `model` and `matrices`."),
         Key("matrices", text(), "-", None,
-            "File or folder of matrices that `rom.load_structure` reads, relative to the scene."),
+            "File or folder of matrices that `rom.load_structure` reads, relative to the scene; "
+            "with `sectors`, of one sector."),
         Key("damping", number(NON_NEGATIVE), "s", None,
-            "beta of damping proportional to stiffness, C = beta K. Default: 0.01 for the two "
-            "masses, for matrices the damping in their files."),
+            "beta of damping proportional to stiffness, C = beta K. Default: that of "
+            "`rom.two_mass` or `rom.lumped_disk`, for matrices the damping in their files."),
+        Key("sectors", integer(at_least(3)), "-", None,
+            "Number of sectors of a bladed disk. Default: 24 of the lumped disk; matrices with "
+            "this key are of one sector."),
+        Key("left", integers(), "-", None,
+            "DOFs of the sector on one side; all DOFs but `right` are numbered from 0 elsewhere "
+            "in the scene."),
+        Key("right", integers(), "-", None,
+            "DOFs on the other side, in the order in which they meet `left` of the next sector."),
+        Key("interface", pairs_of_integers("[left node, right node]"), "-", None,
+            "Instead of `left` and `right`, nodes that meet, in all their directions."),
+        Key("next_contacts", node_dofs("[contact, node, direction]", (3,)), "-", None,
+            "What contacts touch on the next sector: their relative motion is that of the "
+            "contact less that of this node."),
         Key("mass", text(), "-", None,
             "File of the mass matrix, if `matrices` has stiffness alone."),
         Key("contacts", node_dofs("[node, direction] or [node, node, direction]", (2, 3)), "-",
@@ -149,6 +166,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
         Key("A", integer(), "-", MISSING, "Number of the first mode."),
         Key("B", integer(), "-", None,
             "Number of the second mode, another one; absent: a model of one mode."),
+        Key("nodal_diameters", integers(FINITE), "-", None,
+            "Of sectors: nodal diameter of each mode, negative for a backward wave; modes are "
+            "counted from 0 for each. Default: those that the engine orders excite."),
     )),
     Section("forcing",
         "The force on a mode, amplitude cos(theta + phase) with theta' = frequency. Exactly one "
@@ -162,8 +182,14 @@ SCENE = Section("", "At the top of the file, before any table.", (
             Key("amplitude",
                 script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
                 "N", MISSING, "Force amplitude over time.", "load"),
-            Key("frequency", script(POSITIVE), "rad/s", MISSING,
-                "Forcing frequency over time, in `[units]`; sweeps are continuous in phase.",
+            Key("frequency", script(POSITIVE), "rad/s", None,
+                "Forcing frequency over time, in `[units]`; sweeps are continuous in phase. "
+                "Either this or `engine_order` is required.", "load"),
+            Key("engine_order", integer(POSITIVE), "-", None,
+                "Forcing frequency in multiples of `rotor_speed`. Of sectors it says which nodal "
+                "diameter is excited; `dof` is then a DOF of every sector."),
+            Key("rotor_speed", script(POSITIVE), "rpm", None,
+                "Rotor speed over time in revolutions a minute; goes with `engine_order`.",
                 "load"),
             Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),
         )) for mode in MODES)),

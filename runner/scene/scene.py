@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -14,16 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from slipmode.rom import Model, excited_diameter
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.slow.units import Units
-from slipmode.rom.structure.damping import Rayleigh
-from slipmode.rom.structure.structure import two_mass
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
     STAND_IN,
-    existing,
     read_contacts,
     read_friction,
     read_preload,
@@ -34,23 +31,22 @@ from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import (
     Forcing,
     Log,
-    MatrixFile,
     ModelOptions,
     Modes,
     NodeDof,
     Output,
     Run,
     Scene,
-    TwoMass,
     Window,
 )
+from slipmode.runner.scene.structures import LumpedDisk, SectorFile, read_structure
 from slipmode.runner.scene.toml_table import Table
 
 __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shipped_scenes"]
 
 # Steps are numbered in 64-bit integers and kept one by one in recordings: some GB at this count.
 _LARGEST_STEP_COUNT = 1e7
-_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
+RPM = np.pi / 30.0  # [rad/s], one revolution a minute
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -118,7 +114,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     tables: dict[str, Any] = {section.name: root[section.name] for section in SCENE.sections}
     folder = Path(folder)
     saved = read_saved_model(root, folder)
-    modes = _modes(tables["modes"]) if saved is None else Modes(*saved.reduced.modes)
+    modes = Modes(**tables["modes"].values()) if saved is None else _saved_modes(saved)
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
@@ -139,6 +135,14 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         model = _model(tables["model"], modes, bool(laws), bool(aerodynamics))
     else:
         model = options_of(saved)
+    structure = read_structure(tables["structure"], folder) if saved is None else None
+    if isinstance(structure, LumpedDisk | SectorFile):
+        _check_disk(root, model)
+        modes = _of_disk(tables["modes"], structure.sectors, modes, forcing)
+    elif modes.nodal_diameters is not None:
+        raise tables["modes"].error("nodal_diameters", "is for structures with sectors")
+    elif modes.A == modes.B:
+        raise tables["modes"].error("B", "must be another mode than A")
     limit_scale = tables["limits"]["scale"]
     if limit_scale is not None:
         fixed = "with limits.scale; full order has fixed limits"
@@ -148,7 +152,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
             raise tables["model"].error("table", f'must be "whole" {fixed}')
     return Scene(
         title=root["title"],
-        structure=_structure(tables["structure"], folder) if saved is None else None,
+        structure=structure,
         saved_model=saved,
         friction=read_friction(tables["friction"]) if "friction" in root else None,
         contacts=laws,
@@ -169,35 +173,62 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     )
 
 
-def _structure(table: Table, folder: Path) -> TwoMass | MatrixFile:
-    table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
-    damping = table["damping"]
-    if table["model"] is not None:
-        parameters = {} if damping is None else {"beta": damping}
-        for key in table:
-            if key in ("mass", "contacts", "rayleigh"):
-                raise table.error(key, 'is for matrices, not for model = "two-mass"')
-            if key in _TWO_MASS_KEYS:
-                parameters[key] = table[key]
-        return TwoMass(parameters)
-    for key in table:
-        if key in _TWO_MASS_KEYS:
-            raise table.error(key, 'is a parameter of model = "two-mass", not of matrices')
-    matrices, mass = existing(table, "matrices", folder), None
-    if "rayleigh" in table:
-        if damping is not None:
-            raise table.error("rayleigh", "give one of damping and rayleigh")
-        damping = Rayleigh(*table["rayleigh"])
-    if "mass" in table:
-        mass = existing(table, "mass", folder)
-    return MatrixFile(matrices, damping, mass, table["contacts"])
+def _saved_modes(model: Model) -> Modes:
+    first, *second = model.reduced.modes
+    return Modes(first, second[0] if second else None)
 
 
-def _modes(table: Table) -> Modes:
-    modes = Modes(**table.values())
-    if modes.A == modes.B:
-        raise table.error("B", "must be another mode than A")
-    return modes
+def _check_disk(root: Table, model: ModelOptions) -> None:
+    """Refuse what scenes with sectors do not have."""
+    if "friction" in root:
+        raise root.error("friction", f"sectors need elastic contacts, [[contacts]]; {STAND_IN}")
+    for name in ("preload", "limits", "aerodynamics"):
+        if name in root:
+            raise root.error(name, "leave it out: structures with sectors have none in scenes")
+    kept_out = {
+        "table": (model.table == "none", 'must be "whole"'),
+        "transients": (model.transients == "hybrid", 'must be "auto" or "slow"'),
+        "budget": (model.budget is not None, "leave it out"),
+    }
+    for key, (given, instead) in kept_out.items():
+        if given:
+            raise root["model"].error(key, f"{instead} with structure.sectors")
+
+
+def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, Forcing]) -> Modes:
+    """Return the modes with their nodal diameters, which the engine orders must excite."""
+    orders = {mode: each.engine_order for mode, each in forcing.items()}
+    excited = {mode: excited_diameter(order, sectors) for mode, order in orders.items() if order}
+    given, names = modes.nodal_diameters, list(modes.numbers)
+    if given is None:
+        for mode in names:
+            if mode not in excited:
+                raise table.error(
+                    "nodal_diameters", f"is missing: no engine order says which mode {mode} has"
+                )
+        given = tuple(excited[mode] for mode in names)
+    if len(given) != len(names):
+        raise table.error("nodal_diameters", f"must be {len(names)}, one per mode")
+    for mode, k in zip(names, given, strict=True):
+        if abs(k) > sectors // 2:
+            most = sectors // 2
+            raise table.error(
+                "nodal_diameters", f"must be -{most} to {most} of {sectors} sectors, got {k}"
+            )
+        if excited.get(mode, k) % sectors != k % sectors:
+            raise SlipmodeError(
+                f"forcing.{mode}.engine_order: {orders[mode]} excites nodal diameter "
+                f"{excited[mode]} of {sectors} sectors, and mode {mode} has {k} "
+                f"(modes.nodal_diameters); engine orders {k % sectors or sectors}, "
+                f"{k % sectors + sectors * (1 + (k % sectors == 0))}, ... excite that"
+            )
+    if len(names) == 2 and (modes.A, abs(given[0])) == (modes.B, abs(given[1])):
+        raise table.error(
+            "B",
+            "must be another mode than A, or of another nodal diameter than "
+            f"{given[0]} and {-given[0]}, which have equal frequencies",
+        )
+    return replace(modes, nodal_diameters=given)
 
 
 def _present_modes(table: Table, modes: Modes) -> list[str]:
@@ -225,8 +256,16 @@ def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
         pattern = NodeDof(table["node"], table.required("direction"))
     else:
         pattern = table["dof"] if "dof" in table else table["vector"]
-    frequency = table["frequency"].scaled(units.per_frequency)
-    return Forcing(mode, pattern, table["amplitude"], frequency, table["phase"])
+    given, order, speed = (table[key] for key in ("frequency", "engine_order", "rotor_speed"))
+    if order is None:
+        if speed is not None:
+            raise table.error("rotor_speed", "goes with engine_order, which is missing")
+        frequency = table.required("frequency").scaled(units.per_frequency)
+    elif given is not None:
+        raise table.error("frequency", "leave it out: it is engine_order times rotor_speed")
+    else:
+        frequency = table.required("rotor_speed").scaled(order * RPM)
+    return Forcing(mode, pattern, table["amplitude"], frequency, table["phase"], order)
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:

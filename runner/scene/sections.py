@@ -18,11 +18,12 @@ from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.slow.units import SI, Units
-from slipmode.rom.structure.damping import Rayleigh
-from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.rom.structure.labels import Labels
+from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.script import Script
+from slipmode.runner.scene.structures import LumpedDisk, MatrixFile, SectorFile, TwoMass
 
 
 @dataclass(frozen=True)
@@ -32,39 +33,12 @@ class NodeDof:
     node: int
     direction: str
 
-    def dof(self, key: str, structure: Structure | None) -> int:
-        """Return the number of the DOF in a structure; a refusal names the key."""
-        if structure is None:
-            raise SlipmodeError(f"{key}: the model of model.file names no nodes; give DOFs")
-        if structure.labels is None:
-            raise SlipmodeError(f"{key}: the matrices name no nodes; give DOFs")
+    def dof(self, key: str, labels: Labels | None, source: str) -> int:
+        """Return the number of the DOF; a refusal names the key, and the source of the labels."""
+        if labels is None:
+            raise SlipmodeError(f"{key}: {source} no nodes; give DOFs")
         with naming(key):
-            return structure.labels.dof(self.node, self.direction)
-
-
-@dataclass(frozen=True)
-class TwoMass:
-    """The two-mass model, with the keyword arguments of `rom.two_mass` that are given."""
-
-    parameters: Mapping[str, float]
-
-    def build(self) -> Structure:
-        """Make the structure."""
-        return two_mass(**self.parameters)
-
-
-@dataclass(frozen=True)
-class MatrixFile:
-    """Matrices on disk, as `rom.load_structure` reads them; other arguments override theirs."""
-
-    path: Path
-    damping: float | Rayleigh | None
-    mass: Path | None = None
-    contacts: tuple[tuple[int | str, ...], ...] | None = None
-
-    def build(self) -> Structure:
-        """Load the structure."""
-        return load_structure(self.path, self.damping, mass=self.mass, contact=self.contacts)
+            return labels.dof(self.node, self.direction)
 
 
 @dataclass(frozen=True)
@@ -112,10 +86,14 @@ def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: i
 
 @dataclass(frozen=True)
 class Modes:
-    """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional."""
+    """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional.
+
+    Of sectors they are counted for each nodal diameter.
+    """
 
     A: int
     B: int | None = None
+    nodal_diameters: tuple[int, ...] | None = None
 
     @property
     def numbers(self) -> dict[Mode, int]:
@@ -125,13 +103,17 @@ class Modes:
 
 @dataclass(frozen=True)
 class Forcing:
-    """The force `amplitude cos(theta + phase)` of a pattern, theta' = frequency."""
+    """The force `amplitude cos(theta + phase)` of a pattern, theta' = frequency.
+
+    With an engine order the frequency follows from the rotor speed.
+    """
 
     mode: str
     pattern: int | tuple[float, ...] | NodeDof
     amplitude: Script
     frequency: Script
     phase: Script
+    engine_order: int | None = None
 
     def vector(self, n_dofs: int) -> Floats:
         """Return the pattern as an (n,) vector: a unit vector if it was given as a DOF.
@@ -207,8 +189,8 @@ class Scene:
     title, text, path, name
         Title, TOML source, file (or None), and the file's name without its ending.
     structure, friction, contacts, preload
-        Its matrices; the law of rigid contacts, or None; groups of elastic contacts, or (); the
-        force that presses contacts together, or opens them, at rest, or None.
+        Its matrices, or those of a sector; the law of rigid contacts, or None; groups of elastic
+        contacts, or (); the force that presses contacts together, or opens them, at rest, or None.
     saved_model : Model or None
         A saved model instead of these four; `structure` is None then.
     limit_scale : Script or None
@@ -228,7 +210,7 @@ class Scene:
     """
 
     title: str
-    structure: TwoMass | MatrixFile | None
+    structure: TwoMass | MatrixFile | LumpedDisk | SectorFile | None
     saved_model: Model | None
     friction: RigidFriction | None
     contacts: tuple[ContactGroup, ...]
@@ -253,6 +235,12 @@ class Scene:
         return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"
 
     @property
+    def disk(self) -> LumpedDisk | SectorFile | None:
+        """The structure if it is a bladed disk, whose modes are travelling waves."""
+        of_sectors = isinstance(self.structure, LumpedDisk | SectorFile)
+        return self.structure if of_sectors else None  # type: ignore[return-value]
+
+    @property
     def windows(self) -> list[Window]:
         """All windows, in time order."""
         return sorted((*self.contact, *self.elastic), key=lambda window: window.start)
@@ -265,7 +253,7 @@ class Scene:
     @property
     def switches(self) -> bool:
         """Whether a run goes to full order where slow time has too large a transient error."""
-        possible = self.tabulated and self.model.formulation == "consistent"
+        possible = self.tabulated and self.model.formulation == "consistent" and self.disk is None
         return possible and self.limit_scale is None and self.model.transients != "slow"
 
     def in_slow_time(self) -> Self:
@@ -287,17 +275,25 @@ class Scene:
                 "model.file: a saved model has no structure, and this needs one; give [structure] "
                 "and its contacts instead"
             )
-        return self.structure.build()
+        if self.disk is not None:
+            raise SlipmodeError(
+                "structure.sectors: this needs a whole structure, and the scene has one sector; "
+                "in Python rom.CyclicStructure.annulus() returns all sectors as one structure"
+            )
+        return self.structure.build()  # type: ignore[return-value]
 
-    def located(self, structure: Structure | None) -> Self:
-        """Return the same scene with DOFs of the structure instead of nodes."""
+    def located(self, labels: Labels | None) -> Self:
+        """Return the same scene with DOFs instead of nodes."""
+        source = (
+            "the matrices name" if self.saved_model is None else "the model of model.file names"
+        )
         forcing = dict(self.forcing)
         for mode, each in forcing.items():
             if isinstance(each.pattern, NodeDof):
-                dof = each.pattern.dof(f"forcing.{mode}", structure)
+                dof = each.pattern.dof(f"forcing.{mode}", labels, source)
                 forcing[mode] = replace(each, pattern=dof)
         dofs = self.output.elastic
-        dofs += tuple(node.dof("output.nodes", structure) for node in self.output.nodes)
+        dofs += tuple(node.dof("output.nodes", labels, source) for node in self.output.nodes)
         if len(set(dofs)) < len(dofs):
             raise SlipmodeError("output.nodes: DOFs must be distinct, also from output.elastic")
         return replace(self, forcing=forcing, output=Output(dofs))

@@ -27,6 +27,11 @@ POSITIVE = Rule("> 0", lambda value: value > 0)
 NON_NEGATIVE = Rule(">= 0", lambda value: value >= 0)
 
 
+def at_least(low: float) -> Rule:
+    """Return the rule value >= low."""
+    return Rule(f">= {low:.15g}", lambda value: value >= low)
+
+
 def between(low: float, high: float) -> Rule:
     """Return the rule low <= value <= high."""
     return Rule(f"{low:.15g} to {high:.15g}", lambda value: low <= value <= high)
@@ -119,9 +124,15 @@ def integer(rule: Rule = NON_NEGATIVE) -> Kind:
     return Kind("integer", rule.text, read)
 
 
-def integers() -> Kind:
-    """Return the kind of a list of whole numbers from 0."""
-    return _list_of(integer(), "list of integers")
+def integers(rule: Rule = NON_NEGATIVE) -> Kind:
+    """Return the kind of a list of whole numbers, from 0 by default."""
+    return _list_of(integer(rule), "list of integers")
+
+
+def pairs_of_integers(of: str) -> Kind:
+    """Return the kind of a list of pairs of whole numbers; `of` says what they are."""
+    pair = _list_of(integer(FINITE), of, lambda n: n == 2)
+    return _list_of(Kind(of, "", pair.read), f"list of {of}")
 
 
 def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:

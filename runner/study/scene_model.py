@@ -19,12 +19,12 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
-from slipmode.rom.table.cache import cached_model
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.record import one_line
-from slipmode.runner.scene.scene import read_scene
-from slipmode.runner.scene.sections import MatrixFile, Scene, TwoMass
+from slipmode.runner.scene.scene import RPM, read_scene
+from slipmode.runner.scene.sections import Scene
+from slipmode.runner.scene.structures import MatrixFile, TwoMass
 from slipmode.runner.scene.toml_table import toml_text
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Outputs
@@ -123,9 +123,7 @@ class SceneModel:
         """
         if self.saved_model is not None:
             return self.saved_model
-        model, _ = cached_model(
-            self.excited.reduced,
-            self.excited.law,
+        model, _ = self.excited.model(
             [2.0**step * amplitude for amplitude in self.amplitude],
             self.table_tolerance,
             combinations=self.combinations,
@@ -153,12 +151,15 @@ def _representatives(samples: Samples, design: Design) -> tuple[list[Content], F
     for key, column in zip(design.keys, design.columns, strict=True):
         value = column[0]
         positive = column[column > 0.0] if column.dtype.kind in "if" else np.zeros(0)
-        if is_load(key) and key.endswith(".frequency") and positive.size:
+        is_speed = is_load(key) and key.endswith(".rotor_speed")
+        if (is_speed or (is_load(key) and key.endswith(".frequency"))) and positive.size:
             low, high = float(positive.min()), float(positive.max())
             value = np.quantile(positive, 0.5, method="lower")
             if low < high:
-                mode = key.split(".")[1]
-                frequencies[mode] = units.per_frequency * low, units.per_frequency * high
+                mode, unit = key.split(".")[1], units.per_frequency
+                if is_speed:
+                    unit = RPM * (get(samples.content, f"forcing.{mode}.engine_order") or 1)
+                frequencies[mode] = unit * low, unit * high
         elif positive.size and (is_limit(key) or (is_load(key) and not key.endswith(".phase"))):
             value = float(np.sqrt(positive.min() * positive.max()))
         row.append(value.item() if isinstance(value, np.generic) else value)
@@ -208,7 +209,7 @@ def _built(scene: Scene) -> Structure | None:
     The structure keeps its modes, and consecutive scenes of a study often have the same one.
     """
     section = scene.structure
-    if section is None:
+    if not isinstance(section, TwoMass | MatrixFile):
         return None
     if not (_last_built and _last_built[0][0] == section):
         _last_built[:] = [(section, section.build())]

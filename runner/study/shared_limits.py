@@ -63,6 +63,9 @@ def _scales(content: Content) -> bool:
     """Return whether a scene may have `limits.scale`, as far as its keys say."""
     if content.get("model", {}).get("transients") == "hybrid" or "preload" in content:
         return False
+    structure = content.get("structure", {})
+    if "sectors" in structure or structure.get("model") == "lumped-disk":
+        return False
     if "friction" in content:
         return bool(content["friction"].get("law") == "coulomb")
     gaps = [group.get("gap", 0.0) for group in content.get("contacts", [])]

@@ -23,7 +23,9 @@ class RunError:
     def __init__(self, plan: Plan, model: Model) -> None:
         self._plan = plan
         self._flow = slow_flow(model, plan.excited.force_patterns)
-        self._estimate = TransientError.of(model.reduced, model.law)
+        waves = plan.excited.waves is not None
+        contacts = plan.excited.contacts if waves else (model.reduced, model.law)
+        self._estimate = TransientError.of(*contacts)
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
 
     def at(

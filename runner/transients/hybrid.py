@@ -222,6 +222,11 @@ def fast_motion(
     component: Steppable, plan: Plan, model: Model, trajectory: SlowTrajectory, times: Floats
 ) -> FastMotion:
     """Return the motion at increasing times of a run, from slow time or from full order."""
+    if plan.excited.waves is not None:
+        dofs = plan.scene.output.elastic
+        moved = plan.excited.waves.sector.motion(model, trajectory, times, dofs)
+        modal = reconstruct(model, trajectory, times).modal
+        return FastMotion(times, **vars(moved), modal=modal)
     number = full_order_number(component, times)
     parts = []
     for k in np.unique(number):

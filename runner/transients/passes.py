@@ -88,7 +88,7 @@ class Pass(ABC):
             batch = times[first : first + SAMPLES_PER_BATCH]
             moved, scale, phases = self._motion(batch)
             if window in plan.scene.contact:
-                share = record_contacts(recorder, plan.excited.reduced, moved, scale)
+                share = record_contacts(recorder, plan.excited.contacts[0], moved, scale)
                 shares += [] if share is None else [batch.size * share]
             if plan.scene.output.elastic:
                 recorder.write("/elastic", batch, moved.elastic)
@@ -137,10 +137,10 @@ class SlowPass(Pass):
 
     def _advance(self) -> Iterator[int]:
         plan, schedule, recorder = self._plan, self._plan.schedule, self._recorder
-        reduced, accuracy = self._model.reduced, self._model.accuracy
+        (contacts, _), accuracy = plan.excited.contacts, self._model.accuracy
         summary = (
             f"{plan.scene.title}: mode {' and '.join(plan.excited.modes)}, "
-            f"{reduced.n_contacts} contacts, {reduced.formulation} formulation, "
+            f"{contacts.n_contacts} contacts, {contacts.formulation} formulation, "
             f"table tolerance {accuracy.tolerance:g}"
         )
         recorder.event(0.0, "info", summary)
@@ -218,7 +218,7 @@ class SlowPass(Pass):
         names = self._component.output_names
         self._trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
         super()._record_window(window)
-        if self._is_on_torus(window):
+        if self._is_on_torus(window) and self._plan.scene.disk is None:
             torus = torus_motion(self._model, self._trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 

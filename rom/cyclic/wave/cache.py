@@ -11,46 +11,35 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom.arrays import Complexes
-from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, tabulate_waves
+from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
+from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, Model
 
 
 def cached_waves(
-    waves: Sequence[TravellingWave],
-    amplitude: Sequence[float],
-    force: Sequence[Complexes],
-    tolerance: float,
+    structure: CyclicStructure, sector: SectorWaves, amplitude: Sequence[float], tolerance: float
 ) -> tuple[Model, bool]:
-    """Return the model of one or two waves, and whether the cache had it already.
-
-    Parameters are those of `tabulate_waves`.
-    """
-    name = f"{_key(waves, amplitude, force, tolerance)}.rom"
+    """Return the model of waves up to |a| (modes,), and whether the cache had it already."""
+    name = f"{_key(structure, sector, amplitude, tolerance)}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
         return found, True
-    if len(waves) == 1:
-        model = waves[0].tabulate(amplitude[0], force[0], tolerance)
-    else:
-        model = tabulate_waves(waves, amplitude, force, tolerance)
+    model = wave_model(sector.carriers, sector.law, np.array(amplitude), tolerance)
     disk_cache.keep(name, model.save)
     return model, False
 
 
 def _key(
-    waves: Sequence[TravellingWave],
-    amplitude: Sequence[float],
-    force: Sequence[Complexes],
-    tolerance: float,
+    structure: CyclicStructure, sector: SectorWaves, amplitude: Sequence[float], tolerance: float
 ) -> str:
     """Return a hash of everything that the model depends on."""
-    structure = waves[0].structure
-    numbers = [[each.nodal_diameter, each.wave.mode] for each in waves]
-    named = [FORMAT, version("slipmode"), "waves", structure.sectors, record_of(waves[0].law)]
-    digest = hashlib.sha256(json.dumps([*named, numbers, list(amplitude), tolerance]).encode())
+    waves = [[c.wave.nodal_diameter, c.wave.mode, c.frequency] for c in sector.carriers]
+    named = [FORMAT, version("slipmode"), "waves", structure.sectors, record_of(sector.law)]
+    digest = hashlib.sha256(json.dumps([*named, waves, list(amplitude), tolerance]).encode())
+    force = [each.force for each in sector.carriers]
     matrices = (structure.mass, structure.stiffness, structure.damping)
     directions = (structure.own_directions, structure.next_directions)
     arrays: list[Any] = [structure.left, structure.right, *force]

@@ -71,19 +71,18 @@ def test_motion_of_sectors_is_that_of_all_of_them(name, nodal_diameter):
 
 def test_models_of_waves_are_kept_on_disk(tmp_path, monkeypatch):
     monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path))
-    disk, law = rom.lumped_disk(SECTORS, 1e-5), rom.Jenkins(1.0, 5e4)
-    force = [np.array([0.0, 0.0, 1.0 + 0.0j])]
-    waves = [rom.travelling_wave(disk, law, 3)]
-    model, was_cached = cached_waves(waves, [1e-4], force, 1e-2)
-    again, found = cached_waves([rom.travelling_wave(disk, law, 3)], [1e-4], force, 1e-2)
-    assert (was_cached, found) == (False, True)
+
+    def found(k=3, limit=1.0, beta=1e-5, force=1.0, omega=1240.0, amplitude=1e-4, tolerance=1e-2):
+        structure, law = rom.lumped_disk(SECTORS, beta), rom.Jenkins(limit, 5e4)
+        wave = rom.travelling_wave(structure, law, k)
+        carrier = Carrier(wave.wave, omega, wave.driving([0.0, 0.0, force]))
+        return cached_waves(structure, SectorWaves((carrier,), law), [amplitude], tolerance)
+
+    model, was_cached = found()
+    again, is_cached = found()
+    assert (was_cached, is_cached) == (False, True)
     assert again.hash == model.hash
-    for other in (
-        ([rom.travelling_wave(disk, law, 4)], [1e-4], force, 1e-2),
-        ([rom.travelling_wave(disk, rom.Jenkins(2.0, 5e4), 3)], [1e-4], force, 1e-2),
-        ([rom.travelling_wave(rom.lumped_disk(SECTORS), law, 3)], [1e-4], force, 1e-2),
-        (waves, [2e-4], force, 1e-2),
-        (waves, [1e-4], [np.array([0.0, 1.0, 1.0 + 0.0j])], 1e-2),
-        (waves, [1e-4], force, 2e-2),
-    ):
-        assert not cached_waves(*other)[1]
+    others = {"k": 4, "limit": 2.0, "beta": 2e-5, "force": 2.0, "omega": 1230.0}
+    others |= {"amplitude": 2e-4, "tolerance": 2e-2}
+    for name, value in others.items():
+        assert not found(**{name: value})[1], name

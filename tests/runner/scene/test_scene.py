@@ -13,7 +13,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.structure import two_mass
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 from slipmode.runner.scene.script import Script
-from slipmode.runner.scene.sections import MatrixFile, Modes, Run, TwoMass, Window
+from slipmode.runner.scene.sections import Modes, Run, Window
+from slipmode.runner.scene.structures import MatrixFile, TwoMass
 
 pytestmark = pytest.mark.quick
 
@@ -181,7 +182,8 @@ REFUSED = [
     # unknown and missing keys
     ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, direction"),
     ("amplitude = 0.15", "amplitud = 1", "forcing.A.amplitud: unknown key; allowed: amplitude, "
-     "direction, dof, frequency, node, phase, vector; did you mean amplitude?"),
+     "direction, dof, engine_order, frequency, node, phase, rotor_speed, vector; did you mean "
+     "amplitude?"),
     ("[log]", "[logs]", "logs: unknown key; allowed: aerodynamics, contact, contacts"),
     ("[forcing.B]", "[forcing.C]", "forcing.C: unknown key; allowed: A, B"),
     ("samples_per_period", "samples", "contact[0].samples: unknown key"),
@@ -258,7 +260,8 @@ REFUSED = [
     ('model = "two-mass"', "", "structure.model: give exactly one of model and matrices"),
     ('model = "two-mass"', 'model = "two-mass"\nmatrices = "m.npz"', "structure.model: give "
      "exactly one of model and matrices"),
-    ('"two-mass"', '"beam"', 'structure.model: must be one of "two-mass"; got "beam"'),
+    ('"two-mass"', '"beam"', 'structure.model: must be one of "two-mass", "lumped-disk"; '
+     'got "beam"'),
     ("damping = 0.01", 'k1 = "stiff"', "structure.k1: must be a number (finite)"),
     ('model = "two-mass"', 'matrices = "m.npz"', "structure.matrices: no such file or folder"),
     ('model = "two-mass"', 'matrices = "m.npz"\nk1 = 2.0', "structure.k1: is a parameter of "
@@ -336,14 +339,16 @@ def test_refuses_a_forcing_that_is_no_table():
 
 def test_shipped_scenes_load_and_their_structures_build():
     names = {"one-mode", "two-mode", "sweep", "force-step", "beating", "blade", "lap-joint"}
+    names |= {"bladed-disk"}
     assert set(shipped_scenes()) == names
     for name in names:
         scene = load_scene(name)
         assert (scene.name, scene.path) == (name, shipped_scenes()[name])
         assert scene.title
         structure = scene.structure.build()
+        dofs = structure.n_dofs if scene.disk is None else structure.structure.free_dofs.size
         for forcing in scene.forcing.values():
-            assert forcing.vector(structure.n_dofs).any()
+            assert forcing.vector(dofs).any()
 
 
 def test_the_shipped_sweep_passes_both_frictional_peaks():
@@ -363,7 +368,7 @@ def test_loads_a_file(tmp_path):
 
 def test_a_missing_file_lists_the_shipped_scenes():
     with pytest.raises(
-        SlipmodeError, match=r"absent.toml': no such .*beating, blade, force-step, lap"
+        SlipmodeError, match=r"absent.toml': no such .*beating, blade, bladed-disk, force"
     ):
         load_scene("absent.toml")
 

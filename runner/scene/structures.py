@@ -1,0 +1,185 @@
+"""The structure of a scene: two masses, matrices from files, or a bladed disk of equal sectors."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse
+
+from slipmode.rom import CyclicStructure, lumped_disk
+from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.damping import Rayleigh
+from slipmode.rom.structure.labels import Labels
+from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.scene.toml_table import Table
+
+_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
+_SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
+
+
+@dataclass(frozen=True)
+class TwoMass:
+    """The two-mass model, with the keyword arguments of `rom.two_mass` that are given."""
+
+    parameters: Mapping[str, float]
+
+    def build(self) -> Structure:
+        """Make the structure."""
+        return two_mass(**self.parameters)
+
+
+@dataclass(frozen=True)
+class MatrixFile:
+    """Matrices on disk, as `rom.load_structure` reads them; other arguments override theirs."""
+
+    path: Path
+    damping: float | Rayleigh | None
+    mass: Path | None = None
+    contacts: tuple[tuple[int | str, ...], ...] | None = None
+
+    def build(self) -> Structure:
+        """Load the structure."""
+        return load_structure(self.path, self.damping, mass=self.mass, contact=self.contacts)
+
+
+@frozen
+class Disk:
+    """A cyclic structure, with nodes and directions of the free DOFs of a sector if known."""
+
+    structure: CyclicStructure
+    labels: Labels | None = None
+
+
+@dataclass(frozen=True)
+class LumpedDisk:
+    """The disk of `rom.lumped_disk`."""
+
+    sectors: int = inspect.signature(lumped_disk).parameters["sectors"].default
+    beta: float = inspect.signature(lumped_disk).parameters["beta"].default
+
+    def build(self) -> Disk:
+        """Make the disk."""
+        return Disk(lumped_disk(self.sectors, self.beta))
+
+
+@dataclass(frozen=True)
+class SectorFile:
+    """Matrices of one sector on disk, and how it meets the next; see the keys of [structure]."""
+
+    file: MatrixFile
+    sectors: int
+    left: tuple[int, ...] = ()
+    right: tuple[int, ...] = ()
+    interface: tuple[tuple[int, int], ...] = ()
+    next_contacts: tuple[tuple[int, int, str], ...] = ()
+
+    def build(self) -> Disk:
+        """Load the sector and join it to the next."""
+        sector, damping = self.file.build(), self.file.damping
+        left, right = list(self.left), list(self.right)
+        on_next = None
+        if self.interface or self.next_contacts:
+            if sector.labels is None:
+                raise SlipmodeError(
+                    "structure.interface, structure.next_contacts: the matrices name no nodes; "
+                    "give left and right, or a model.file"
+                )
+            for pair in self.interface:
+                for dofs, dof in zip((left, right), _joined(sector.labels, pair), strict=True):
+                    dofs.extend(dof)
+            on_next = self._next_directions(sector.labels, sector.n_contacts)
+        with naming("structure"):
+            disk = CyclicStructure(
+                sector.mass,
+                sector.stiffness,
+                self.sectors,
+                sector.damping if damping is None else damping,
+                contact=sector.directions,
+                next_contact=on_next,
+                left=left,
+                right=right,
+            )
+        free = disk.free_dofs
+        labels = sector.labels and Labels(sector.labels.node[free], sector.labels.direction[free])
+        return Disk(disk, labels)
+
+    def _next_directions(self, labels: Labels, contacts: int) -> scipy.sparse.csc_array:
+        """Return the directions on the next sector, (n, N_c); the motion is relative to these."""
+        found = scipy.sparse.lil_array((labels.node.size, contacts))
+        for contact, node, direction in self.next_contacts:
+            if not 0 <= contact < contacts:
+                raise SlipmodeError(
+                    f"structure.next_contacts: must be contacts 0 to {contacts - 1}, got {contact}"
+                )
+            with naming("structure.next_contacts"):
+                found[labels.dof(node, direction), contact] = -1.0
+        return found.tocsc()
+
+
+def _joined(labels: Labels, pair: tuple[int, int]) -> tuple[list[int], list[int]]:
+    """Return the DOFs of two nodes in the directions that both have."""
+    own = [
+        dict(
+            zip(
+                labels.direction[labels.node == node],
+                np.flatnonzero(labels.node == node),
+                strict=True,
+            )
+        )
+        for node in pair
+    ]
+    common = sorted(set(own[0]) & set(own[1]))
+    if not common:
+        raise SlipmodeError(
+            f"structure.interface: nodes {pair[0]} and {pair[1]} have no direction in common"
+        )
+    left, right = ([int(dofs[k]) for k in common] for dofs in own)
+    return left, right
+
+
+def existing(table: Table, key: str, folder: Path) -> Path:
+    """Return the path that a key names, relative to a folder; refuse one that does not exist."""
+    path = folder / str(table[key])
+    if not os.path.exists(path):  # noqa: PTH110  # Path.exists raises for impossible names
+        raise table.error(key, f"no such file or folder: {str(path)!r}")
+    return path
+
+
+def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedDisk | SectorFile:
+    """Read the section [structure]; file names in it are relative to `folder`."""
+    table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
+    values, model = table.values(), table["model"]
+    for key in table:
+        if model != "two-mass" and key in _TWO_MASS_KEYS:
+            of = "matrices" if model is None else f'model = "{model}"'
+            raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
+        if model is not None and key in ("mass", "contacts", "rayleigh"):
+            raise table.error(key, f'is for matrices, not for model = "{model}"')
+        if key in _SECTOR_KEYS and (model is not None or "sectors" not in table):
+            raise table.error(key, "is for matrices of one sector, which go with sectors")
+    if model == "two-mass" and "sectors" in table:
+        raise table.error("sectors", 'is for model = "lumped-disk", or for matrices of one sector')
+    damping = table["damping"]
+    if model is not None:
+        given = {key: values[key] for key in table if key in (*_TWO_MASS_KEYS, "sectors")}
+        given |= {} if damping is None else {"beta": damping}
+        return TwoMass(given) if model == "two-mass" else LumpedDisk(**given)
+    matrices, mass = existing(table, "matrices", folder), None
+    if "rayleigh" in table:
+        if damping is not None:
+            raise table.error("rayleigh", "give one of damping and rayleigh")
+        damping = Rayleigh(*table["rayleigh"])
+    if "mass" in table:
+        mass = existing(table, "mass", folder)
+    file = MatrixFile(matrices, damping, mass, table["contacts"])
+    if "sectors" not in table:
+        return file
+    if "interface" in table and ("left" in table or "right" in table):
+        raise table.error("interface", "give either left and right, or interface")
+    return SectorFile(file, values["sectors"], **{k: values[k] or () for k in _SECTOR_KEYS})
