@@ -15,6 +15,12 @@ import logging
 from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
+from slipmode.rom.cyclic.diagrams import (
+    CampbellDiagram,
+    Crossing,
+    NodalDiameterDiagram,
+    nodal_diameter_diagram,
+)
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
@@ -78,11 +84,13 @@ from slipmode.rom.table.tabulation import tabulate
 __all__ = [
     "Accuracy",
     "Backbone",
+    "CampbellDiagram",
     "CombinationResonance",
     "ContactFit",
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "Crossing",
     "CyclicStructure",
     "DiskResponse",
     "Friction",
@@ -102,6 +110,7 @@ __all__ = [
     "Motion",
     "MotionPatches",
     "NoContacts",
+    "NodalDiameterDiagram",
     "PerformanceCurve",
     "Prediction",
     "Preload",
@@ -146,6 +155,7 @@ __all__ = [
     "model_of_rates",
     "modes",
     "motion_patches",
+    "nodal_diameter_diagram",
     "performance_curve",
     "preload",
     "read_measurement",

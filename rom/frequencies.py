@@ -13,6 +13,7 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.representable import round_down, round_up
 
 FrequencyUnit = Literal["rad/s", "Hz"]
+RPM = pi / 30.0  # revolutions a minute [rad/s]
 PER_UNIT: dict[FrequencyUnit, float] = {"rad/s": 1.0, "Hz": 2.0 * pi}  # [rad/s]
 
 # Allowed forcing frequencies relative to the natural frequency. A free vibration of mode j beats

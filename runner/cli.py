@@ -17,6 +17,7 @@ from slipmode.rom.table import disk_cache
 from slipmode.runner.commands import OUTPUT, SCENE, Argument
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.commands.curves import add_curve_commands
+from slipmode.runner.commands.diameters import add_diameters_command
 from slipmode.runner.commands.identify import add_identify_command
 from slipmode.runner.commands.mode_table import mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
@@ -232,6 +233,7 @@ def _parser() -> argparse.ArgumentParser:
         Argument("-n", "--number", type=int, default=10, help="number of modes (10)"),
     )
     add_curve_commands(add)
+    add_diameters_command(add)
     add_study_command(add)
     add_identify_command(add)
     add_recording_commands(add)

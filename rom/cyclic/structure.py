@@ -262,6 +262,11 @@ def excited_diameter(engine_order: int, sectors: int) -> int:
 
     Engine orders that differ by multiples of the number N of sectors load the sectors alike: they
     are aliased. A negative nodal diameter is a wave that travels backward.
+
+    Parameters
+    ----------
+    engine_order, sectors : int
+        From 1.
     """
     k = engine_order % sectors
     return k if 2 * k <= sectors else k - sectors

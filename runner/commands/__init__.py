@@ -2,6 +2,7 @@
 
 recordings.py      replay, info, doctor, recover, export
 curves.py          curve, backbone, design
+diameters.py       diameters
 study.py           study
 mode_table.py      modes
 command_words.py   messages in the words of the command line

@@ -16,6 +16,7 @@ import numpy as np
 from slipmode.rom import Model, excited_diameter
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
+from slipmode.rom.frequencies import RPM
 from slipmode.rom.slow.units import Units
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
@@ -46,7 +47,6 @@ __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shippe
 
 # Steps are numbered in 64-bit integers and kept one by one in recordings: some GB at this count.
 _LARGEST_STEP_COUNT = 1e7
-RPM = np.pi / 30.0  # [rad/s], one revolution a minute
 
 
 def shipped_scenes() -> dict[str, Path]:

@@ -16,13 +16,14 @@ import numpy as np
 
 from slipmode.rom import Model, Structure
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.frequencies import RPM
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.record import one_line
-from slipmode.runner.scene.scene import RPM, read_scene
+from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.structures import MatrixFile, TwoMass
 from slipmode.runner.scene.toml_table import toml_text

@@ -1,0 +1,182 @@
+"""Nodal-diameter and Campbell diagrams of bladed disks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.cyclic.diameter_modes import DiameterModes
+from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import extra
+from slipmode.rom.frequencies import RPM
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.units import SI, Units
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@frozen
+class NodalDiameterDiagram:
+    """Natural frequencies of the mode families of a disk against the nodal diameter.
+
+    Attributes
+    ----------
+    sectors : int
+        N.
+    frequency : (N // 2 + 1, families) ndarray
+        With stuck contacts, of nodal diameters 0 to N // 2 [rad/s].
+    """
+
+    sectors: int
+    frequency: Floats
+
+    def plot(self, ax: Axes | None = None, units: Units = SI) -> Any:
+        """Draw each family against the nodal diameter."""
+        if ax is None:
+            ax = extra("matplotlib.pyplot", "pictures").gca()
+        for family, values in enumerate(self.frequency.T):
+            ax.plot(units.of_frequency(values), "o-", ms=4, label=f"mode {family}")
+        ax.set(xlabel="nodal diameter", ylabel=f"frequency [{units.frequency}]")
+        ax.legend()
+        return ax
+
+    def columns(self, units: Units = SI) -> dict[str, Floats]:
+        """Return columns by name, with a row per nodal diameter."""
+        found = {"nodal_diameter": np.arange(len(self.frequency), dtype=float)}
+        for family, values in enumerate(self.frequency.T):
+            found[units.named(f"frequency_{family}")] = units.of_frequency(values)
+        return found
+
+    def campbell(
+        self, rotor_speed: tuple[float, float], engine_orders: Sequence[int]
+    ) -> CampbellDiagram:
+        """Return where engine orders meet the modes that they excite.
+
+        Parameters
+        ----------
+        rotor_speed : (float, float)
+            Lowest and highest rotor speed [rpm], >= 0.
+        engine_orders : sequence of int
+            From 1.
+        """
+        low, high = rotor_speed
+        if not (np.isfinite(high) and 0.0 <= low < high):
+            raise SlipmodeError(
+                f"rotor_speed: must be two numbers >= 0, ascending [rpm], got {low:g} and {high:g}"
+            )
+        orders = [int(order) for order in engine_orders]
+        if not orders or min(orders) < 1:
+            raise SlipmodeError(f"engine_orders: must be integers from 1, got {orders}")
+        crossings = []
+        for order in orders:
+            k = excited_diameter(order, self.sectors)
+            for family, omega in enumerate(self.frequency[abs(k)].tolist()):
+                speed = omega / (order * RPM)
+                if low <= speed <= high:
+                    crossings.append(Crossing(order, k, family, speed, omega))
+        return CampbellDiagram(self, (low, high), tuple(orders), tuple(crossings))
+
+
+@frozen
+class Crossing:
+    """Rotor speed at which an engine order excites a mode in resonance.
+
+    Attributes
+    ----------
+    engine_order, nodal_diameter, mode : int
+        A negative nodal diameter is a wave that travels backward.
+    rotor_speed : float
+        [rpm]
+    frequency : float
+        [rad/s]
+    """
+
+    engine_order: int
+    nodal_diameter: int
+    mode: int
+    rotor_speed: float
+    frequency: float
+
+
+@frozen
+class CampbellDiagram:
+    """Frequencies against rotor speed: modes, engine orders, and where they meet.
+
+    Modes have the same frequency at all rotor speeds.
+
+    Attributes
+    ----------
+    diameters : NodalDiameterDiagram
+    rotor_speed : (float, float)
+        Lowest and highest [rpm].
+    engine_orders : tuple of int
+    crossings : tuple of Crossing
+        Of an engine order with the modes of the nodal diameter that it excites.
+    """
+
+    diameters: NodalDiameterDiagram
+    rotor_speed: tuple[float, float]
+    engine_orders: tuple[int, ...]
+    crossings: tuple[Crossing, ...]
+
+    def plot(self, ax: Axes | None = None, units: Units = SI) -> Any:
+        """Draw the bands of the families, the engine orders, and mark the crossings."""
+        if ax is None:
+            ax = extra("matplotlib.pyplot", "pictures").gca()
+        frequency, speed = units.of_frequency(self.diameters.frequency), np.array(self.rotor_speed)
+        for family, values in enumerate(frequency.T):
+            ax.axhspan(values.min(), values.max(), color=f"C{family}", alpha=0.2, lw=0)
+            ax.hlines(values, *speed, color=f"C{family}", lw=0.5)
+        top = 1.1 * float(self.diameters.frequency.max())
+        for order in self.engine_orders:
+            ax.plot(speed, units.of_frequency(order * RPM * speed), "0.5", lw=0.8)
+            end = min(speed[1], top / (order * RPM))
+            exit_at = end, float(units.of_frequency(order * RPM * end))
+            ax.annotate(f"{order}", exit_at, xytext=(3, 2), textcoords="offset points")
+        at = [(c.rotor_speed, float(units.of_frequency(c.frequency))) for c in self.crossings]
+        ax.plot(*np.array(at).reshape(-1, 2).T, "ko", ms=4)
+        ax.set(xlabel="rotor speed [rpm]", ylabel=f"frequency [{units.frequency}]")
+        ax.set(xlim=self.rotor_speed, ylim=(0.0, units.of_frequency(top)))
+        return ax
+
+    def columns(self, units: Units = SI) -> dict[str, Floats]:
+        """Return columns by name, with a row per crossing."""
+        names = ("engine_order", "nodal_diameter", "mode", "rotor_speed")
+        found = {
+            name: np.array([getattr(each, name) for each in self.crossings], dtype=float)
+            for name in names
+        }
+        omega = [each.frequency for each in self.crossings]
+        return found | {units.named("frequency"): units.of_frequency(omega)}
+
+
+def nodal_diameter_diagram(
+    structure: CyclicStructure, law: Elastic, families: int = 3
+) -> NodalDiameterDiagram:
+    """Return the natural frequencies of a disk with stuck contacts, by nodal diameter.
+
+    Parameters
+    ----------
+    structure : CyclicStructure
+    law : Jenkins, Iwan, Sliders, FrictionalContact or Contacts
+        Of the contacts of a sector, which are its springs.
+    families : int
+        Number of modes of each nodal diameter, at most the number of free DOFs of a sector.
+    """
+    most = structure.free_dofs.size
+    if isinstance(families, bool) or not 1 <= families <= most:
+        raise SlipmodeError(f"families: must be 1 to {most}, got {families}")
+    reference = law.elements(structure.n_contacts).reference
+    frequency = [
+        DiameterModes.of(structure, k, reference, families, lambda squares: 0.0).frequency
+        for k in range(structure.highest_diameter + 1)
+    ]
+    return NodalDiameterDiagram(
+        structure.sectors, np.array([each[:families] for each in frequency])
+    )
