@@ -24,6 +24,7 @@ from slipmode.runner.recording.record import (
     interrupts_held_back,
 )
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.transients.disk_motion import shown_dof
 from slipmode.runner.transients.hybrid import stepper
 from slipmode.runner.transients.motion import contact_channels
 from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
@@ -212,4 +213,7 @@ def _channels(plan: Plan) -> list[channels.Channel]:
             listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))
+    if plan.excited.waves is not None and scene.windows:
+        waves = plan.excited.waves
+        listed.append(channels.disk(waves.structure.sectors, shown_dof(plan, waves)))
     return listed

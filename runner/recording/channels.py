@@ -31,6 +31,7 @@ EVENTS = "/events"
 FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
+DISK = "/disk"
 OTHER = "/other"  # prefix of the topics of other programs, which may equal ours
 
 NANOSECONDS = 1_000_000_000  # in a second
@@ -192,6 +193,14 @@ def elastic(dofs: Sequence[int]) -> Channel:
     """Return the channel of reconstructed displacements of elastic DOFs."""
     fields = tuple(Field(f"x_{dof}", "m") for dof in dofs)
     return Channel("/elastic", fields, "Reconstructed displacement of elastic DOFs")
+
+
+def disk(sectors: int, dof: int) -> Channel:
+    """Return the channel of a DOF in every sector, and of the state of its first contact."""
+    names = dict.fromkeys((f"x_{j}" for j in range(sectors)), "m")
+    names |= dict.fromkeys((f"state_{j}" for j in range(sectors)), "1")
+    words = f"Displacement of DOF {dof} in every sector; state of its first contact: 0 stuck, "
+    return Channel(DISK, _fields(names), f"{words}1 slipping, 2 open")
 
 
 def energy() -> Channel:

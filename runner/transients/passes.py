@@ -20,6 +20,7 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
+from slipmode.runner.transients.disk_motion import record_disk
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
@@ -218,7 +219,9 @@ class SlowPass(Pass):
         names = self._component.output_names
         self._trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
         super()._record_window(window)
-        if self._is_on_torus(window) and self._plan.scene.disk is None:
+        if self._plan.excited.waves is not None:
+            record_disk(self._plan, self._recorder, self._model, self._trajectory, window)
+        elif self._is_on_torus(window):
             torus = torus_motion(self._model, self._trajectory, window.end)
             self._recorder.write(channels.TORUS, np.full(len(torus), window.end), torus)
 

@@ -12,7 +12,16 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import FULL, OTHER, PHASES, SHARE, TORUS, Channel, Field
+from slipmode.runner.recording.channels import (
+    DISK,
+    FULL,
+    OTHER,
+    PHASES,
+    SHARE,
+    TORUS,
+    Channel,
+    Field,
+)
 
 Color = tuple[int, int, int]
 BLUE, ORANGE, GREEN, RED = (76, 159, 230), (240, 145, 60), (110, 190, 110), (224, 82, 82)
@@ -57,7 +66,7 @@ def series(channel: Channel) -> list[Series]:
     """Return the plots of a channel: one for each quantity, or for an external number."""
     if channel.topic.startswith(OTHER):
         return [Series("", (0,))]
-    if channel.topic in (PHASES, TORUS, SHARE):  # a surface or an event shows them
+    if channel.topic in (PHASES, TORUS, SHARE, DISK):  # drawings or an event show them
         return []
     columns: dict[str, list[int]] = {}
     for column, name in enumerate(channel.names):
@@ -132,6 +141,9 @@ _WORDS = {
     "height of the surface is its displacement there, the colour its friction force: orange "
     "slides one way, blue the other, grey is without force. The white point is the motion itself: "
     "it crosses the square again and again, and comes back at the opposite edge.",
+    "Disk": "**Disk**: the displacement of one DOF in every sector, drawn outwards, at the end of "
+    "the last window. Points between the blades are the contacts: grey while they stick, orange "
+    "while they slip, red while they are open.",
     "stuck": "**State**: 0 while a contact sticks, 1 while it slips, 2 while it is open.",
 }
 

@@ -11,8 +11,8 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import FULL, MODES, PHASES, TORUS, Channel
-from slipmode.runner.view import torus_view
+from slipmode.runner.recording.channels import DISK, FULL, MODES, PHASES, TORUS, Channel
+from slipmode.runner.view import disk_view, torus_view
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
 from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
@@ -147,6 +147,8 @@ class Paths:
             self._samples["/elastic"] = Latest()
         if torus_view.has_torus(channels):
             self._samples |= {topic: Latest() for topic in (PHASES, TORUS)}
+        if disk_view.has_disk(channels):
+            self._samples[DISK] = Latest()
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel if some view needs them."""
@@ -168,6 +170,7 @@ class Paths:
             if portrait.tail:
                 motion = portrait.x.topic
         self._draw_torus(stream)
+        self._draw_disk(stream)
         shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
@@ -192,6 +195,15 @@ class Paths:
         points = np.column_stack((phases, x))
         path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), tail=True)
         torus_view.draw(stream, latest, path, unit)
+
+    def _draw_disk(self, stream: rr.RecordingStream) -> None:
+        """Draw the sectors in the last window."""
+        rows = self._samples[DISK].rows() if DISK in self._samples else np.empty((0, 0))
+        if len(rows):
+            time_ns = rows[:, 0].astype(np.int64)
+            last = window_starts(time_ns)[-1]
+            unit = self._channels[DISK].fields[0].unit
+            disk_view.draw(stream, time_ns[last:], rows[last:, 1:], unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Return times and points (n, 2) of the samples that both axes have."""

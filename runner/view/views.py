@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
-from slipmode.runner.view import torus_view
+from slipmode.runner.view import disk_view, torus_view
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
     LINES,
@@ -102,6 +102,7 @@ def explain(
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
     titles += find_plots(channels, (*SLOW_PLOTS, *MOTION_PLOTS))
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
+    titles += [disk_view.TITLE] if disk_view.has_disk(channels) else []
     words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
     stream.log("/reading", words, static=True)
 
@@ -144,6 +145,8 @@ def blueprint(
     ]
     if torus_view.has_torus(channels):
         rows.append(torus_view.view())
+    if disk_view.has_disk(channels):
+        rows.append(disk_view.view())
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
         (6, _plots(channels, SLOW_PLOTS)),

@@ -129,6 +129,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     expected |= {"/events": 5} if scene.name == "bladed-disk" else {}  # ends off the carriers
     expected |= {"/events": 4} if scene.name == "sweep" else {}  # its ends are off the carriers
     expected |= {"/torus": 32 * 64} if two else {}
+    expected |= {"/disk": 512} if scene.disk is not None else {}
     assert counts.pop("/overview/modes") == points <= 4096
     assert counts == expected
     assert attachments == {"scene.toml": scene.path.read_bytes()}

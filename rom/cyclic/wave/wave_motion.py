@@ -27,7 +27,7 @@ _STEPS_PER_PERIOD = 64  # as `rom.reconstruct` has them for elastic contacts
 
 @frozen
 class SectorMotion:
-    """Motion of sector 0; sector j has the same, ahead by the phase k 2 pi j / N.
+    """Motion of one sector.
 
     Attributes
     ----------
@@ -62,9 +62,14 @@ class SectorWaves:
         return wave_contact_problem(self.carriers, self.law)
 
     def motion(
-        self, model: Model, trajectory: SlowTrajectory, times: Floats, dofs: Sequence[int]
+        self,
+        model: Model,
+        trajectory: SlowTrajectory,
+        times: Floats,
+        dofs: Sequence[int],
+        angle: float = 0.0,
     ) -> SectorMotion:
-        """Return the motion of sector 0 along a slow trajectory.
+        """Return the motion of a sector along a slow trajectory.
 
         The displacements are those of steady waves of the amplitudes at each time, with their
         harmonics. The contact forces follow from them by the contact law.
@@ -79,12 +84,15 @@ class SectorWaves:
             Increasing, inside the trajectory [s].
         dofs : sequence of int
             Free DOFs of the sector.
+        angle : float
+            Of sector j: 2 pi j / N [rad].
         """
         problem, slowest = self.problem, float(self.problem.reduced.frequency.min())
         part = trajectory.between(times[0] - SPIN_UP_PERIODS * 2.0 * np.pi / slowest, times[-1])
         # the model has sizes of shapes and modal forces, and phases relative to theirs
         turn = np.array([each.modal_force / abs(each.modal_force) for each in self.carriers])
-        amplitude = part.amplitude * turn
+        diameters = np.array([each.wave.nodal_diameter for each in self.carriers])
+        amplitude = part.amplitude * turn * np.exp(1j * angle * diameters)
         size, modes = np.abs(amplitude), amplitude.shape[1]
         grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
         deficit = problem.on(grid).solve(size).P

@@ -51,7 +51,9 @@ def test_motion_of_sectors_is_that_of_all_of_them(name, nodal_diameter):
     model = wave.tabulate(2.0 * abs(state.amplitude), force)
     times = np.arange((PERIODS - 2) * SAMPLES, PERIODS * SAMPLES) * 2.0 * np.pi / omega / SAMPLES
     trajectory = steady_run(wave, model, force, omega)
-    found = SectorWaves((carrier,), law).motion(model, trajectory, times, [0, 1, 2])
+    waves, dofs = SectorWaves((carrier,), law), [0, 1, 2]
+    found = waves.motion(model, trajectory, times, dofs)
+    seventh = waves.motion(model, trajectory, times, dofs, 2.0 * np.pi * 7 / SECTORS)
     annulus = disk.annulus()
     excited = excitation(disk, annulus, nodal_diameter, omega, force)
     law_of_annulus = law_of_all(disk, law)
@@ -62,11 +64,14 @@ def test_motion_of_sectors_is_that_of_all_of_them(name, nodal_diameter):
         "velocity": (found.velocity, expected.contact_velocity[:, :size]),
         "force": (found.force, expected.contact_force[:, :size]),
         "elastic": (found.elastic, expected.displacement[:, :3]),
+        "force of sector 7": (seventh.force, expected.contact_force[:, 7 * size : 8 * size]),
+        "elastic of sector 7": (seventh.elastic, expected.displacement[:, 21:24]),
     }
     for quantity, (motion, of_all) in pairs.items():
         error = np.sqrt(np.mean((motion - of_all) ** 2)) / np.sqrt(np.mean(of_all**2))
-        # measured 2e-4 at most, velocities 8.4e-4, forces 4.4e-4
-        assert error < (3e-4 if quantity in ("displacement", "elastic") else 1.3e-3), quantity
+        # measured 2e-4, 8.4e-4, 4.4e-4 and 5.3e-3 at most; forces jump, here between samples
+        bounds = {"velocity": 1.3e-3, "force": 1.3e-3, "force of sector 7": 8e-3}
+        assert error < bounds.get(quantity, 3e-4), quantity
 
 
 def test_models_of_waves_are_kept_on_disk(tmp_path, monkeypatch):
