@@ -278,7 +278,7 @@ class Scene:
         if self.disk is not None:
             raise SlipmodeError(
                 "structure.sectors: this needs a whole structure, and the scene has one sector; "
-                "in Python rom.CyclicStructure.annulus() returns all sectors as one structure"
+                "slipmode diameters has its modes, rom.CyclicStructure.annulus() all sectors"
             )
         return self.structure.build()  # type: ignore[return-value]
 

@@ -24,6 +24,7 @@ from slipmode.rom.full.structures import Projection
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, describe_run
 from slipmode.runner.run import open_recorder
@@ -42,6 +43,7 @@ from slipmode.runner.transients.motion import (
     record_contacts,
     slow_trajectory,
 )
+from slipmode.runner.validation.all_sectors import check_one_wave, sector_in_full
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,10 @@ def validate(
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
     started = perf_counter()
-    plan = with_window(make_plan(scene, structure=scene.build(), progress=progress))
+    structure = scene.build() if scene.disk is None else None
+    plan = with_window(make_plan(scene, structure=structure, progress=progress))
+    if scene.disk is not None:
+        check_one_wave(plan)
     model = plan.model(progress=progress)[0] if scene.tabulated else None
     tabulated = perf_counter()
     if model is None:
@@ -160,7 +165,7 @@ def with_window(plan: Plan) -> Plan:
 
 def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> list[Comparison]:
     time, seen = motion.time, np.isin(full.motion.time, motion.time)
-    elements = plan.excited.reduced.contacts
+    elements = plan.excited.contacts[0].contacts
     signals = {
         "modal displacement": (motion.modal[:, : len(plan.excited.modes)], "displacement"),
         "contact displacement": (motion.displacement, "contact_displacement"),
@@ -213,7 +218,7 @@ def _record(
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
     seen = np.isin(fine.time, motion.time)
-    reduced = plan.excited.reduced
+    reduced, _ = plan.excited.contacts
     listed = contact_channels(reduced) + contact_channels(reduced, channels.FULL)
     title, run = f"{scene.title}: reduced and full order", describe_run(scene.text, model)
     header = Header(title, scene.text, run, scene.name)
@@ -254,8 +259,10 @@ def reference(plan: Plan, times: Floats) -> Reference:
 
     Structures of up to 1000 DOFs have all their modes, larger ones `rom.full.component_modes`.
     """
-    excited, coordinates = plan.excited, plan.structure.n_dofs
-    times = np.union1d(times, [plan.scene.run.duration])
+    excited, times = plan.excited, np.union1d(times, [plan.scene.run.duration])
+    if excited.waves is not None:
+        return _of_all_sectors(plan, excited.waves, times)
+    coordinates = plan.structure.n_dofs
     small: Projection | None = None
     fewer: Projection | None = None
     if coordinates > MOST_DOFS:
@@ -277,6 +284,16 @@ def reference(plan: Plan, times: Floats) -> Reference:
     if fewer is not None:
         comparisons.append((full_motion(plan, times, 32, fewer), coarse))
     return Reference(fine, comparisons, coordinates, seconds)
+
+
+def _of_all_sectors(plan: Plan, waves: Waves, times: Floats) -> Reference:
+    """Return the motion of sector 0 among all sectors of a bladed disk."""
+    annulus = waves.structure.annulus()
+    started = perf_counter()
+    fine = sector_in_full(plan, waves, annulus, times, 64)
+    seconds = perf_counter() - started
+    coarse = sector_in_full(plan, waves, annulus, times, 32)
+    return Reference(fine, [(coarse, fine)], annulus.n_dofs, seconds)
 
 
 def full_motion(

@@ -4,18 +4,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cyclic.full_annulus import law_of_all
 
 from slipmode import rom, runner
-from slipmode.rom import full
+from slipmode.rom import SlipmodeError
 from slipmode.runner.curves.scene_curves import scene_backbone, scene_response_curve
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 from slipmode.runner.study.study import run_study
+from slipmode.runner.validation.validate import validate
 
 DISK = shipped_scenes()["bladed-disk"].read_text(encoding="utf-8")
 DISK_24, LAW = rom.lumped_disk(24, 1e-5), rom.Jenkins(1.0, 5e4)
 NO_RERUN = "[log]\nrerun = false\n"
+RANGE = "[model]\ntolerance = 0.05\namplitude = [2e-4, 4e-5]\n"
+SECOND_WAVE = """[forcing.B]
+dof = 2
+amplitude = 20.0
+engine_order = 19
+rotor_speed = 1957
+"""
 
 
 def recorded(text, folder, name="scene"):
@@ -27,38 +34,54 @@ def column(channels, topic, name):
     return channels[topic].column(name)
 
 
-def test_a_run_through_resonance_is_that_of_all_sectors(tmp_path):
+SHORT = (
+    DISK.replace("[[0, 3780], [4, 4040]]", "[[0, 3900], [0.3, 3960]]")
+    .replace("duration = 4.0", "duration = 0.3")
+    .replace("step = 0.01", "step = 0.002")
+    .replace("[1.5, 1.55]", "[0.2, 0.3]")
+)
+BACKWARD = SHORT.replace("order = 3", "order = 21").replace(
+    "[[0, 3900], [0.3, 3960]]", "[[0, 557.2], [0.3, 565.7]]"
+)
+
+
+@pytest.mark.parametrize(
+    "text", [SHORT, f"{BACKWARD}[initial]\nA = [0.0, 6e-5]\n"], ids=["forward", "backward"]
+)
+def test_a_run_through_resonance_is_that_of_all_sectors(text, tmp_path):
     """24 sectors that speed up, integrated in full."""
-    speed = "[[0, 3900], [0.3, 3960]]"
-    text = DISK.replace("[[0, 3780], [4, 4040]]", speed).replace(
-        "duration = 4.0", "duration = 0.3"
-    )
-    text = text.replace("step = 0.01", "step = 0.002").replace("[1.5, 1.55]", "[0.2, 0.3]")
-    channels = recorded(text + NO_RERUN, tmp_path)
-    times = channels["/elastic"].time
-    scene = parse_scene(text, ".")
-    (start, end), annulus = scene.forcing["A"].frequency.values, DISK_24.annulus()
-    pattern = DISK_24.around(4.0 * np.eye(3)[2].astype(complex), 3)
-    excited = full.Excitation(
-        patterns=np.array((pattern.real, -pattern.imag)),
-        start=np.zeros(1),
-        amplitude=np.ones((1, 2)),
-        amplitude_rate=np.zeros((1, 2)),
-        frequency=np.full((1, 2), start),
-        frequency_rate=np.full((1, 2), (end - start) / 0.3),
-        phase=np.array([[0.0, -0.5 * np.pi]]),
-        phase_rate=np.zeros((1, 2)),
-    )
-    law = law_of_all(DISK_24, LAW)
-    motion = full.integrate(annulus, law, excited, times, steps_per_period=256)
-    pairs = {
-        "tip": (column(channels, "/elastic", "x_2"), motion.displacement[:, 2], 6e-3),  # 4.1e-3
-        "contact": (column(channels, "/contact/0", "x"), motion.contact_displacement[:, 0], 6e-3),
-        "force": (column(channels, "/contact/0", "f"), motion.contact_force[:, 0], 1e-2),
-    }
-    for quantity, (found, expected, bound) in pairs.items():
-        error = np.sqrt(np.mean((found - expected) ** 2) / np.mean(expected**2))
-        assert error < bound, quantity
+    found = validate(parse_scene(text + NO_RERUN, "."), tmp_path)
+    assert found.coordinates == 72
+    subjects = ("modal displacement", "contact displacement", "contact velocity", "friction force")
+    assert tuple(each.subject for each in found.comparisons) == subjects
+    for each in found.comparisons:
+        # measured 3.8e-3 to 6.2e-3 from rest: the amplitude grows while contacts slip
+        assert each.error < 8e-3, each.subject
+        assert each.reference_error < 5e-4, each.subject
+
+
+def test_validation_takes_one_engine_order(tmp_path):
+    text = SHORT.replace("A = 0", "A = 0\nB = 1") + RANGE + SECOND_WAVE
+    with pytest.raises(SlipmodeError, match=r"^forcing\.B: all sectors are integrated under one"):
+        validate(parse_scene(text, "."), tmp_path)
+
+
+def test_two_engine_orders_come_to_the_steady_state_of_their_waves(tmp_path):
+    text = DISK.replace("A = 0", "A = 0\nB = 1").replace("[[0, 3780], [4, 4040]]", "3900")
+    text = text.replace("duration = 4.0", "duration = 1.0").replace("[1.5, 1.55]", "[0.95, 0.96]")
+    scene = parse_scene(text + RANGE + SECOND_WAVE + NO_RERUN, ".")
+    recording = runner.run(scene, tmp_path)
+    channels = recording.read().channels
+    sizes = [column(channels, "/modes", f"{mode}_abs")[-1] for mode in "AB"]
+    frequency = [3 * 3900 * np.pi / 30.0, 19 * 1957 * np.pi / 30.0]
+    force = [np.array([0.0, 0.0, each]) for each in (4.0, 20.0)]
+    expected = np.abs(rom.steady(recording.model, frequency, force))
+    np.testing.assert_allclose(sizes, expected, rtol=1e-3)
+    # sectors 8 apart have the same phase of nodal diameter 3, another of -5
+    assert channels["/disk"].values.shape == (398, 48)  # the whole window
+    first, ninth = (channels["/disk"].column(f"x_{j}") for j in (0, 8))
+    apart = np.sqrt(np.mean((first - ninth) ** 2) / np.mean(first**2))
+    assert 0.01 < apart < 1.0
 
 
 def test_curve_and_backbone_are_those_of_the_wave():
@@ -111,10 +134,10 @@ STUDY = """
 scene = "disk.toml"
 [[vary]]
 key = "forcing.A.rotor_speed"
-values = [3850, 3900]
+values = [3850, 3900, 3950]
 [[vary]]
 key = "contacts.0.limit"
-values = [0.5, 1.0]
+values = [0.5]
 [outputs]
 steady = true
 dofs = [2]
@@ -125,8 +148,8 @@ def test_a_study_varies_rotor_speed_and_limits(tmp_path):
     (tmp_path / "disk.toml").write_text(DISK, encoding="utf-8")
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
     data = run_study(tmp_path / "study.toml", tmp_path).dataset().load()
-    assert data["status"].values.tolist() == [1, 1, 1, 1]
-    for k in range(4):
+    assert data["status"].values.tolist() == [1, 1, 1]
+    for k in range(3):
         rpm, limit = (float(data[key][k]) for key in ("forcing.A.rotor_speed", "contacts.0.limit"))
         wave = rom.travelling_wave(DISK_24, rom.Jenkins(limit, 5e4), 3)
         (state,) = wave.steady_states(3 * rpm * np.pi / 30.0, {2: 4.0})

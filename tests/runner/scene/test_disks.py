@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from slipmode import rom, runner
+from slipmode import rom
 from slipmode.rom import SlipmodeError
 from slipmode.rom.structure.labels import Labels
+from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 
@@ -226,11 +227,8 @@ def test_keys_of_sectors_need_sectors(sector):
     )
 
 
-def test_what_needs_a_whole_structure_says_so(tmp_path):
-    from slipmode.runner.validation.validate import validate
-
-    scene = parse_scene(DISK, ".")
-    for command in (lambda: validate(scene, tmp_path), lambda: scene.build()):
-        with pytest.raises(SlipmodeError, match=r"^structure\.sectors: this needs a whole"):
-            command()
-    assert runner.load_scene("bladed-disk").disk is not None
+def test_what_needs_a_whole_structure_says_so(capsys):
+    for command in ("modes", "design"):
+        assert main([command, "bladed-disk"]) == 1
+        line = capsys.readouterr().err
+        assert line.startswith("slipmode: structure.sectors: this needs a whole structure")

@@ -1,0 +1,75 @@
+"""The motion of all sectors of a bladed disk, integrated at full order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from slipmode.rom import Contacts
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.full import Excitation, FullMotion, State, integrate
+from slipmode.rom.structure.structure import Structure
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.waves import Waves
+from slipmode.runner.transients.full_order import excitation_of
+
+
+def check_one_wave(plan: Plan) -> None:
+    """Refuse two waves: forces of two patterns in two phases each."""
+    if len(plan.excited.modes) > 1:
+        raise SlipmodeError(
+            "forcing.B: all sectors are integrated under one engine order; validate with "
+            "[forcing.A] or [forcing.B] alone"
+        )
+
+
+def sector_in_full(
+    plan: Plan, waves: Waves, annulus: Structure, times: Floats, steps_per_period: float
+) -> FullMotion:
+    """Return the motion of sector 0 among all sectors.
+
+    Its output is the modal displacement of the wave. The energy is not known for one sector.
+    """
+    disk, (carrier,) = waves.structure, waves.sector.carriers
+    wave = carrier.wave
+    k, size = wave.nodal_diameter, disk.n_contacts
+    pattern = disk.around(carrier.force if waves.force[0].any() else 0.0 * carrier.force, k)
+    one = excitation_of(plan, pattern.real[np.newaxis], plan.schedule)
+    # Re(f exp(i theta)) by two forces, the second a quarter period later
+    quarter = np.array([0.0, -0.5 * np.pi])
+    excitation = Excitation(
+        patterns=np.array((pattern.real, -pattern.imag)),
+        start=one.start,
+        amplitude=np.repeat(one.amplitude, 2, axis=1),
+        amplitude_rate=np.repeat(one.amplitude_rate, 2, axis=1),
+        frequency=np.repeat(one.frequency, 2, axis=1),
+        frequency_rate=np.repeat(one.frequency_rate, 2, axis=1),
+        phase=one.phase + quarter,
+        phase_rate=np.repeat(one.phase_rate, 2, axis=1),
+    )
+    turn = carrier.modal_force / abs(carrier.modal_force)
+    shape = disk.around(wave.shape, k)
+    start = 2.0 * shape * turn * plan.excited.initial[0]
+    velocity = 1j * one.frequency[0, 0] * start
+    # of both waves with this shape, forward and backward, if they are not the same one
+    weight = (1.0 if 2 * k % disk.sectors == 0 else 2.0) / disk.sectors
+    output = weight * (annulus.mass @ (turn * shape)).conj().real
+    law = Contacts([(waves.law, range(j * size, (j + 1) * size)) for j in range(disk.sectors)])
+    motion = integrate(
+        annulus,
+        law,
+        excitation,
+        times,
+        steps_per_period=steps_per_period,
+        outputs=output[np.newaxis],
+        start=State(0.0, displacement=start.real, velocity=velocity.real),
+    )
+    return replace(
+        motion,
+        contact_displacement=motion.contact_displacement[:, :size],
+        contact_velocity=motion.contact_velocity[:, :size],
+        contact_force=motion.contact_force[:, :size],
+        dissipated=np.full_like(motion.dissipated, np.nan),
+    )
