@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -55,11 +56,10 @@ def sector_in_full(
     velocity = 1j * one.frequency[0, 0] * start
     # of both waves with this shape, forward and backward, if they are not the same one
     weight = (1.0 if 2 * k % disk.sectors == 0 else 2.0) / disk.sectors
-    output = weight * (annulus.mass @ (turn * shape)).conj().real
-    law = Contacts([(waves.law, range(j * size, (j + 1) * size)) for j in range(disk.sectors)])
+    output = weight * np.asarray(annulus.mass @ (turn * shape)).real
     motion = integrate(
         annulus,
-        law,
+        _law_of_all(waves),
         excitation,
         times,
         steps_per_period=steps_per_period,
@@ -72,4 +72,18 @@ def sector_in_full(
         contact_velocity=motion.contact_velocity[:, :size],
         contact_force=motion.contact_force[:, :size],
         dissipated=np.full_like(motion.dissipated, np.nan),
+    )
+
+
+def _law_of_all(waves: Waves) -> Contacts:
+    """Return the contact law of all sectors."""
+    law, size = waves.law, waves.structure.n_contacts
+    whole: Any = (law, range(size))
+    groups = law.groups if isinstance(law, Contacts) else [whole]
+    return Contacts(
+        [
+            (each, [j * size + column for column in columns])
+            for j in range(waves.structure.sectors)
+            for each, columns in groups
+        ]
     )
