@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
-from slipmode.runner.view import disk_view, torus_view
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import (
     LINES,
@@ -30,6 +29,7 @@ from slipmode.runner.view.labels import (
 )
 from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Window
+from slipmode.runner.view.spatial import disk_view, torus_view
 
 
 @dataclass(frozen=True)

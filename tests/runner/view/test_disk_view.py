@@ -8,8 +8,8 @@ from rrd import RERUN
 
 from slipmode.runner import load
 from slipmode.runner.recording.load import Selection
-from slipmode.runner.view import disk_view
 from slipmode.runner.view.replay import replay
+from slipmode.runner.view.spatial import disk_view
 
 SECTORS = 24
 

@@ -1,0 +1,5 @@
+"""Drawings of motion in space: over the phases of two carriers, and of all sectors of a disk.
+
+torus_view.py  motion of a contact over the phases of both carriers
+disk_view.py   every sector of a bladed disk
+"""
