@@ -155,7 +155,8 @@ class CyclicStructure:
     @cached_property
     def condensed(self) -> Condensation:
         """The sector condensed to its sides and contacts."""
-        motion: Any = abs(self.own_directions) + abs(self.next_directions)
+        own: Any = abs(self.own_directions)
+        motion = own + abs(self.next_directions)
         moving = np.flatnonzero(motion.sum(axis=1))
         boundary = np.unique(np.concatenate((self.left, self.right, moving)))
         return Condensation.of(self.stiffness, boundary)
