@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
+from slipmode.rom.cyclic.wave.wave_cycles import wave_cycles
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
@@ -22,13 +22,12 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.tabulation import check_request
 
-_STEPS = (128, 256, 512, 1024, 2048, 4096)  # per period, until the steady states stay
-_AMPLITUDES = 60  # tried for steady states
-
 
 @frozen
 class WaveState:
-    """A steady travelling wave: sector j moves by 2 Re(c exp(i (Omega t + k 2 pi j / N))).
+    """A travelling wave in a steady state or limit cycle.
+
+    Sector j moves by 2 Re(c exp(i (Omega t + k 2 pi j / N))).
 
     Attributes
     ----------
@@ -36,13 +35,22 @@ class WaveState:
         a of the mode [kg^1/2 m].
     error : float
         Estimate of the error of |a| by time steps [kg^1/2 m].
+    frequency : float
+        Omega [rad/s]: of the force, or of the limit cycle.
     displacement : (n_s,) complex ndarray
-        c of the free DOFs of sector 0 at the forcing frequency [m].
+        c of the free DOFs of sector 0 at this frequency [m].
     """
 
     amplitude: complex
     error: float
+    frequency: float
     displacement: Complexes
+
+    @classmethod
+    def of(cls, found: Balanced) -> Self:
+        """Return the state of a wave in balance."""
+        balance, a = found.balance, found.amplitude
+        return cls(a, found.error, balance.carrier.frequency, balance.displacement(a))
 
 
 @frozen
@@ -122,20 +130,43 @@ class TravellingWave:
         lift off; this is not tested.
         """
         carrier = Carrier(self.wave, frequency, self.driving(force))
-        problem = wave_contact_problem([carrier], self.law)
-        coarse = _Balance(carrier, problem, _STEPS[0]).amplitudes()
-        for steps in _STEPS[1:]:
-            balance = _Balance(carrier, problem, steps)
-            found = balance.amplitudes()
-            if len(found) == len(coarse):
-                change = np.abs(found - coarse)
-                if np.all(change <= tolerance * found):
-                    return [balance.state(*each) for each in zip(found, change, strict=True)]
-            coarse = found
-        raise SlipmodeError(
-            f"tolerance: the steady wave changes by more than {tolerance:g} with {_STEPS[-1]} "
-            "steps a period; allow more"
-        )
+
+        def balanced(steps: int) -> list[Balanced]:
+            balance = Balance.of(carrier, self.law, steps)
+            sizes = balance.steady_sizes()
+            return [Balanced(balance, balance.steady_amplitude(size)) for size in sizes]
+
+        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
+
+    def limit_cycles(self, tolerance: float = 1e-3) -> list[WaveState]:
+        """Return the limit cycles of a self-excited wave, without a force, by amplitude.
+
+        Friction that slips freely no longer grows with the amplitude: past a stable limit cycle
+        there is an unstable one, beyond which the wave grows without bound.
+
+        Parameters
+        ----------
+        tolerance : float
+            Relative error of the amplitude.
+
+        Returns
+        -------
+        list of WaveState
+            Each with its own frequency. Amplitudes are real, for the phase is arbitrary. Empty if
+            friction dissipates too little at any amplitude.
+
+        Raises
+        ------
+        SlipmodeError
+            If the wave is not self-excited; see `CyclicStructure.with_aerodynamics`.
+        UnsettledError
+            If the contacts do not come to a periodic motion.
+        """
+
+        def balanced(steps: int) -> list[Balanced]:
+            return wave_cycles(self.wave, self.law, steps)
+
+        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
 
     def tabulate(
         self,
@@ -182,59 +213,6 @@ class TravellingWave:
                 f"{self.nodal_diameter}"
             )
         return vector
-
-
-@frozen
-class _Balance:
-    """Amplitudes |a| at which the force that holds the wave steady is the given one."""
-
-    carrier: Carrier
-    problem: ContactProblem
-    steps: int
-
-    @cached_property
-    def _torus(self) -> TorusProblem:
-        return self.problem.on(Discretisation(self.steps, 1), 1e-8)
-
-    def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
-        """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
-        terms = self._torus.solve(sizes[:, np.newaxis])
-        terms.check_periodic()
-        return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
-
-    def amplitudes(self) -> Floats:
-        """Return all |a| that are found, ascending [kg^1/2 m]."""
-        import scipy.optimize  # takes long to import
-
-        force = abs(self.carrier.modal_force)
-
-        def lack(size: float) -> float:
-            return float(np.abs(self.required(np.array([size]))[0][0])) - force
-
-        stuck = 0.5 * force / abs(self.carrier.stiffness)
-        sizes = np.geomspace(1e-3 * stuck, 2.0 * stuck, _AMPLITUDES)
-        while np.abs(self.required(sizes[-1:])[0][0]) <= force:
-            sizes = np.geomspace(sizes[0], 4.0 * sizes[-1], _AMPLITUDES)
-        lacks = np.abs(self.required(sizes)[0]) - force
-        (first,) = np.nonzero((lacks[:-1] < 0.0) != (lacks[1:] < 0.0))
-        return np.array(
-            [
-                scipy.optimize.brentq(lack, sizes[k], sizes[k + 1], rtol=1e-10)
-                for k in first.tolist()
-            ]
-        )
-
-    def state(self, size: float, error: float) -> WaveState:
-        """Return the steady wave of an amplitude."""
-        required, y = (each[0] for each in self.required(np.array([size])))
-        carrier, own = self.carrier, self.carrier.wave.own
-        # required exp(i arg a) is the force
-        turn = carrier.modal_force / required
-        turn /= abs(turn)
-        a = size * turn
-        on_dofs = own.contacts.conj().T @ (y * turn) + 0.5 * carrier.force
-        others = own.response(on_dofs[:, np.newaxis], carrier.frequency, carrier.wave.mode)
-        return WaveState(complex(a), float(error), carrier.mode.shape * a + others[:, 0])
 
 
 def travelling_wave(
@@ -292,51 +270,9 @@ def travelling_wave(
     modes_of = AllDiameters(
         structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
     )
+    if Wave(modes_of, int(nodal_diameter), int(mode)).square <= 0.0:
+        raise SlipmodeError(
+            f"influence: takes away all stiffness of mode {mode} of nodal diameter "
+            f"{nodal_diameter}"
+        )
     return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))
-
-
-def tabulate_waves(
-    waves: Sequence[TravellingWave],
-    amplitude: Sequence[float],
-    force: Sequence[Mapping[int, complex] | ArrayLike],
-    tolerance: float = 1e-3,
-) -> Model:
-    """Return the model of two travelling waves of one structure, at two frequencies.
-
-    Two engine orders drive them, each near the frequency of its wave.
-
-    Parameters
-    ----------
-    waves : sequence of TravellingWave
-        Two, of the same structure and law. Their frequencies differ.
-    amplitude : sequence of float
-        Largest |a_j| [kg^1/2 m].
-    force : sequence of {DOF: amplitude} or (n_s,) array_like
-        Pattern of the excitation of each wave, see `TravellingWave.modal_force`.
-    tolerance : float
-        As in `rom.tabulate`.
-
-    Returns
-    -------
-    Model
-        As of `TravellingWave.tabulate`, with two modes.
-
-    Raises
-    ------
-    SlipmodeError
-        If the waves do not belong together; if the tolerance cannot be reached.
-    """
-    if len(waves) != 2 or len(force) != 2:
-        raise SlipmodeError(f"waves, force: must be two each, got {len(waves)} and {len(force)}")
-    first, second = waves
-    if first.structure is not second.structure or first.law != second.law:
-        raise SlipmodeError("waves: must be of the same structure and law")
-    ends = as_floats("amplitude", amplitude)
-    check_request(ends, 2, tolerance, amplitude)
-    carriers = [
-        Carrier(each.wave, each.frequency, each.driving(f))
-        for each, f in zip(waves, force, strict=True)
-    ]
-    if first.frequency == second.frequency:
-        raise SlipmodeError("waves: must have different frequencies")
-    return wave_model(carriers, first.law, ends, tolerance)

@@ -65,25 +65,46 @@ class Wave:
         return np.asarray(self.own.contact_motion[:, self.mode])
 
     @property
-    def frequency(self) -> float:
-        """Natural frequency with stuck contacts [rad/s]."""
+    def structural_frequency(self) -> float:
+        """Natural frequency with stuck contacts, without aerodynamics [rad/s]."""
         return float(self.own.frequency[self.mode])
 
     @property
+    def aerodynamics(self) -> complex:
+        """Aerodynamic coefficient c at the natural frequency [rad^2/s^2], see `rom.reduce`."""
+        own, at = self.own, (self.mode, self.mode)
+        stiffness, damping = own.aerodynamic_stiffness[at], own.aerodynamic_damping[at]
+        return complex(stiffness + 1j * self.structural_frequency * damping)
+
+    @property
+    def square(self) -> float:
+        """Modal stiffness with stuck contacts and aerodynamics [rad^2/s^2]."""
+        return self.structural_frequency**2 + self.aerodynamics.real
+
+    @property
+    def frequency(self) -> float:
+        """Natural frequency with stuck contacts [rad/s]."""
+        return float(np.sqrt(self.square))
+
+    @property
     def damping(self) -> float:
-        """Modal damping [1/s]."""
-        return float(self.own.damping[self.mode, self.mode].real)
+        """Modal damping [1/s]; negative if the wave is self-excited."""
+        structural = self.own.damping[self.mode, self.mode].real
+        return float(structural + self.aerodynamics.imag / self.structural_frequency)
 
     def static(self) -> Floats:
         """Real static flexibility of the contacts without the mode, (N_c, N_c) [m/N]."""
-        psi = self.contact_motion
-        static = self.own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.frequency**2
+        own = self.own
+        psi, omega = (
+            np.delete(each, self.mode, axis=-1) for each in (own.contact_motion, own.frequency)
+        )
+        static = own.past_flexibility + (psi / omega**2) @ psi.conj().T
         return np.asarray(0.5 * (static.real + static.real.T))
 
 
 @frozen
 class Carrier:
-    """A wave at the frequency of its carrier, and the force that holds it steady.
+    """A wave at the frequency of its carrier, and the force that holds it steady, if any.
 
     Attributes
     ----------
@@ -91,7 +112,7 @@ class Carrier:
     frequency : float
         Omega [rad/s].
     force : (n_s,) complex ndarray
-        Pattern on sector 0, in any scale.
+        Pattern on sector 0, in any scale; 0 of a limit cycle.
     """
 
     wave: Wave
@@ -122,6 +143,8 @@ class Carrier:
     def moved_by_force(self) -> Complexes:
         """g, twice the quasi-static displacement of the contacts per modal force, (N_c,)."""
         own = self.wave.own
+        if not self.force.any():
+            return np.zeros(own.contacts.shape[0], dtype=complex)
         moved = own.response(self.force[:, np.newaxis], self.frequency, self.wave.mode)[:, 0]
         return np.asarray(own.contacts @ moved / self.modal_force)
 
@@ -136,7 +159,7 @@ class Carrier:
 
 
 def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
-    """Return the contact problem of one or two waves that their forces hold steady."""
+    """Return the contact problem of one or two waves in a steady state or limit cycle."""
     waves, modes = [each.wave for each in carriers], len(carriers)
     frequency = np.array([each.frequency for each in carriers])
     diameters = [wave.nodal_diameter for wave in waves]
