@@ -129,7 +129,7 @@ class TravellingWave:
         A wave may be unstable against waves of other nodal diameters, mostly with contacts that
         lift off; this is not tested.
         """
-        carrier = Carrier(self.wave, frequency, self.driving(force))
+        carrier = self.carrier(force, frequency)
 
         def balanced(steps: int) -> list[Balanced]:
             balance = Balance.of(carrier, self.law, steps)
@@ -171,8 +171,9 @@ class TravellingWave:
     def tabulate(
         self,
         amplitude: float,
-        force: Mapping[int, complex] | ArrayLike,
+        force: Mapping[int, complex] | ArrayLike | None,
         tolerance: float = 1e-3,
+        frequency: float | None = None,
     ) -> Model:
         """Return the model of the wave, for steady states, curves, components, FMUs and scenes.
 
@@ -182,9 +183,13 @@ class TravellingWave:
             Largest |a| [kg^1/2 m].
         force : {DOF: amplitude} or (n_s,) array_like
             Pattern of the excitation, as in `modal_force`, in any scale. The table includes its
-            quasi-static effect on the contacts.
+            quasi-static effect on the contacts. None: the wave moves without a force, as in a
+            limit cycle.
         tolerance : float
             Relative error of the amplitude equation, as in `rom.tabulate`.
+        frequency : float, optional
+            Frequency of the force, or of the limit cycle, about which the table is exact [rad/s].
+            Default: the natural frequency with stuck contacts.
 
         Returns
         -------
@@ -200,11 +205,25 @@ class TravellingWave:
         """
         ends = np.array([as_floats("amplitude", amplitude)], dtype=float)
         check_request(ends, 1, tolerance, [amplitude])
-        carrier = Carrier(self.wave, self.frequency, self.driving(force))
+        carrier = self.carrier(force, frequency)
         return wave_model([carrier], self.law, ends, tolerance)
 
-    def driving(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
-        """Return forces on the free DOFs of sector 0, (n_s,), which must do work on the mode."""
+    def carrier(
+        self, force: Mapping[int, complex] | ArrayLike | None, frequency: float | None
+    ) -> Carrier:
+        """Return the wave under a force, which must do work on the mode, or None.
+
+        The frequency is the natural one by default.
+        """
+        omega = self.frequency if frequency is None else float(as_floats("frequency", frequency))
+        if not (omega > 0.0 and np.isfinite(omega)):
+            raise SlipmodeError(f"frequency: must be > 0 rad/s, got {in_one_line(frequency)}")
+        return Carrier(self.wave, omega, self._driving(force))
+
+    def _driving(self, force: Mapping[int, complex] | ArrayLike | None) -> Complexes:
+        """Return forces on the free DOFs of sector 0, (n_s,); 0 without any."""
+        if force is None:
+            return np.zeros(self.shape.size, dtype=complex)
         vector = self.structure.force_on_sector(force)
         size = np.abs(vector).max() * np.abs(self.shape).max()
         if not abs(self.modal_force(vector)) > 1e-9 * size:
@@ -270,9 +289,4 @@ def travelling_wave(
     modes_of = AllDiameters(
         structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
     )
-    if Wave(modes_of, int(nodal_diameter), int(mode)).square <= 0.0:
-        raise SlipmodeError(
-            f"influence: takes away all stiffness of mode {mode} of nodal diameter "
-            f"{nodal_diameter}"
-        )
     return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))

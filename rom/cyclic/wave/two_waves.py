@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import as_floats
 from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
-from slipmode.rom.cyclic.wave.wave_problem import Carrier
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.table.model import Model
@@ -18,12 +17,15 @@ from slipmode.rom.table.tabulation import check_request
 def tabulate_waves(
     waves: Sequence[TravellingWave],
     amplitude: Sequence[float],
-    force: Sequence[Mapping[int, complex] | ArrayLike],
+    force: Sequence[Mapping[int, complex] | ArrayLike | None],
     tolerance: float = 1e-3,
+    frequency: Sequence[float | None] = (None, None),
 ) -> Model:
     """Return the model of two travelling waves of one structure, at two frequencies.
 
-    Two engine orders drive them, each near the frequency of its wave.
+    Two engine orders drive them, each near the frequency of its wave; or one is self-excited, and
+    flutters beside the other. `rom.limit_cycles` finds the limit cycles then, with the force {} of
+    the self-excited wave.
 
     Parameters
     ----------
@@ -32,9 +34,12 @@ def tabulate_waves(
     amplitude : sequence of float
         Largest |a_j| [kg^1/2 m].
     force : sequence of {DOF: amplitude} or (n_s,) array_like
-        Pattern of the excitation of each wave, see `TravellingWave.modal_force`.
+        Pattern of the excitation of each wave, see `TravellingWave.modal_force`; None of a wave
+        without a force.
     tolerance : float
         As in `rom.tabulate`.
+    frequency : sequence of float or None
+        As in `TravellingWave.tabulate`, of each wave.
 
     Returns
     -------
@@ -46,17 +51,17 @@ def tabulate_waves(
     SlipmodeError
         If the waves do not belong together; if the tolerance cannot be reached.
     """
-    if len(waves) != 2 or len(force) != 2:
-        raise SlipmodeError(f"waves, force: must be two each, got {len(waves)} and {len(force)}")
+    counts = [len(each) for each in (waves, force, frequency)]
+    if counts != [2, 2, 2]:
+        raise SlipmodeError(f"waves, force, frequency: must be two each, got {counts}")
     first, second = waves
     if first.structure is not second.structure or first.law != second.law:
         raise SlipmodeError("waves: must be of the same structure and law")
     ends = as_floats("amplitude", amplitude)
     check_request(ends, 2, tolerance, amplitude)
     carriers = [
-        Carrier(each.wave, each.frequency, each.driving(f))
-        for each, f in zip(waves, force, strict=True)
+        wave.carrier(f, omega) for wave, f, omega in zip(waves, force, frequency, strict=True)
     ]
-    if first.frequency == second.frequency:
+    if carriers[0].frequency == carriers[1].frequency:
         raise SlipmodeError("waves: must have different frequencies")
     return wave_model(carriers, first.law, ends, tolerance)

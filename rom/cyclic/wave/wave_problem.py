@@ -25,6 +25,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.dual_contacts import DualContacts
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
@@ -70,27 +71,28 @@ class Wave:
         return float(self.own.frequency[self.mode])
 
     @property
-    def aerodynamics(self) -> complex:
-        """Aerodynamic coefficient c at the natural frequency [rad^2/s^2], see `rom.reduce`."""
-        own, at = self.own, (self.mode, self.mode)
-        stiffness, damping = own.aerodynamic_stiffness[at], own.aerodynamic_damping[at]
-        return complex(stiffness + 1j * self.structural_frequency * damping)
-
-    @property
-    def square(self) -> float:
-        """Modal stiffness with stuck contacts and aerodynamics [rad^2/s^2]."""
-        return self.structural_frequency**2 + self.aerodynamics.real
-
-    @property
     def frequency(self) -> float:
-        """Natural frequency with stuck contacts [rad/s]."""
-        return float(np.sqrt(self.square))
+        """Natural frequency with stuck contacts [rad/s].
+
+        Raises
+        ------
+        SlipmodeError
+            If aerodynamics take away all stiffness.
+        """
+        alone = self.structural_frequency
+        dynamic = self.own.dynamic_stiffness(alone)[self.mode, self.mode]
+        square = alone**2 + float(dynamic.real)
+        if square <= 0.0:
+            raise SlipmodeError(
+                f"influence: takes away all stiffness of mode {self.mode} of nodal diameter "
+                f"{self.nodal_diameter}"
+            )
+        return float(np.sqrt(square))
 
     @property
-    def damping(self) -> float:
-        """Modal damping [1/s]; negative if the wave is self-excited."""
-        structural = self.own.damping[self.mode, self.mode].real
-        return float(structural + self.aerodynamics.imag / self.structural_frequency)
+    def structural_damping(self) -> float:
+        """Modal damping without aerodynamics [1/s]."""
+        return float(self.own.damping[self.mode, self.mode].real)
 
     def static(self) -> Floats:
         """Real static flexibility of the contacts without the mode, (N_c, N_c) [m/N]."""
@@ -128,6 +130,31 @@ class Carrier:
     def stiffness(self) -> complex:
         """Dynamic stiffness D of the mode with what returns by dampers [rad^2/s^2]."""
         return self.mode.stiffness + self.mode.indirect
+
+    @property
+    def natural_frequency(self) -> float:
+        """Natural frequency omega of the mode, D = omega^2 - Omega^2 + i gamma Omega [rad/s]."""
+        return float(np.sqrt(self.mode.stiffness.real + self.frequency**2))
+
+    @property
+    def damping(self) -> float:
+        """Modal damping gamma [1/s]; negative if the wave is self-excited."""
+        return self.mode.stiffness.imag / self.frequency
+
+    @property
+    def aerodynamics(self) -> complex:
+        """Coefficient c of the aerodynamic forces on the mode [rad^2/s^2], see `rom.reduce`."""
+        alone = self.wave.structural_frequency
+        damping = self.damping - self.wave.structural_damping
+        return complex(self.natural_frequency**2 - alone**2, alone * damping)
+
+    @property
+    def mode_shape(self) -> Complexes:
+        """Phi of a model, (n_s,) [kg^-1/2]: of the forces on the mode or, without any, of motion.
+
+        The two differ by what the other modes do through dampers and aerodynamic forces.
+        """
+        return self.mode.receiving if self.force.any() else self.mode.shape
 
     @property
     def modal_force(self) -> complex:
@@ -178,7 +205,7 @@ def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactPr
         law,
         np.mean([wave.static() for wave in waves], axis=0),
         np.array([wave.frequency for wave in waves]),
-        np.array([wave.damping for wave in waves]),
+        np.array([wave.structural_damping for wave in waves]),
         np.abs([wave.contact_motion for wave in waves]),
     )
     coupling, receiving = (

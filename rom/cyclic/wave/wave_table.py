@@ -66,10 +66,12 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
     table = with_rate_correction(table, torus, tolerance, lambda solve, points: [solve(points)])
     waves = [each.wave for each in carriers]
     reduced = modes_alone(
-        np.array([wave.frequency for wave in waves]),
-        np.array([wave.damping for wave in waves]),
-        np.abs([wave.shape for wave in waves]).T,
+        np.array([each.natural_frequency for each in carriers]),
+        np.array([each.damping for each in carriers]),
+        np.abs([each.mode_shape for each in carriers]).T,
         NoContacts().elements(0),
+        carrier=np.array([each.frequency for each in carriers]),
+        aerodynamics=np.array([each.aerodynamics for each in carriers]),
     )
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
