@@ -256,7 +256,8 @@ def travelling_wave(
     Raises
     ------
     SlipmodeError
-        If there is no such nodal diameter or mode; if the contacts are rigid.
+        If there is no such nodal diameter or mode; if the contacts are rigid; if aerodynamics take
+        away all stiffness of the mode.
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(
@@ -289,4 +290,6 @@ def travelling_wave(
     modes_of = AllDiameters(
         structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
     )
-    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))
+    wave = Wave(modes_of, int(nodal_diameter), int(mode))
+    wave.check_stiffness()
+    return TravellingWave(structure, law, wave)

@@ -72,22 +72,22 @@ class Wave:
 
     @property
     def frequency(self) -> float:
-        """Natural frequency with stuck contacts [rad/s].
+        """Natural frequency with stuck contacts [rad/s]."""
+        return float(np.sqrt(self._square))
 
-        Raises
-        ------
-        SlipmodeError
-            If aerodynamics take away all stiffness.
-        """
+    @property
+    def _square(self) -> float:
         alone = self.structural_frequency
         dynamic = self.own.dynamic_stiffness(alone)[self.mode, self.mode]
-        square = alone**2 + float(dynamic.real)
-        if square <= 0.0:
+        return alone**2 + float(dynamic.real)
+
+    def check_stiffness(self) -> None:
+        """Refuse a mode whose stiffness aerodynamic forces take away."""
+        if self._square <= 0.0:
             raise SlipmodeError(
                 f"influence: takes away all stiffness of mode {self.mode} of nodal diameter "
                 f"{self.nodal_diameter}"
             )
-        return float(np.sqrt(square))
 
     @property
     def structural_damping(self) -> float:

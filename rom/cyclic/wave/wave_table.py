@@ -64,7 +64,6 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
     table, _, error = refine(sampling, budget.interpolation, forever)
     # Phases between the contacts of a sector are left out: they matter in second order.
     table = with_rate_correction(table, torus, tolerance, lambda solve, points: [solve(points)])
-    waves = [each.wave for each in carriers]
     reduced = modes_alone(
         np.array([each.natural_frequency for each in carriers]),
         np.array([each.damping for each in carriers]),
