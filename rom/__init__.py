@@ -21,6 +21,7 @@ from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDis
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
+from slipmode.rom.cyclic.wave.pair_stability import CriticalPair
 from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, WaveState, travelling_wave
 from slipmode.rom.cyclic.wave.two_waves import tabulate_waves
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
@@ -81,6 +82,7 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "CriticalPair",
     "CyclicStructure",
     "DiskResponse",
     "FlutterGrowth",

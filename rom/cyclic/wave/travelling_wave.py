@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.wave.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
 from slipmode.rom.cyclic.wave.wave_cycles import wave_cycles
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
@@ -39,18 +41,40 @@ class WaveState:
         Omega [rad/s]: of the force, or of the limit cycle.
     displacement : (n_s,) complex ndarray
         c of the free DOFs of sector 0 at this frequency [m].
+    balanced : Balanced
+        The wave at this amplitude and frequency.
     """
 
     amplitude: complex
     error: float
     frequency: float
     displacement: Complexes
+    balanced: Balanced
 
     @classmethod
     def of(cls, found: Balanced) -> Self:
         """Return the state of a wave in balance."""
         balance, a = found.balance, found.amplitude
-        return cls(a, found.error, balance.carrier.frequency, balance.displacement(a))
+        shown = balance.displacement(a)
+        return cls(a, found.error, balance.carrier.frequency, shown, found)
+
+    @cached_property
+    def critical_pair(self) -> CriticalPair:
+        """The pair of waves n and 2 k - n that grows fastest beside the wave.
+
+        Computed at first access. All pairs of the family are tried, in a slow flow of first order.
+
+        Raises
+        ------
+        UnsettledError
+            If the contacts do not come to a periodic motion.
+        """
+        return critical_pair(self.balanced.balance, abs(self.amplitude))
+
+    @property
+    def stable(self) -> bool:
+        """Whether small waves of all nodal diameters of the family decay."""
+        return self.critical_pair.growth < 0.0
 
 
 @frozen
@@ -126,8 +150,8 @@ class TravellingWave:
 
         Notes
         -----
-        A wave may be unstable against waves of other nodal diameters, mostly with contacts that
-        lift off; this is not tested.
+        A wave may be unstable against waves of other nodal diameters, with contacts that lift off
+        or aerodynamic forces: see `WaveState.stable`.
         """
         carrier = self.carrier(force, frequency)
 
@@ -290,6 +314,8 @@ def travelling_wave(
     modes_of = AllDiameters(
         structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
     )
-    wave = Wave(modes_of, int(nodal_diameter), int(mode))
+    wave = Wave(modes_of, int(nodal_diameter), int(mode), structure.sectors)
+    wave.check_stiffness()
+    return TravellingWave(structure, law, wave)
     wave.check_stiffness()
     return TravellingWave(structure, law, wave)

@@ -54,6 +54,13 @@ class Balance:
         terms.check_periodic()
         return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
 
+    def harmonics(self, size: float, guess: Complexes | None) -> Complexes:
+        """Return y_h of all harmonics at |a|, (orders, N_c), from those nearby."""
+        near = None if guess is None else guess[np.newaxis]
+        terms = self._torus.solve(np.array([[size]]), near)
+        terms.check_periodic()
+        return np.asarray(terms.P[0])
+
     def sign_changes(self, part: Callable[[Complexes], Floats], sizes: Floats) -> list[float]:
         """Return |a| between `sizes` at which a part of the required force changes its sign."""
         import scipy.optimize  # takes long to import

@@ -44,11 +44,14 @@ class Wave:
         k.
     mode : int
         From 0.
+    sectors : int
+        N.
     """
 
     modes_of: Callable[[int], DiameterModes]
     nodal_diameter: int
     mode: int
+    sectors: int
 
     @property
     def own(self) -> DiameterModes:
