@@ -317,5 +317,3 @@ def travelling_wave(
     wave = Wave(modes_of, int(nodal_diameter), int(mode), structure.sectors)
     wave.check_stiffness()
     return TravellingWave(structure, law, wave)
-    wave.check_stiffness()
-    return TravellingWave(structure, law, wave)
