@@ -57,16 +57,9 @@ def critical_pair(balance: Balance, size: float) -> CriticalPair:
         if q == 0 and not balance.carrier.force.any():
             # The phase of a limit cycle is arbitrary.
             roots = np.delete(roots, np.abs(roots).argmin())
-        pair = (wave.nodal_diameter + q, wave.nodal_diameter - q)
-        first, second = (centred(n, wave.sectors) for n in pair)
+        first, second = (wave.centred(wave.nodal_diameter + side * q) for side in (1, -1))
         found.append(CriticalPair((first, second), float(roots.real.max())))
     return max(found, key=lambda pair: pair.growth)
-
-
-def centred(nodal_diameter: int, sectors: int) -> int:
-    """Return the equal nodal diameter from -((N - 1) // 2) to N // 2."""
-    lowest = (sectors - 1) // 2
-    return (nodal_diameter + lowest) % sectors - lowest
 
 
 @frozen

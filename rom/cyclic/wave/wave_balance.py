@@ -11,8 +11,10 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
+from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_resonances import naming_resonance
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
@@ -50,16 +52,19 @@ class Balance:
 
     def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
         """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
-        terms = self._torus.solve(sizes[:, np.newaxis])
-        terms.check_periodic()
+        terms = self._solved(sizes, None)
         return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
 
     def harmonics(self, size: float, guess: Complexes | None) -> Complexes:
         """Return y_h of all harmonics at |a|, (orders, N_c), from those nearby."""
         near = None if guess is None else guess[np.newaxis]
-        terms = self._torus.solve(np.array([[size]]), near)
-        terms.check_periodic()
-        return np.asarray(terms.P[0])
+        return np.asarray(self._solved(np.array([size]), near).P[0])
+
+    def _solved(self, sizes: Floats, near: Complexes | None) -> ContactTerms:
+        terms = self._torus.solve(sizes[:, np.newaxis], near)
+        with naming_resonance([self.carrier], self.problem):
+            terms.check_periodic()
+        return terms
 
     def sign_changes(self, part: Callable[[Complexes], Floats], sizes: Floats) -> list[float]:
         """Return |a| between `sizes` at which a part of the required force changes its sign."""

@@ -53,6 +53,11 @@ class Wave:
     mode: int
     sectors: int
 
+    def centred(self, nodal_diameter: int) -> int:
+        """Return the equal nodal diameter from -((N - 1) // 2) to N // 2."""
+        lowest = (self.sectors - 1) // 2
+        return (nodal_diameter + lowest) % self.sectors - lowest
+
     @property
     def own(self) -> DiameterModes:
         """Modes of the wave's nodal diameter."""

@@ -10,11 +10,14 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_resonances import naming_resonance, resonance_findings
 from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import warn
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
@@ -31,12 +34,16 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
 
     Its DOFs are the free DOFs of a sector, with the sizes of the modes as mode shapes.
     """
-    problem, budget, modes = (
-        wave_contact_problem(carriers, law),
-        ErrorBudget(tolerance),
-        len(carriers),
-    )
-    forever = TimeBudget(np.inf)
+    problem = wave_contact_problem(carriers, law)
+    warn(resonance_findings(carriers, problem))
+    with naming_resonance(carriers, problem):
+        return _tabulated(carriers, problem, ends, tolerance)
+
+
+def _tabulated(
+    carriers: Sequence[Carrier], problem: ContactProblem, ends: Floats, tolerance: float
+) -> Model:
+    budget, forever, modes = ErrorBudget(tolerance), TimeBudget(np.inf), len(carriers)
     resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
     scale = smallest_scale(problem.reduced, ends)
     torus = problem.on(resolution.grid, resolution.march, scale)
@@ -58,7 +65,7 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
         carrier=problem.reduced.carrier,
         loss=norm.loss,
         amplitude_range=ends,
-        onset_lines=onset_lines(problem.reduced, law),
+        onset_lines=onset_lines(problem.reduced, problem.law),
         noise=budget.march,
     )
     table, _, error = refine(sampling, budget.interpolation, forever)
