@@ -33,7 +33,7 @@ _CHANGE = 1e-4  # of the contact displacement, of finite differences
 
 @frozen
 class CriticalPair:
-    """The pair of waves that grows fastest beside a wave, or decays slowest.
+    """The pair of waves that grows fastest in the presence of a wave, or decays slowest.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class CriticalPair:
 
 
 def critical_pair(balance: Balance, size: float) -> CriticalPair:
-    """Return the most critical pair of all nodal diameters beside a wave of the size |a|."""
+    """Return the most critical pair of all nodal diameters for a wave of the size |a|."""
     wave = balance.carrier.wave
     contacts = _PairContacts.of(balance, size)
     found = []

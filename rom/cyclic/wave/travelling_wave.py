@@ -60,7 +60,7 @@ class WaveState:
 
     @cached_property
     def critical_pair(self) -> CriticalPair:
-        """The pair of waves n and 2 k - n that grows fastest beside the wave.
+        """The pair of waves n and 2 k - n that grows fastest in the presence of the wave.
 
         Computed at first access. All pairs of the family are tried, in a slow flow of first order.
 

@@ -23,9 +23,9 @@ def tabulate_waves(
 ) -> Model:
     """Return the model of two travelling waves of one structure, at two frequencies.
 
-    Two engine orders drive them, each near the frequency of its wave; or one is self-excited, and
-    flutters beside the other. `rom.limit_cycles` finds the limit cycles then, with the force {} of
-    the self-excited wave.
+    Two engine orders drive them, each near the frequency of its wave. Or one is self-excited and
+    flutters while the other is forced: then `rom.limit_cycles` finds the limit cycles, with the
+    force {} of the self-excited wave.
 
     Parameters
     ----------

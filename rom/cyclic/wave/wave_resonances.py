@@ -64,7 +64,7 @@ def strongest_resonance(carriers: Sequence[Carrier], problem: ContactProblem) ->
     """Return the resonance with the largest loop gain, besides the modes at their carriers."""
     waves, modes = [each.wave for each in carriers], len(carriers)
     contacts = problem.reduced.contacts
-    springs = np.zeros(0) if contacts is None else contacts.reference  # waves have elastic ones
+    assert contacts is not None  # contacts of waves are elastic
     found = []
     for order in problem.orders:
         if order in CARRIERS[:modes] or order == (0, 0):
@@ -72,7 +72,9 @@ def strongest_resonance(carriers: Sequence[Carrier], problem: ContactProblem) ->
         diameter = int(np.dot(order[:modes], [wave.nodal_diameter for wave in waves]))
         nu = float(np.dot(order[:modes], [each.frequency for each in carriers]))
         family = waves[0].modes_of(diameter)
-        moved = (springs[:, np.newaxis] * np.abs(family.contact_motion) ** 2).max(axis=0)
+        moved = (contacts.reference[:, np.newaxis] * np.abs(family.contact_motion) ** 2).max(
+            axis=0
+        )
         dynamic = np.abs(np.diag(family.dynamic_stiffness(nu)))
         height = (abs(order[0]) + abs(order[1])) ** 2
         gain = moved / (height * np.maximum(dynamic, np.finfo(float).tiny))

@@ -1,4 +1,4 @@
-"""A self-excited wave beside a forced one is that of all sectors by central differences."""
+"""A self-excited wave next to a forced one is that of all sectors by central differences."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def all_sectors(force, flutter, **times):
     return march(DISK.annulus(), LAW, step=1e-5, **times, **forced)
 
 
-def test_limit_cycle_beside_an_engine_order():
+def test_limit_cycle_and_an_engine_order():
     model, alone = tabulated(0.5, 2e-3)
     (cycle,) = rom.limit_cycles(model, (None, OMEGA), [{}, {2: 0.5}])
     found = np.abs(cycle.amplitude)
