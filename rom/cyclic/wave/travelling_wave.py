@@ -151,9 +151,10 @@ class TravellingWave:
         Notes
         -----
         A wave may be unstable against waves of other nodal diameters, with contacts that lift off
-        or aerodynamic forces: see `WaveState.stable`.
+        or aerodynamic forces: see `WaveState.stable`. A self-excited wave follows its force where
+        its state is stable.
         """
-        carrier = self.carrier(force, frequency)
+        carrier = self.carrier(self.structure.force_on_sector(force), frequency)
 
         def balanced(steps: int) -> list[Balanced]:
             balance = Balance.of(carrier, self.law, steps)

@@ -50,13 +50,13 @@ class Balance:
     def _torus(self) -> TorusProblem:
         return self.problem.on(Discretisation(self.steps, 1), _MARCH)
 
-    def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
-        """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
-        terms = self._solved(sizes, None)
-        return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
+    def required(self, sizes: Floats) -> Complexes:
+        """Return F per phase of a, 2 (D a - psi_r^H y_1), at |a| (points,)."""
+        S = self._solved(sizes, None).S[:, 0]
+        return np.asarray(2.0 * (self.carrier.stiffness * sizes - S))
 
-    def harmonics(self, size: float, guess: Complexes | None) -> Complexes:
-        """Return y_h of all harmonics at |a|, (orders, N_c), from those nearby."""
+    def harmonics(self, size: float, guess: Complexes | None = None) -> Complexes:
+        """Return y_h of all harmonics at |a|, (orders, N_c); the iteration begins with a guess."""
         near = None if guess is None else guess[np.newaxis]
         return np.asarray(self._solved(np.array([size]), near).P[0])
 
@@ -71,9 +71,9 @@ class Balance:
         import scipy.optimize  # takes long to import
 
         def at(size: float) -> float:
-            return float(part(self.required(np.array([size]))[0])[0])
+            return float(part(self.required(np.array([size])))[0])
 
-        positive = part(self.required(sizes)[0]) >= 0.0
+        positive = part(self.required(sizes)) >= 0.0
         changes = positive[:-1] != positive[1:]
         return [
             float(scipy.optimize.brentq(at, low, high, xtol=_ROOT * low, rtol=_ROOT))
@@ -85,20 +85,20 @@ class Balance:
         force = abs(self.carrier.modal_force)
         stuck = 0.5 * force / abs(self.carrier.stiffness)
         sizes = np.geomspace(1e-3 * stuck, 2.0 * stuck, _AMPLITUDES)
-        while np.abs(self.required(sizes[-1:])[0][0]) <= force:
+        while np.abs(self.required(sizes[-1:])[0]) <= force:
             sizes = np.geomspace(sizes[0], 4.0 * sizes[-1], _AMPLITUDES)
         return self.sign_changes(lambda required: np.abs(required) - force, sizes)
 
     def steady_amplitude(self, size: float) -> complex:
         """Return a of the size |a|, with the phase at which the force is the required one."""
-        (required,), _ = self.required(np.array([size]))
+        (required,) = self.required(np.array([size]))
         turn = self.carrier.modal_force / required
         return complex(size * turn / abs(turn))
 
     def displacement(self, a: complex) -> Complexes:
         """Return c of the free DOFs of sector 0, which move by 2 Re(c exp(i Omega t)), (n_s,)."""
         carrier, own, size = self.carrier, self.carrier.wave.own, abs(a)
-        _, (y,) = self.required(np.array([size]))
+        y = self.harmonics(size)[0]
         on_dofs = own.contacts.conj().T @ (y * (a / size)) + 0.5 * carrier.force
         others = own.response(on_dofs[:, np.newaxis], carrier.frequency, carrier.wave.mode)
         return np.asarray(carrier.mode.shape * a + others[:, 0])

@@ -55,7 +55,7 @@ def wave_cycles(wave: Wave, law: Elastic, steps: int) -> list[Balanced]:
             if not near:  # friction dissipates less at this frequency
                 break
             size = near[0]
-            required, _ = balance.required(np.array([size]))
+            required = balance.required(np.array([size]))
             # Re D = omega^2 - Omega^2 + ..., and Re(required) = 0 at the frequency of the cycle
             square = balance.carrier.frequency**2
             change = 0.5 * float(required[0].real) / size
