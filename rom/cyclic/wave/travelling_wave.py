@@ -221,8 +221,8 @@ class TravellingWave:
         Model
             Of one mode, without contacts. DOF i is free DOF i of each sector; its displacement
             amplitude is 2 |phi_i| |a|, and a force at one DOF has the modal force |phi_i| f. Its
-            phases are relative to those of phi. Where dampers or aerodynamic forces couple modes of
-            the nodal diameter, phi is the shape on which forces do work.
+            phases are relative to those of phi. Where dampers or aerodynamic forces couple modes
+            of the nodal diameter, phi is the shape on which forces do work.
 
         Raises
         ------

@@ -63,6 +63,9 @@ def test_forced_wave_beyond_its_slip_threshold(force, grows):
     model, alone = tabulated(force, 5e-3)
     if not grows:
         assert rom.limit_cycles(model, (None, OMEGA), [{}, {2: force}]) == ()
+        at_rest, forced = rom.steady(model, (FLUTTER.frequency, OMEGA), [{}, {2: force}])
+        assert at_rest == 0.0
+        assert abs(abs(forced) / alone[1] - 1.0) < 5e-3
     times, motion = all_sectors(force, 0.2 * alone[0], duration=0.8, last=0.2)
     amplitude = np.abs(modal(DISK, FLUTTER, motion))
     growth = np.polyfit(times, np.log(amplitude), 1)[0]
