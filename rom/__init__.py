@@ -22,8 +22,9 @@ from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
 from slipmode.rom.cyclic.wave.pair_stability import CriticalPair
-from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, WaveState, travelling_wave
+from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, travelling_wave
 from slipmode.rom.cyclic.wave.two_waves import tabulate_waves
+from slipmode.rom.cyclic.wave.wave_state import WaveState
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates

@@ -1,6 +1,7 @@
 """Travelling waves of one nodal diameter, or of two at two frequencies, from one sector.
 
 travelling_wave.py  TravellingWave: steady states and limit cycles. Start here.
+wave_state.py       a wave in a steady state or limit cycle, and its stability
 wave_problem.py     the contact problem of one or two waves
 wave_balance.py     amplitudes at which a wave is in balance
 wave_cycles.py      limit cycles of a self-excited wave

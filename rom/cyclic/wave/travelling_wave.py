@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
-from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +10,10 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
 from slipmode.rom.cyclic.wave.wave_cycles import wave_cycles
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
+from slipmode.rom.cyclic.wave.wave_state import WaveState
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
@@ -23,58 +21,6 @@ from slipmode.rom.reduction.nonresonant import STATIC_FROM
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.tabulation import check_request
-
-
-@frozen
-class WaveState:
-    """A travelling wave in a steady state or limit cycle.
-
-    Sector j moves by 2 Re(c exp(i (Omega t + k 2 pi j / N))).
-
-    Attributes
-    ----------
-    amplitude : complex
-        a of the mode [kg^1/2 m].
-    error : float
-        Estimate of the error of |a| by time steps [kg^1/2 m].
-    frequency : float
-        Omega [rad/s]: of the force, or of the limit cycle.
-    displacement : (n_s,) complex ndarray
-        c of the free DOFs of sector 0 at this frequency [m].
-    balanced : Balanced
-        The wave at this amplitude and frequency.
-    """
-
-    amplitude: complex
-    error: float
-    frequency: float
-    displacement: Complexes
-    balanced: Balanced
-
-    @classmethod
-    def of(cls, found: Balanced) -> Self:
-        """Return the state of a wave in balance."""
-        balance, a = found.balance, found.amplitude
-        shown = balance.displacement(a)
-        return cls(a, found.error, balance.carrier.frequency, shown, found)
-
-    @cached_property
-    def critical_pair(self) -> CriticalPair:
-        """The pair of waves n and 2 k - n that grows fastest in the presence of the wave.
-
-        Computed at first access. All pairs of the family are tried, in a slow flow of first order.
-
-        Raises
-        ------
-        UnsettledError
-            If the contacts do not come to a periodic motion.
-        """
-        return critical_pair(self.balanced.balance, abs(self.amplitude))
-
-    @property
-    def stable(self) -> bool:
-        """Whether small waves of all nodal diameters of the family decay."""
-        return self.critical_pair.growth < 0.0
 
 
 @frozen
