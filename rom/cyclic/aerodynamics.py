@@ -38,7 +38,7 @@ class Aerodynamics:
         cls, directions: Matrix, influence: Mapping[int, ArrayLike], frequency: float, sectors: int
     ) -> Self:
         """Return the forces, checked, on a disk of so many sectors."""
-        if not as_floats("frequency", frequency) > 0.0:
+        if not 0.0 < as_floats("frequency", frequency) < np.inf:
             raise SlipmodeError(f"frequency: must be > 0 rad/s, got {in_one_line(frequency)}")
         size = directions.shape[1]
         read: dict[int, Complexes] = {}

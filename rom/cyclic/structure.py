@@ -172,8 +172,8 @@ class CyclicStructure:
 
         Notes
         -----
-        At other frequencies the forces are -D sum_d (Re l_d + Im l_d / omega_0 d/dt) q_(j+d): a
-        stiffness and a damping between sectors, which all sectors may have in time, too.
+        At other frequencies the forces are -D sum_d (Re l_d + Im l_d / omega_0 d/dt) q_(j+d), by a
+        real stiffness and damping between sectors. These are equivalent to l_d at omega_0 alone.
         """
         D = _directions("directions", directions, self.mass.shape[0])
         other = copy(self)
@@ -258,7 +258,7 @@ class CyclicStructure:
         `deviation` (N,) of a mistuned disk: sector j has deviation_j times the stiffness `blade`
         in addition. A structure with aerodynamic forces is refused: they are not symmetric.
         """
-        self.without_aerodynamics("annulus")
+        self.refuse_aerodynamics("annulus")
         N = self.sectors
         of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
 
@@ -283,11 +283,12 @@ class CyclicStructure:
             contact=scipy.sparse.hstack(contacts),
         )
 
-    def without_aerodynamics(self, name: str) -> None:
+    def refuse_aerodynamics(self, name: str) -> None:
         """Refuse aerodynamic forces for what does not include them."""
         if self.aerodynamics is not None:
             raise SlipmodeError(
-                f"{name}: does not include aerodynamic forces; take the structure without them"
+                f"aerodynamics: {name} does not include these forces; take the structure without "
+                "them"
             )
 
     def around(self, wave: Complexes, nodal_diameter: int) -> Complexes:
