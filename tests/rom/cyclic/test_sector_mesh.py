@@ -6,7 +6,9 @@ import scipy.linalg
 
 from slipmode import rom
 
-sector_module = pytest.importorskip("benchmarks.sector", reason="scikit-fem is not installed")
+sector_module = pytest.importorskip(
+    "benchmarks.cyclic.sector", reason="scikit-fem is not installed"
+)
 SECTORS = 5
 
 
