@@ -14,7 +14,7 @@ SECTORS = 5
 
 @pytest.fixture(scope="module")
 def solid():
-    return sector_module.sector(SECTORS, 5, 4, 1)
+    return sector(SECTORS, 5, 4, 1)
 
 
 def cyclic(solid, next_contact=None, contact=None):
