@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from benchmarks.cyclic.sector import sector
 from slipmode import rom
 
-sector_module = pytest.importorskip(
-    "benchmarks.cyclic.sector", reason="scikit-fem is not installed"
-)
 SECTORS = 5
 
 
