@@ -78,7 +78,7 @@ bench-scale: $(VENV)/.installed
 
 bench-disk: $(VENV)/.installed
 	@$(PIP) "slipmode[fast,fem]"
-	$(BIN)/python -m benchmarks.disk
+	$(BIN)/python -m benchmarks.cyclic.sector_mesh
 
 bench-full: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.full_order $(SCENES)

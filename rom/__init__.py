@@ -15,6 +15,7 @@ import logging
 from importlib.metadata import version
 
 from slipmode.rom.contact.static_preload import Preload, preload
+from slipmode.rom.cyclic.aerodynamics import influence_coefficients
 from slipmode.rom.cyclic.diagrams import (
     CampbellDiagram,
     Crossing,
@@ -25,12 +26,11 @@ from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
-from slipmode.rom.cyclic.wave.travelling_wave import (
-    TravellingWave,
-    WaveState,
-    tabulate_waves,
-    travelling_wave,
-)
+from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
+from slipmode.rom.cyclic.wave.pair_stability import CriticalPair
+from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, travelling_wave
+from slipmode.rom.cyclic.wave.two_waves import tabulate_waves
+from slipmode.rom.cyclic.wave.wave_state import WaveState
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates
@@ -90,9 +90,11 @@ __all__ = [
     "ContactPairs",
     "Contacts",
     "Coulomb",
+    "CriticalPair",
     "Crossing",
     "CyclicStructure",
     "DiskResponse",
+    "FlutterGrowth",
     "Friction",
     "FrictionalContact",
     "Identification",
@@ -147,8 +149,10 @@ __all__ = [
     "demodulate_sine_test",
     "excited_diameter",
     "fit_contacts",
+    "flutter_growth",
     "identify",
     "identify_sine",
+    "influence_coefficients",
     "limit_cycles",
     "load_structure",
     "lumped_disk",

@@ -31,7 +31,8 @@ _SMALLEST = 1e-14
 class SlowMode:
     """A mode with a slow flow at the frequency of its carrier.
 
-    Dampers move the other modes with it, and the forces on these act on it through dampers:
+    Dampers and aerodynamic forces move the other modes with it, and the forces on these act on it
+    through them:
     (stiffness + indirect) a = receiving^H (forces), u = shape a + response without the mode.
 
     Attributes
@@ -39,7 +40,7 @@ class SlowMode:
     shape, receiving : (n_s,) complex ndarray
         [kg^-1/2]
     stiffness : complex
-        D = omega^2 - Omega^2 + i gamma Omega [rad^2/s^2].
+        D = omega^2 - Omega^2 + i gamma Omega [rad^2/s^2], with aerodynamics.
     indirect : complex
         Stiffness that returns from the other modes [rad^2/s^2].
     """
@@ -64,6 +65,8 @@ class DiameterModes:
         At the free DOFs, phi^H M phi = 1 for one sector [kg^-1/2].
     damping : (modes, modes) complex ndarray
         phi^H C phi [1/s].
+    aerodynamic_stiffness, aerodynamic_damping : (modes, modes) complex ndarray
+        [rad^2/s^2], [1/s]; not Hermitian.
     contact_motion : (N_c, modes) complex ndarray
         Of sector 0 per modal amplitude [kg^-1/2].
     contacts : (N_c, n_s) CSC matrix
@@ -75,6 +78,8 @@ class DiameterModes:
     frequency: Floats
     shapes: Complexes
     damping: Complexes
+    aerodynamic_stiffness: Complexes
+    aerodynamic_damping: Complexes
     contact_motion: Complexes
     contacts: Any
     static: Callable[[Complexes], Complexes]
@@ -124,7 +129,16 @@ class DiameterModes:
             raise SlipmodeError(_RIGID_BODY)
         shapes = found.astype(complex)
         damping = shapes.conj().T @ (C @ shapes)
-        return cls(np.sqrt(square), shapes, damping, W @ shapes, W, static)
+        stiffening, damped = np.zeros((2, *damping.shape), dtype=complex)
+        if structure.aerodynamics is not None:
+            directions = structure.aerodynamics.directions
+            q = directions.T @ (structure.expansion(nodal_diameter) @ shapes)
+            stiffening, damped = (
+                q.conj().T @ each @ q
+                for each in structure.aerodynamics.of_diameter(structure.angle(nodal_diameter))
+            )
+        omega = np.sqrt(square)
+        return cls(omega, shapes, damping, stiffening, damped, W @ shapes, W, static)
 
     def mirrored(self) -> DiameterModes:
         """Return the modes of the opposite nodal diameter, -k."""
@@ -132,6 +146,8 @@ class DiameterModes:
             self.frequency,
             self.shapes.conj(),
             self.damping.conj(),
+            self.aerodynamic_stiffness.conj(),
+            self.aerodynamic_damping.conj(),
             self.contact_motion.conj(),
             self.contacts.conj(),
             lambda force: self.static(force.conj()).conj(),
@@ -158,22 +174,37 @@ class DiameterModes:
     def slow_mode(self, mode: int, frequency: float) -> SlowMode:
         """Return a mode and what the others do with it, by dampers, at a frequency [rad/s]."""
         kept, stiffness = self._others(frequency, mode)
-        dampers = 1j * frequency * self.damping
-        moved = -np.linalg.solve(stiffness, dampers[kept, mode])
-        returned = -np.linalg.solve(stiffness.T, dampers[mode, kept])
+        dynamic = self.dynamic_stiffness(frequency)
+        moved = -np.linalg.solve(stiffness, dynamic[kept, mode])
+        returned = -np.linalg.solve(stiffness.T, dynamic[mode, kept])
         others, own = self.shapes[:, kept], self.shapes[:, mode]
         return SlowMode(
             shape=own + others @ moved,
             receiving=own + others @ returned.conj(),
-            stiffness=complex(self.frequency[mode] ** 2 - frequency**2 + dampers[mode, mode]),
-            indirect=complex(dampers[mode, kept] @ moved),
+            stiffness=complex(dynamic[mode, mode]),
+            indirect=complex(dynamic[mode, kept] @ moved),
         )
 
     def _others(self, frequency: float, without: int | None) -> tuple[Flags, Complexes]:
         """Return which modes respond, and their dynamic stiffness at a frequency."""
         kept = np.arange(self.frequency.size) != (-1 if without is None else without)
-        stiffness = np.diag(self.frequency**2 - frequency**2) + 1j * frequency * self.damping
-        return kept, stiffness[np.ix_(kept, kept)]
+        return kept, self.dynamic_stiffness(frequency)[np.ix_(kept, kept)]
+
+    def dynamic_stiffness(self, frequency: float) -> Complexes:
+        """Return the dynamic stiffness of the modes at a frequency [rad/s], (modes, modes)."""
+        damping = self.damping + self.aerodynamic_damping
+        undamped = np.diag(self.frequency**2 - frequency**2) + self.aerodynamic_stiffness
+        return np.asarray(undamped + 1j * frequency * damping)
+
+    def growth(self) -> tuple[Floats, Floats]:
+        """Return frequencies [rad/s] and growth rates [1/s] of free motion, (modes,)."""
+        size = self.frequency.size
+        stiffness = self.dynamic_stiffness(0.0)
+        damping = self.damping + self.aerodynamic_damping
+        unit, zero = np.eye(size), np.zeros((size, size))
+        roots = np.linalg.eigvals(np.block([[zero, unit], [-stiffness, -damping]]))
+        forward = roots[np.argsort(roots.imag)][size:]
+        return forward.imag, forward.real
 
     def flexibility(self, frequency: float, without: int | None = None) -> Complexes:
         """Return contact displacements of sector 0 per force on its contacts, (N_c, N_c)."""

@@ -127,8 +127,8 @@ class SectorMesh:
             structure.beta if structure.beta is not None else _symmetric(C),
             contact=at_right.T @ own,
             next_contact=other,
-            left=self._free(left),
-            right=self._free(right),
+            left=self._free(left).tolist(),
+            right=self._free(right).tolist(),
         )
 
     def with_next(self, sectors: int) -> tuple[Floats, NDArray[np.intp]]:
@@ -156,7 +156,8 @@ class SectorMesh:
         from scipy.spatial import KDTree  # takes long to import
 
         turned = self.coordinates[self.left] @ R.T
-        distance, place = KDTree(self.coordinates[self.right]).query(turned)
+        found = KDTree(self.coordinates[self.right]).query(turned)
+        distance, place = (np.asarray(each) for each in found)
         extent = float(np.ptp(self.coordinates, axis=0).max())
         worst = int(np.argmax(distance))
         if distance[worst] > _FITS * extent or np.unique(place).size != place.size:

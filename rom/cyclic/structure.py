@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,6 +13,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
+from slipmode.rom.cyclic.aerodynamics import Aerodynamics
 from slipmode.rom.cyclic.condensation import Condensation
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
@@ -62,6 +64,8 @@ class CyclicStructure:
         Damping [s] per stiffness, also of the part in which blades differ; 0 if C was given.
     own_directions, next_directions : (n, N_c) CSC matrix
         `contact` and `next_contact`.
+    aerodynamics : Aerodynamics or None
+        See `with_aerodynamics`.
     left, right : (pairs,) ndarray of int
 
     Raises
@@ -81,6 +85,7 @@ class CyclicStructure:
     next_directions: Matrix
     left: NDArray[np.intp]
     right: NDArray[np.intp]
+    aerodynamics: Aerodynamics | None
 
     def __init__(
         self,
@@ -130,6 +135,7 @@ class CyclicStructure:
             "next_directions": further,
             "left": sides[0],
             "right": sides[1],
+            "aerodynamics": None,
         }
         for name, value in fields.items():
             object.__setattr__(self, name, value)
@@ -141,6 +147,39 @@ class CyclicStructure:
             f"CyclicStructure({self.sectors} sectors of {self.free_dofs.size} DOFs, "
             f"{self.n_contacts} contacts each)"
         )
+
+    def with_aerodynamics(
+        self, directions: MatrixLike, influence: Mapping[int, ArrayLike], frequency: float
+    ) -> CyclicStructure:
+        """Return the structure with aerodynamic forces between its blades.
+
+        Blade j has the displacements q_j = D^T u_j, and the forces -D sum_d l_d q_(j+d) while all
+        move at the frequency omega_0. In a wave of nodal diameter k the coefficient is
+        c_k = sum_d l_d exp(i k d 2 pi / N): Re c_k > 0 stiffens, Im c_k > 0 damps. Coefficients
+        with which the force is +L q have the opposite sign, l = -L.
+
+        Parameters
+        ----------
+        directions : sequence of int, or (n, m) array or sparse matrix
+            DOFs, or D. With DOFs q are displacements [m] and coefficients are in N/m. With
+            D = M phi of mass-normalised modes phi q are their amplitudes, and coefficients are
+            modal [rad^2/s^2].
+        influence : {distance: complex or (m, m) array_like}
+            l_d: influence of blade j + d on blade j, for instance of d = -2 to 2. See
+            `influence_coefficients` for coefficients of nodal diameters.
+        frequency : float
+            omega_0 [rad/s], about the natural frequency of the family.
+
+        Notes
+        -----
+        At other frequencies the forces are -D sum_d (Re l_d + Im l_d / omega_0 d/dt) q_(j+d), by a
+        real stiffness and damping between sectors. These are equivalent to l_d at omega_0 alone.
+        """
+        D = _directions("directions", directions, self.mass.shape[0])
+        other = copy(self)
+        forces = Aerodynamics.of(D, influence, frequency, self.sectors)
+        object.__setattr__(other, "aerodynamics", forces)
+        return other
 
     @property
     def n_contacts(self) -> int:
@@ -155,7 +194,8 @@ class CyclicStructure:
     @cached_property
     def condensed(self) -> Condensation:
         """The sector condensed to its sides and contacts."""
-        motion: Any = abs(self.own_directions) + abs(self.next_directions)
+        own: Any = abs(self.own_directions)
+        motion = own + abs(self.next_directions)
         moving = np.flatnonzero(motion.sum(axis=1))
         boundary = np.unique(np.concatenate((self.left, self.right, moving)))
         return Condensation.of(self.stiffness, boundary)
@@ -216,8 +256,9 @@ class CyclicStructure:
         """Return all sectors as one structure: n_s N DOFs and N_c N contacts, sector by sector.
 
         `deviation` (N,) of a mistuned disk: sector j has deviation_j times the stiffness `blade`
-        in addition.
+        in addition. A structure with aerodynamic forces is refused: they are not symmetric.
         """
+        self.refuse_aerodynamics("annulus")
         N = self.sectors
         of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
 
@@ -241,6 +282,14 @@ class CyclicStructure:
             damping + self.beta * further,
             contact=scipy.sparse.hstack(contacts),
         )
+
+    def refuse_aerodynamics(self, name: str) -> None:
+        """Refuse aerodynamic forces for what does not include them."""
+        if self.aerodynamics is not None:
+            raise SlipmodeError(
+                f"aerodynamics: {name} does not include these forces; take the structure without "
+                "them"
+            )
 
     def around(self, wave: Complexes, nodal_diameter: int) -> Complexes:
         """Return a travelling wave at all DOFs of the annulus, (n_s N, ...), from sector 0."""

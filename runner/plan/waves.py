@@ -10,11 +10,10 @@ from typing import Any, Self
 import numpy as np
 
 from slipmode.rom import CyclicStructure, Model, TravellingWave, travelling_wave
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.cyclic.wave.cache import cached_waves
+from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
-from slipmode.rom.cyclic.wave.wave_problem import Carrier
 from slipmode.rom.cyclic.wave.wave_table import reduced_waves
+from slipmode.rom.cyclic.wave_cache import cached_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.reduced import Reduced
@@ -72,8 +71,11 @@ class Waves:
     def sector(self) -> SectorWaves:
         """The waves under their forces, and the contacts of a sector."""
         frequency = self.frequency or [each.frequency for each in self.waves]
-        parts = zip(self.waves, frequency, self._excitation, strict=True)
-        return SectorWaves(tuple(Carrier(w.wave, omega, f) for w, omega, f in parts), self.law)
+        carriers = (
+            wave.carrier(force if force.any() else None, omega)
+            for wave, force, omega in zip(self.waves, self.force, frequency, strict=True)
+        )
+        return SectorWaves(tuple(carriers), self.law)
 
     @property
     def patterns(self) -> tuple[Floats, ...]:
@@ -82,22 +84,13 @@ class Waves:
         Those modes have the sizes of the shapes alone.
         """
         found = []
-        for wave, force in zip(self.waves, self.force, strict=True):
-            at = int(np.argmax(np.abs(wave.shape * force)))
+        for carrier, force in zip(self.sector.carriers, self.force, strict=True):
+            size = np.abs(carrier.mode_shape)
+            at = int(np.argmax(size * np.abs(force)))
             pattern = np.zeros(force.size)
-            pattern[at] = abs(wave.modal_force(force)) / abs(wave.shape[at])
+            pattern[at] = abs(carrier.modal_force) / size[at]
             found.append(pattern)
         return tuple(found)
-
-    @property
-    def _excitation(self) -> list[Complexes]:
-        """Return the force on each wave; M phi, which moves its mode alone, if it has none."""
-        return [
-            force.astype(complex)
-            if force.any()
-            else self.structure.of_diameter(wave.nodal_diameter)[0] @ wave.shape
-            for wave, force in zip(self.waves, self.force, strict=True)
-        ]
 
     def model(self, amplitude: Floats, tolerance: float) -> tuple[Model, bool]:
         """Return the model up to amplitudes (modes,) [kg^1/2 m], and whether it was cached."""
@@ -129,7 +122,7 @@ def waves_of(
     for mode, wave, pattern in zip(modes, waves, force, strict=True):
         if pattern.any():
             try:
-                wave.driving(pattern)
+                wave.carrier(pattern, None)
             except SlipmodeError as refusal:
                 said = str(refusal).removeprefix("force: ")
                 raise SlipmodeError(

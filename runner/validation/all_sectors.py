@@ -9,6 +9,7 @@ import numpy as np
 
 from slipmode.rom import Contacts
 from slipmode.rom.arrays import Floats
+from slipmode.rom.cyclic.wave.wave_motion import phase_factor
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import Excitation, FullMotion, State, integrate
 from slipmode.rom.structure.structure import Structure
@@ -36,7 +37,7 @@ def sector_in_full(
     disk, (carrier,) = waves.structure, waves.sector.carriers
     wave = carrier.wave
     k, size = wave.nodal_diameter, disk.n_contacts
-    pattern = disk.around(carrier.force if waves.force[0].any() else 0.0 * carrier.force, k)
+    pattern = disk.around(carrier.force, k)
     one = excitation_of(plan, pattern.real[np.newaxis], plan.schedule)
     # Re(f exp(i theta)) by two forces, the second a quarter period later
     quarter = np.array([0.0, -0.5 * np.pi])
@@ -50,7 +51,7 @@ def sector_in_full(
         phase=one.phase + quarter,
         phase_rate=np.repeat(one.phase_rate, 2, axis=1),
     )
-    turn = carrier.modal_force / abs(carrier.modal_force)
+    turn = phase_factor(carrier)
     shape = disk.around(wave.shape, k)
     start = 2.0 * shape * turn * plan.excited.initial[0]
     velocity = 1j * one.frequency[0, 0] * start

@@ -11,6 +11,10 @@ GALLERY = Path(__file__).parents[2] / "examples" / "gallery"
 NUMBERS = {  # name, what it computes, to three digits
     "backbone": lambda n: (n["most"], [0.00876]),
     "beating": lambda n: ([n["highest"], n["last"]], [1.143, 0.5793]),
+    "blade_flutter": lambda n: (
+        [n["linear"].growth.max(), *n["amplitude"][:16:15], n["amplitude"][-1]],
+        [0.9363, 0.03617, 0.01254, 0.0],
+    ),
     "damper_design": lambda n: ([n["best"], n["least"]], [1.531, 3.020]),
     "flutter": lambda n: (n["amplitude"][[0, -1]], [1.044, 2.200]),
     "full_order": lambda n: (1.0 + n["error"], [1.00026]),

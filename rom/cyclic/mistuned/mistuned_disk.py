@@ -76,6 +76,7 @@ class MistunedDisk:
         self, structure: CyclicStructure, law: Elastic, deviation: ArrayLike, highest: float
     ) -> None:
         N, contacts = structure.sectors, structure.n_contacts
+        structure.refuse_aerodynamics("MistunedDisk")
         given = np.atleast_2d(as_floats("deviation", deviation))
         if given.ndim != 2 or given.shape[1] != N or not np.all(np.abs(given) < 1.0):
             raise SlipmodeError(

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
+from slipmode.rom.cyclic.wave.wave_cycles import wave_cycles
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
+from slipmode.rom.cyclic.wave.wave_state import WaveState
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
@@ -21,28 +21,6 @@ from slipmode.rom.reduction.nonresonant import STATIC_FROM
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.tabulation import check_request
-
-_STEPS = (128, 256, 512, 1024, 2048, 4096)  # per period, until the steady states stay
-_AMPLITUDES = 60  # tried for steady states
-
-
-@frozen
-class WaveState:
-    """A steady travelling wave: sector j moves by 2 Re(c exp(i (Omega t + k 2 pi j / N))).
-
-    Attributes
-    ----------
-    amplitude : complex
-        a of the mode [kg^1/2 m].
-    error : float
-        Estimate of the error of |a| by time steps [kg^1/2 m].
-    displacement : (n_s,) complex ndarray
-        c of the free DOFs of sector 0 at the forcing frequency [m].
-    """
-
-    amplitude: complex
-    error: float
-    displacement: Complexes
 
 
 @frozen
@@ -118,30 +96,55 @@ class TravellingWave:
 
         Notes
         -----
-        A wave may be unstable against waves of other nodal diameters, mostly with contacts that
-        lift off; this is not tested.
+        A wave may be unstable against waves of other nodal diameters, with contacts that lift off
+        or aerodynamic forces: see `WaveState.stable`. A self-excited wave follows its force where
+        its state is stable.
         """
-        carrier = Carrier(self.wave, frequency, self.driving(force))
-        problem = wave_contact_problem([carrier], self.law)
-        coarse = _Balance(carrier, problem, _STEPS[0]).amplitudes()
-        for steps in _STEPS[1:]:
-            balance = _Balance(carrier, problem, steps)
-            found = balance.amplitudes()
-            if len(found) == len(coarse):
-                change = np.abs(found - coarse)
-                if np.all(change <= tolerance * found):
-                    return [balance.state(*each) for each in zip(found, change, strict=True)]
-            coarse = found
-        raise SlipmodeError(
-            f"tolerance: the steady wave changes by more than {tolerance:g} with {_STEPS[-1]} "
-            "steps a period; allow more"
-        )
+        carrier = self.carrier(self.structure.force_on_sector(force), frequency)
+
+        def balanced(steps: int) -> list[Balanced]:
+            balance = Balance.of(carrier, self.law, steps)
+            sizes = balance.steady_sizes()
+            return [Balanced(balance, balance.steady_amplitude(size)) for size in sizes]
+
+        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
+
+    def limit_cycles(self, tolerance: float = 1e-3) -> list[WaveState]:
+        """Return the limit cycles of a self-excited wave, without a force, by amplitude.
+
+        Friction that slips freely no longer grows with the amplitude: past a stable limit cycle
+        there is an unstable one, beyond which the wave grows without bound.
+
+        Parameters
+        ----------
+        tolerance : float
+            Relative error of the amplitude.
+
+        Returns
+        -------
+        list of WaveState
+            Each with its own frequency. Amplitudes are real, for the phase is arbitrary. Empty if
+            friction dissipates too little at any amplitude.
+
+        Raises
+        ------
+        SlipmodeError
+            If the wave is not self-excited; see `CyclicStructure.with_aerodynamics`.
+        UnsettledError
+            If the contacts do not come to a periodic motion.
+        """
+
+        def balanced(steps: int) -> list[Balanced]:
+            return wave_cycles(self.wave, self.law, steps)
+
+        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
 
     def tabulate(
         self,
         amplitude: float,
-        force: Mapping[int, complex] | ArrayLike,
+        force: Mapping[int, complex] | ArrayLike | None,
         tolerance: float = 1e-3,
+        frequency: float | None = None,
     ) -> Model:
         """Return the model of the wave, for steady states, curves, components, FMUs and scenes.
 
@@ -151,16 +154,21 @@ class TravellingWave:
             Largest |a| [kg^1/2 m].
         force : {DOF: amplitude} or (n_s,) array_like
             Pattern of the excitation, as in `modal_force`, in any scale. The table includes its
-            quasi-static effect on the contacts.
+            quasi-static effect on the contacts. None: the wave moves without a force, as in a
+            limit cycle.
         tolerance : float
             Relative error of the amplitude equation, as in `rom.tabulate`.
+        frequency : float, optional
+            Frequency of the force, or of the limit cycle, about which the table is exact [rad/s].
+            Default: the natural frequency with stuck contacts.
 
         Returns
         -------
         Model
             Of one mode, without contacts. DOF i is free DOF i of each sector; its displacement
             amplitude is 2 |phi_i| |a|, and a force at one DOF has the modal force |phi_i| f. Its
-            phases are relative to those of phi.
+            phases are relative to those of phi. Where dampers or aerodynamic forces couple modes
+            of the nodal diameter, phi is the shape on which forces do work.
 
         Raises
         ------
@@ -169,11 +177,25 @@ class TravellingWave:
         """
         ends = np.array([as_floats("amplitude", amplitude)], dtype=float)
         check_request(ends, 1, tolerance, [amplitude])
-        carrier = Carrier(self.wave, self.frequency, self.driving(force))
+        carrier = self.carrier(force, frequency)
         return wave_model([carrier], self.law, ends, tolerance)
 
-    def driving(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
-        """Return forces on the free DOFs of sector 0, (n_s,), which must do work on the mode."""
+    def carrier(
+        self, force: Mapping[int, complex] | ArrayLike | None, frequency: float | None
+    ) -> Carrier:
+        """Return the wave under a force, which must do work on the mode, or None.
+
+        The frequency is the natural one by default.
+        """
+        omega = self.frequency if frequency is None else float(as_floats("frequency", frequency))
+        if not (omega > 0.0 and np.isfinite(omega)):
+            raise SlipmodeError(f"frequency: must be > 0 rad/s, got {in_one_line(frequency)}")
+        return Carrier(self.wave, omega, self._driving(force))
+
+    def _driving(self, force: Mapping[int, complex] | ArrayLike | None) -> Complexes:
+        """Return forces on the free DOFs of sector 0, (n_s,); 0 without any."""
+        if force is None:
+            return np.zeros(self.shape.size, dtype=complex)
         vector = self.structure.force_on_sector(force)
         size = np.abs(vector).max() * np.abs(self.shape).max()
         if not abs(self.modal_force(vector)) > 1e-9 * size:
@@ -182,59 +204,6 @@ class TravellingWave:
                 f"{self.nodal_diameter}"
             )
         return vector
-
-
-@frozen
-class _Balance:
-    """Amplitudes |a| at which the force that holds the wave steady is the given one."""
-
-    carrier: Carrier
-    problem: ContactProblem
-    steps: int
-
-    @cached_property
-    def _torus(self) -> TorusProblem:
-        return self.problem.on(Discretisation(self.steps, 1), 1e-8)
-
-    def required(self, sizes: Floats) -> tuple[Complexes, Complexes]:
-        """Return F per phase of a, 2 (D a - psi_r^H y_1), and y_1, at |a| (points,)."""
-        terms = self._torus.solve(sizes[:, np.newaxis])
-        terms.check_periodic()
-        return 2.0 * (self.carrier.stiffness * sizes - terms.S[:, 0]), terms.P[:, 0]
-
-    def amplitudes(self) -> Floats:
-        """Return all |a| that are found, ascending [kg^1/2 m]."""
-        import scipy.optimize  # takes long to import
-
-        force = abs(self.carrier.modal_force)
-
-        def lack(size: float) -> float:
-            return float(np.abs(self.required(np.array([size]))[0][0])) - force
-
-        stuck = 0.5 * force / abs(self.carrier.stiffness)
-        sizes = np.geomspace(1e-3 * stuck, 2.0 * stuck, _AMPLITUDES)
-        while np.abs(self.required(sizes[-1:])[0][0]) <= force:
-            sizes = np.geomspace(sizes[0], 4.0 * sizes[-1], _AMPLITUDES)
-        lacks = np.abs(self.required(sizes)[0]) - force
-        (first,) = np.nonzero((lacks[:-1] < 0.0) != (lacks[1:] < 0.0))
-        return np.array(
-            [
-                scipy.optimize.brentq(lack, sizes[k], sizes[k + 1], rtol=1e-10)
-                for k in first.tolist()
-            ]
-        )
-
-    def state(self, size: float, error: float) -> WaveState:
-        """Return the steady wave of an amplitude."""
-        required, y = (each[0] for each in self.required(np.array([size])))
-        carrier, own = self.carrier, self.carrier.wave.own
-        # required exp(i arg a) is the force
-        turn = carrier.modal_force / required
-        turn /= abs(turn)
-        a = size * turn
-        on_dofs = own.contacts.conj().T @ (y * turn) + 0.5 * carrier.force
-        others = own.response(on_dofs[:, np.newaxis], carrier.frequency, carrier.wave.mode)
-        return WaveState(complex(a), float(error), carrier.mode.shape * a + others[:, 0])
 
 
 def travelling_wave(
@@ -259,7 +228,8 @@ def travelling_wave(
     Raises
     ------
     SlipmodeError
-        If there is no such nodal diameter or mode; if the contacts are rigid.
+        If there is no such nodal diameter or mode; if the contacts are rigid; if aerodynamics take
+        away all stiffness of the mode.
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(
@@ -292,51 +262,6 @@ def travelling_wave(
     modes_of = AllDiameters(
         structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
     )
-    return TravellingWave(structure, law, Wave(modes_of, int(nodal_diameter), int(mode)))
-
-
-def tabulate_waves(
-    waves: Sequence[TravellingWave],
-    amplitude: Sequence[float],
-    force: Sequence[Mapping[int, complex] | ArrayLike],
-    tolerance: float = 1e-3,
-) -> Model:
-    """Return the model of two travelling waves of one structure, at two frequencies.
-
-    Two engine orders drive them, each near the frequency of its wave.
-
-    Parameters
-    ----------
-    waves : sequence of TravellingWave
-        Two, of the same structure and law. Their frequencies differ.
-    amplitude : sequence of float
-        Largest |a_j| [kg^1/2 m].
-    force : sequence of {DOF: amplitude} or (n_s,) array_like
-        Pattern of the excitation of each wave, see `TravellingWave.modal_force`.
-    tolerance : float
-        As in `rom.tabulate`.
-
-    Returns
-    -------
-    Model
-        As of `TravellingWave.tabulate`, with two modes.
-
-    Raises
-    ------
-    SlipmodeError
-        If the waves do not belong together; if the tolerance cannot be reached.
-    """
-    if len(waves) != 2 or len(force) != 2:
-        raise SlipmodeError(f"waves, force: must be two each, got {len(waves)} and {len(force)}")
-    first, second = waves
-    if first.structure is not second.structure or first.law != second.law:
-        raise SlipmodeError("waves: must be of the same structure and law")
-    ends = as_floats("amplitude", amplitude)
-    check_request(ends, 2, tolerance, amplitude)
-    carriers = [
-        Carrier(each.wave, each.frequency, each.driving(f))
-        for each, f in zip(waves, force, strict=True)
-    ]
-    if first.frequency == second.frequency:
-        raise SlipmodeError("waves: must have different frequencies")
-    return wave_model(carriers, first.law, ends, tolerance)
+    wave = Wave(modes_of, int(nodal_diameter), int(mode), structure.sectors)
+    wave.check_stiffness()
+    return TravellingWave(structure, law, wave)

@@ -90,7 +90,7 @@ class SectorWaves:
         problem, slowest = self.problem, float(self.problem.reduced.frequency.min())
         part = trajectory.between(times[0] - SPIN_UP_PERIODS * 2.0 * np.pi / slowest, times[-1])
         # the model has sizes of shapes and modal forces, and phases relative to theirs
-        turn = np.array([each.modal_force / abs(each.modal_force) for each in self.carriers])
+        turn = np.array([phase_factor(each) for each in self.carriers])
         diameters = np.array([each.wave.nodal_diameter for each in self.carriers])
         amplitude = part.amplitude * turn * np.exp(1j * angle * diameters)
         size, modes = np.abs(amplitude), amplitude.shape[1]
@@ -128,11 +128,17 @@ class SectorWaves:
             if own is not None:
                 # the force that holds the wave steady moves the DOFs past the mode, too
                 by_force = of.response(own.force[:, np.newaxis], nu, without)[dofs, 0]
-                by_force = by_force / own.modal_force
+                by_force = by_force / (own.modal_force or 1.0)
                 moved = moved - np.outer(by_force, own.receiving.conj())
                 coupling.append(own.mode.shape[dofs] + own.stiffness * by_force)
             flexibility.append(moved)
         return np.array(coupling), np.array(flexibility)
+
+
+def phase_factor(carrier: Carrier) -> complex:
+    """Return a of a wave relative to that of its model, where the modal force is positive."""
+    force = carrier.modal_force
+    return force / abs(force) if force else 1.0 + 0.0j
 
 
 def _along(

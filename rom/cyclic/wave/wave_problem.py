@@ -25,6 +25,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.dual_contacts import DualContacts
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
@@ -43,11 +44,19 @@ class Wave:
         k.
     mode : int
         From 0.
+    sectors : int
+        N.
     """
 
     modes_of: Callable[[int], DiameterModes]
     nodal_diameter: int
     mode: int
+    sectors: int
+
+    def centred(self, nodal_diameter: int) -> int:
+        """Return the equal nodal diameter from -((N - 1) // 2) to N // 2."""
+        lowest = (self.sectors - 1) // 2
+        return (nodal_diameter + lowest) % self.sectors - lowest
 
     @property
     def own(self) -> DiameterModes:
@@ -65,25 +74,47 @@ class Wave:
         return np.asarray(self.own.contact_motion[:, self.mode])
 
     @property
-    def frequency(self) -> float:
-        """Natural frequency with stuck contacts [rad/s]."""
+    def structural_frequency(self) -> float:
+        """Natural frequency with stuck contacts, without aerodynamics [rad/s]."""
         return float(self.own.frequency[self.mode])
 
     @property
-    def damping(self) -> float:
-        """Modal damping [1/s]."""
+    def frequency(self) -> float:
+        """Natural frequency with stuck contacts [rad/s]."""
+        return float(np.sqrt(self._square))
+
+    @property
+    def _square(self) -> float:
+        alone = self.structural_frequency
+        dynamic = self.own.dynamic_stiffness(alone)[self.mode, self.mode]
+        return alone**2 + float(dynamic.real)
+
+    def check_stiffness(self) -> None:
+        """Refuse a mode whose stiffness aerodynamic forces take away."""
+        if self._square <= 0.0:
+            raise SlipmodeError(
+                f"influence: takes away all stiffness of mode {self.mode} of nodal diameter "
+                f"{self.nodal_diameter}"
+            )
+
+    @property
+    def structural_damping(self) -> float:
+        """Modal damping without aerodynamics [1/s]."""
         return float(self.own.damping[self.mode, self.mode].real)
 
     def static(self) -> Floats:
         """Real static flexibility of the contacts without the mode, (N_c, N_c) [m/N]."""
-        psi = self.contact_motion
-        static = self.own.flexibility(0.0) - np.outer(psi, psi.conj()) / self.frequency**2
+        own = self.own
+        psi, omega = (
+            np.delete(each, self.mode, axis=-1) for each in (own.contact_motion, own.frequency)
+        )
+        static = own.past_flexibility + (psi / omega**2) @ psi.conj().T
         return np.asarray(0.5 * (static.real + static.real.T))
 
 
 @frozen
 class Carrier:
-    """A wave at the frequency of its carrier, and the force that holds it steady.
+    """A wave at the frequency of its carrier, and the force that holds it steady, if any.
 
     Attributes
     ----------
@@ -91,7 +122,7 @@ class Carrier:
     frequency : float
         Omega [rad/s].
     force : (n_s,) complex ndarray
-        Pattern on sector 0, in any scale.
+        Pattern on sector 0, in any scale; 0 of a limit cycle.
     """
 
     wave: Wave
@@ -109,6 +140,31 @@ class Carrier:
         return self.mode.stiffness + self.mode.indirect
 
     @property
+    def natural_frequency(self) -> float:
+        """Natural frequency omega of the mode, D = omega^2 - Omega^2 + i gamma Omega [rad/s]."""
+        return float(np.sqrt(self.mode.stiffness.real + self.frequency**2))
+
+    @property
+    def damping(self) -> float:
+        """Modal damping gamma [1/s]; negative if the wave is self-excited."""
+        return self.mode.stiffness.imag / self.frequency
+
+    @property
+    def aerodynamics(self) -> complex:
+        """Coefficient c of the aerodynamic forces on the mode [rad^2/s^2], see `rom.reduce`."""
+        alone = self.wave.structural_frequency
+        damping = self.damping - self.wave.structural_damping
+        return complex(self.natural_frequency**2 - alone**2, alone * damping)
+
+    @property
+    def mode_shape(self) -> Complexes:
+        """Phi of a model, (n_s,) [kg^-1/2]: of the forces on the mode or, without any, of motion.
+
+        The two differ by what the other modes do through dampers and aerodynamic forces.
+        """
+        return self.mode.receiving if self.force.any() else self.mode.shape
+
+    @property
     def modal_force(self) -> complex:
         """Force on the mode by the pattern."""
         return complex(self.mode.receiving.conj() @ self.force)
@@ -122,6 +178,8 @@ class Carrier:
     def moved_by_force(self) -> Complexes:
         """g, twice the quasi-static displacement of the contacts per modal force, (N_c,)."""
         own = self.wave.own
+        if not self.force.any():
+            return np.zeros(own.contacts.shape[0], dtype=complex)
         moved = own.response(self.force[:, np.newaxis], self.frequency, self.wave.mode)[:, 0]
         return np.asarray(own.contacts @ moved / self.modal_force)
 
@@ -136,7 +194,7 @@ class Carrier:
 
 
 def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
-    """Return the contact problem of one or two waves that their forces hold steady."""
+    """Return the contact problem of one or two waves in a steady state or limit cycle."""
     waves, modes = [each.wave for each in carriers], len(carriers)
     frequency = np.array([each.frequency for each in carriers])
     diameters = [wave.nodal_diameter for wave in waves]
@@ -155,7 +213,7 @@ def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactPr
         law,
         np.mean([wave.static() for wave in waves], axis=0),
         np.array([wave.frequency for wave in waves]),
-        np.array([wave.damping for wave in waves]),
+        np.array([wave.structural_damping for wave in waves]),
         np.abs([wave.contact_motion for wave in waves]),
     )
     coupling, receiving = (

@@ -13,12 +13,14 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_resonances import naming_resonance, resonance_findings
 from slipmode.rom.error_budget import ErrorBudget
+from slipmode.rom.errors import warn
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
@@ -35,13 +37,13 @@ from slipmode.rom.table.refinement.sampling import Sampling
 
 def reduced_waves(carriers: Sequence[Carrier]) -> Reduced:
     """Return one or two waves as modes without contacts, with the sizes of their shapes."""
-    waves = [each.wave for each in carriers]
     return modes_alone(
-        np.array([wave.frequency for wave in waves]),
-        np.array([wave.damping for wave in waves]),
-        np.abs([wave.shape for wave in waves]).T,
+        np.array([each.natural_frequency for each in carriers]),
+        np.array([each.damping for each in carriers]),
+        np.abs([each.mode_shape for each in carriers]).T,
         NoContacts().elements(0),
         carrier=np.array([each.frequency for each in carriers]),
+        aerodynamics=np.array([each.aerodynamics for each in carriers]),
     )
 
 
@@ -98,12 +100,16 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
 
     Its DOFs are the free DOFs of a sector, with the sizes of the modes as mode shapes.
     """
-    problem, budget, modes = (
-        wave_contact_problem(carriers, law),
-        ErrorBudget(tolerance),
-        len(carriers),
-    )
-    forever = TimeBudget(np.inf)
+    problem = wave_contact_problem(carriers, law)
+    warn(resonance_findings(carriers, problem))
+    with naming_resonance(carriers, problem):
+        return _tabulated(carriers, problem, ends, tolerance)
+
+
+def _tabulated(
+    carriers: Sequence[Carrier], problem: ContactProblem, ends: Floats, tolerance: float
+) -> Model:
+    budget, forever, modes = ErrorBudget(tolerance), TimeBudget(np.inf), len(carriers)
     resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
     scale = smallest_scale(problem.reduced, ends)
     torus = problem.on(resolution.grid, resolution.march, scale)
@@ -125,7 +131,7 @@ def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, toleranc
         carrier=problem.reduced.carrier,
         loss=norm.loss,
         amplitude_range=ends,
-        onset_lines=onset_lines(problem.reduced, law),
+        onset_lines=onset_lines(problem.reduced, problem.law),
         noise=budget.march,
     )
     table, _, error = refine(sampling, budget.interpolation, forever)

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from benchmarks.cyclic.sector import sector
 from slipmode import rom
 
-sector_module = pytest.importorskip("benchmarks.sector", reason="scikit-fem is not installed")
 SECTORS = 5
 
 
 @pytest.fixture(scope="module")
 def solid():
-    return sector_module.sector(SECTORS, 5, 4, 1)
+    return sector(SECTORS, 5, 4, 1)
 
 
 def cyclic(solid, next_contact=None, contact=None):

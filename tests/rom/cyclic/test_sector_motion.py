@@ -6,9 +6,8 @@ from cyclic.full_annulus import excitation, law_of_all
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.cyclic.wave.cache import cached_waves
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
-from slipmode.rom.cyclic.wave.wave_problem import Carrier
+from slipmode.rom.cyclic.wave_cache import cached_waves
 from slipmode.rom.slow.trajectory import SlowTrajectory
 
 SECTORS, PERIODS, SAMPLES = 12, 200, 64
@@ -46,7 +45,7 @@ def test_motion_of_sectors_is_that_of_all_of_them(name, nodal_diameter):
     disk = rom.lumped_disk(SECTORS, 1e-5, **contacts)
     wave = rom.travelling_wave(disk, law, nodal_diameter)
     omega = wave.frequency
-    carrier = Carrier(wave.wave, omega, wave.driving(force))
+    carrier = wave.carrier(force, omega)
     (state,) = wave.steady_states(omega, force)
     model = wave.tabulate(2.0 * abs(state.amplitude), force)
     times = np.arange((PERIODS - 2) * SAMPLES, PERIODS * SAMPLES) * 2.0 * np.pi / omega / SAMPLES
@@ -80,7 +79,7 @@ def test_models_of_waves_are_kept_on_disk(tmp_path, monkeypatch):
     def found(k=3, limit=1.0, beta=1e-5, force=1.0, omega=1240.0, amplitude=1e-4, tolerance=1e-2):
         structure, law = rom.lumped_disk(SECTORS, beta), rom.Jenkins(limit, 5e4)
         wave = rom.travelling_wave(structure, law, k)
-        carrier = Carrier(wave.wave, omega, wave.driving([0.0, 0.0, force]))
+        carrier = wave.carrier([0.0, 0.0, force], omega)
         return cached_waves(structure, SectorWaves((carrier,), law), [amplitude], tolerance)
 
     model, was_cached = found()

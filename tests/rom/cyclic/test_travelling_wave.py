@@ -101,6 +101,7 @@ def test_forces_that_do_no_work_are_refused():
         ([0.0, 0.0, 0.0], "force: does no work on mode 0 of nodal diameter 3"),
         ({5: 1.0}, "force: DOFs must be 0 to 2, got 5"),
         ([1.0, np.nan, 0.0], "force: must be .* 3 finite numbers"),
+        (None, "force: must be .* 3 finite numbers, got None"),
     ):
         with pytest.raises(rom.SlipmodeError, match=message):
             wave.steady_states(wave.frequency, force)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from benchmarks.sector import sector
+from benchmarks.cyclic.sector import sector
 from slipmode import rom
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 

@@ -1,0 +1,1 @@
+"""Bladed disks: what sector meshes and mistuned disks take."""

@@ -1,0 +1,99 @@
+"""Aerodynamic forces between blades: influence coefficients by distance or by nodal diameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipmode.rom.arrays import Complexes, as_floats, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.representable import ALLOWED, fits
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.structure.matrices import Matrix
+
+
+@frozen
+class Aerodynamics:
+    """Aerodynamic forces on the blades of a disk, see `CyclicStructure.with_aerodynamics`.
+
+    Attributes
+    ----------
+    directions : (n, m) CSC matrix
+        D, which reduces the displacements of a sector to q_j = D^T u_j.
+    influence : mapping of int to (m, m) complex ndarray
+        l_d by distance d.
+    frequency : float
+        omega_0 [rad/s].
+    """
+
+    directions: Matrix
+    influence: Mapping[int, Complexes]
+    frequency: float
+
+    @classmethod
+    def of(
+        cls, directions: Matrix, influence: Mapping[int, ArrayLike], frequency: float, sectors: int
+    ) -> Self:
+        """Return the forces, checked, on a disk of so many sectors."""
+        if not 0.0 < as_floats("frequency", frequency) < np.inf:
+            raise SlipmodeError(f"frequency: must be > 0 rad/s, got {in_one_line(frequency)}")
+        size = directions.shape[1]
+        read: dict[int, Complexes] = {}
+        for distance, given in influence.items():
+            if not isinstance(distance, int | np.integer) or abs(distance) >= sectors:
+                raise SlipmodeError(
+                    f"influence: distances must be integers from {1 - sectors} to {sectors - 1}, "
+                    f"got {in_one_line(distance)}"
+                )
+            value = np.array(given)
+            if value.dtype.kind not in "iufc" or value.shape not in ((), (size, size)):
+                value = np.array(np.nan)
+            if not (np.isfinite(value).all() and fits(np.abs(value))):
+                raise SlipmodeError(
+                    f"influence: must be a finite number, or {size} x {size} of them, for each "
+                    f"distance, {ALLOWED}, got {in_one_line(given)}"
+                )
+            read[int(distance)] = np.asarray(value * np.eye(size) if value.ndim == 0 else value)
+        return cls(directions, read, float(frequency))
+
+    def of_diameter(self, angle: float) -> tuple[Complexes, Complexes]:
+        """Return stiffness and damping of q (m, m), from the phase of the next sector [rad]."""
+        size = self.directions.shape[1]
+        stiffness, damping = np.zeros((2, size, size), dtype=complex)
+        for distance, l_d in self.influence.items():
+            turn = np.exp(1j * angle * distance)
+            stiffness += l_d.real * turn
+            damping += l_d.imag * turn / self.frequency
+        return stiffness, damping
+
+
+def influence_coefficients(by_diameter: Mapping[int, complex], sectors: int) -> dict[int, complex]:
+    """Return aerodynamic influence coefficients l_d by distance from those of nodal diameters.
+
+    The coefficient of the nodal diameter k is c_k = sum_d l_d exp(i k d 2 pi / N).
+
+    Parameters
+    ----------
+    by_diameter : {k: complex}
+        c_k of every nodal diameter, k from -((N - 1) // 2) to N // 2, in any unit.
+    sectors : int
+        N.
+
+    Raises
+    ------
+    SlipmodeError
+        If a nodal diameter is missing or given twice.
+    """
+    diameters = np.array(list(by_diameter))
+    given = np.array(list(by_diameter.values()), dtype=complex)
+    if not np.array_equal(np.sort(diameters % sectors), np.arange(sectors)):
+        raise SlipmodeError(
+            f"by_diameter: must have each of the {sectors} nodal diameters once, got "
+            f"{in_one_line(sorted(by_diameter))}"
+        )
+    distances = np.arange(sectors) - (sectors - 1) // 2
+    turns = np.exp(-2j * np.pi * np.outer(distances, diameters) / sectors)
+    return dict(zip(distances.tolist(), (turns @ given / sectors).tolist(), strict=True))

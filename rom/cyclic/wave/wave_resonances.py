@@ -1,0 +1,107 @@
+"""Harmonics of the contacts near modes of the nodal diameters that they act on.
+
+Harmonic (n, m) acts on nodal diameter n k_A + m k_B. A mode psi there returns to the contacts, of
+the displacement by which they act on it, the loop gain
+
+    g = max_c k_ref |psi_c|^2 / (|D(n Omega_A + m Omega_B)| (|n| + |m|)^2),
+
+as harmonics of slipping contacts fall with the square of their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier
+from slipmode.rom.errors import Finding, UnsettledError
+from slipmode.rom.reduction.combination import CARRIERS, Order
+from slipmode.rom.short_repr import frozen
+
+# Loop gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
+# (tests/rom/cyclic/test_wave_resonances.py).
+_NAMED = 0.1
+
+
+@frozen
+class WaveResonance:
+    """A harmonic of the contacts, and the mode that responds to it most.
+
+    Attributes
+    ----------
+    gain : float
+        g.
+    order : (int, int)
+        n, m.
+    frequency : float
+        |n Omega_A + m Omega_B| [rad/s].
+    nodal_diameter, mode : int
+        Of the mode that responds.
+    natural_frequency : float
+        [rad/s]
+    """
+
+    gain: float
+    order: Order
+    frequency: float
+    nodal_diameter: int
+    mode: int
+    natural_frequency: float
+
+    def __str__(self) -> str:
+        n, m = self.order
+        return (
+            f"harmonic ({n}, {m}) at {self.frequency:.5g} rad/s acts on nodal diameter "
+            f"{self.nodal_diameter}, whose mode {self.mode} is at "
+            f"{self.natural_frequency:.5g} rad/s"
+        )
+
+
+def strongest_resonance(carriers: Sequence[Carrier], problem: ContactProblem) -> WaveResonance:
+    """Return the resonance with the largest loop gain, besides the modes at their carriers."""
+    waves, modes = [each.wave for each in carriers], len(carriers)
+    contacts = problem.reduced.contacts
+    assert contacts is not None  # contacts of waves are elastic
+    found = []
+    for order in problem.orders:
+        if order in CARRIERS[:modes] or order == (0, 0):
+            continue
+        diameter = int(np.dot(order[:modes], [wave.nodal_diameter for wave in waves]))
+        nu = float(np.dot(order[:modes], [each.frequency for each in carriers]))
+        family = waves[0].modes_of(diameter)
+        moved = (contacts.reference[:, np.newaxis] * np.abs(family.contact_motion) ** 2).max(
+            axis=0
+        )
+        dynamic = np.abs(np.diag(family.dynamic_stiffness(nu)))
+        height = (abs(order[0]) + abs(order[1])) ** 2
+        gain = moved / (height * np.maximum(dynamic, np.finfo(float).tiny))
+        mode = int(gain.argmax())
+        k = waves[0].centred(diameter if nu >= 0.0 else -diameter)
+        natural = float(family.frequency[mode])
+        found.append(WaveResonance(float(gain[mode]), order, abs(nu), k, mode, natural))
+    return max(found, key=lambda each: each.gain)
+
+
+def resonance_findings(carriers: Sequence[Carrier], problem: ContactProblem) -> list[Finding]:
+    """Report a mode of another nodal diameter whose transients a model of the waves leaves out."""
+    met = strongest_resonance(carriers, problem)
+    if met.gain < _NAMED:
+        return []
+    reason = f"{met}; its response is that of a steady state, transients of it are not modelled"
+    return [Finding("contacts", "meet another mode", reason, "warning")]
+
+
+@contextmanager
+def naming_resonance(carriers: Sequence[Carrier], problem: ContactProblem) -> Iterator[None]:
+    """Name the strongest resonance where the contacts do not come to a periodic motion."""
+    try:
+        yield
+    except UnsettledError as error:
+        met = strongest_resonance(carriers, problem)
+        raise UnsettledError(
+            f"contacts: their motion does not become periodic; {met} and responds most: move the "
+            "forcing away from it, give it damping or lower the amplitudes"
+        ) from error
