@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
 from typing import Any, cast
 
 import numpy as np
@@ -49,50 +48,40 @@ def reduced_waves(carriers: Sequence[Carrier]) -> Reduced:
 
 @frozen
 class _Detuned:
-    """Friction terms of waves whose carriers move by MOST_DETUNING.
+    """Friction terms of one wave whose carrier moves by MOST_DETUNING.
 
     Attributes
     ----------
-    carriers : sequence of Carrier
+    carrier : Carrier
     torus : TorusProblem
-        At the carriers.
+        At the carrier.
     """
 
-    carriers: Sequence[Carrier]
+    carrier: Carrier
     torus: TorusProblem
 
-    def friction(self, points: Floats, sides: Sequence[float]) -> Complexes:
-        """Return S (points, modes) with carriers times 1 + MOST_DETUNING * sides (modes,)."""
-        moved = [
-            replace(each, frequency=each.frequency * (1.0 + MOST_DETUNING * side))
-            for each, side in zip(self.carriers, sides, strict=True)
-        ]
+    def friction(self, points: Floats, side: float) -> Complexes:
+        """Return S (points, 1) with the carrier times 1 + MOST_DETUNING * side."""
+        frequency = self.carrier.frequency * (1.0 + MOST_DETUNING * side)
+        moved = replace(self.carrier, frequency=frequency)
         torus, law = self.torus, cast(Elastic, self.torus.problem.law)
-        problem = wave_contact_problem(moved, law)
+        problem = wave_contact_problem([moved], law)
         terms = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
-        indirect = np.array([each.mode.indirect for each in moved])
-        return np.asarray(terms.solve(points).S - indirect * points)
+        return np.asarray(terms.solve(points).S - moved.mode.indirect * points)
 
     def slope(self, points: Floats) -> Complexes:
-        """Return dS_j / dOmega_k by central differences, (points, modes, modes)."""
-        found = []
-        for k, each in enumerate(np.eye(len(self.carriers))):
-            change = self.friction(points, each.tolist()) - self.friction(points, (-each).tolist())
-            found.append(change / (2.0 * MOST_DETUNING * self.carriers[k].frequency))
-        return np.stack(found, axis=-1)
+        """Return dS / dOmega by central differences, (points, 1, 1)."""
+        change = self.friction(points, 1.0) - self.friction(points, -1.0)
+        return np.asarray(change[..., np.newaxis] / (2.0 * MOST_DETUNING * self.carrier.frequency))
 
     def error(self, table: Table, norm: ErrorNorm) -> float:
-        """Return the error that is left MOST_DETUNING from the carriers, see `ErrorNorm`."""
-        points, modes = probe_points(table), len(self.carriers)
-        at_carriers = self.friction(points, [0.0] * modes)
-        scale = norm.known(table.nodes()[..., :modes]).scale(points, at_carriers)
-        off = MOST_DETUNING * np.array([each.frequency for each in self.carriers])
-        largest = 0.0
-        for sides in product((1.0, -1.0), repeat=modes):
-            slope = table.detuning_at(points) @ (off * np.array(sides))
-            left = self.friction(points, sides) - at_carriers - slope
-            largest = max(largest, float((np.abs(left) / scale).max()))
-        return largest
+        """Return the error that is left MOST_DETUNING from the carrier, see `ErrorNorm`."""
+        points = probe_points(table)
+        at_carrier = self.friction(points, 0.0)
+        scale = norm.known(table.nodes()[..., :1]).scale(points, at_carrier)
+        change = MOST_DETUNING * self.carrier.frequency * table.detuning_at(points)[..., 0]
+        left = [self.friction(points, s) - at_carrier - s * change for s in (1.0, -1.0)]
+        return float((np.abs(left) / scale).max())
 
 
 def wave_model(carriers: Sequence[Carrier], law: Elastic, ends: Floats, tolerance: float) -> Model:
@@ -137,8 +126,11 @@ def _tabulated(
     table, _, error = refine(sampling, budget.interpolation, forever)
     # Phases between the contacts of a sector are left out: they matter in second order.
     table = with_rate_correction(table, torus, tolerance, lambda solve, points: [solve(points)])
-    detuned = _Detuned(carriers, torus)
-    table = with_slopes(table, detuned.slope, lambda solve, points: [solve(points)])
+    detuning = None
+    if modes == 1:
+        detuned = _Detuned(carriers[0], torus)
+        table = with_slopes(table, detuned.slope, lambda solve, points: [solve(points)])
+        detuning = detuned.error(table, norm)
     reduced = reduced_waves(carriers)
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
@@ -151,7 +143,7 @@ def _tabulated(
         periodicity=float(solved.max()),
         neglected_response=0.0,
         neglected_modes=0.0,
-        detuning=detuned.error(table, norm),
+        detuning=detuning,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,
         solved=solved.size - 1,
