@@ -17,6 +17,7 @@ from importlib.metadata import version
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.cyclic.aerodynamics import influence_coefficients
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure
@@ -85,6 +86,7 @@ __all__ = [
     "Coulomb",
     "CriticalPair",
     "CyclicStructure",
+    "DiskFlow",
     "DiskResponse",
     "FlutterGrowth",
     "Friction",

@@ -15,8 +15,10 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
@@ -134,7 +136,8 @@ class MistunedDisk:
                 f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
             )
         excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
-        contacts = self._local(float(np.median(omega)))
+        given = np.zeros(self.structure.n_contacts, dtype=complex)
+        contacts = self._local(float(np.median(omega)), given)
         x: Complexes | None = None
         found = []
         for each in omega.tolist():
@@ -147,15 +150,112 @@ class MistunedDisk:
             found.append(at.displacement(y - self._springs * x))
         return DiskResponse(omega, np.stack(found, axis=1))
 
+    def flow(
+        self,
+        frequency: float,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        *,
+        pattern: int = 0,
+        tolerance: float = 1e-3,
+    ) -> DiskFlow:
+        """Return a disk at rest, whose blade amplitudes are followed in time.
+
+        Parameters
+        ----------
+        frequency : float
+            Forcing frequency at the start [rad/s].
+        engine_order, force :
+            As in `response`; the force is multiplied by a magnitude, which is 0 at the start.
+        pattern : int
+            Row of `deviation`.
+        tolerance : float
+            Error of a step, relative to the amplitudes of the modes.
+        """
+        if not (np.isfinite(frequency) and frequency > 0.0):
+            raise SlipmodeError(f"frequency: must be a finite number > 0, got {frequency}")
+        if not (isinstance(pattern, int | np.integer) and 0 <= pattern < len(self.deviation)):
+            most = len(self.deviation) - 1
+            raise SlipmodeError(f"pattern: must be 0 to {most}, got {in_one_line(pattern)}")
+        if not 0.0 < tolerance < 1.0:
+            raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
+        excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
+        modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
+        sectors, contacts = self.structure.sectors, self.structure.n_contacts
+        own = np.diag(modes.flexibility(frequency)).reshape(sectors, contacts).mean(axis=0)
+        local = self._local(frequency, own)
+        return DiskFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
+
+    def transient(
+        self,
+        time: ArrayLike,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        *,
+        magnitude: ArrayLike = 1.0,
+    ) -> DiskResponse:
+        """Return blade amplitudes along a scripted frequency and magnitude, from rest.
+
+        Parameters
+        ----------
+        time : (samples,) array_like
+            Increasing times of the samples, from the start on [s].
+        frequency : (samples,) array_like or float
+            Forcing frequency at these times [rad/s], straight lines in between: the engine order
+            times the speed of the rotor. At most 20 % from its first value.
+        engine_order, force :
+            As in `response`.
+        magnitude : (samples,) array_like or float
+            Factor of the force at these times, straight lines in between.
+
+        Returns
+        -------
+        DiskResponse
+            By pattern and time.
+
+        Raises
+        ------
+        SlipmodeError
+            If the arguments do not fit, or steps cannot meet their tolerance.
+        """
+        times = as_floats("time", time)
+        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
+            raise SlipmodeError(f"time: must be increasing numbers, got {in_one_line(time)}")
+        inputs = []
+        for name, value in (("frequency", frequency), ("magnitude", magnitude)):
+            given = as_floats(name, value)
+            if given.shape not in ((), times.shape) or not np.all(np.isfinite(given)):
+                raise SlipmodeError(
+                    f"{name}: must be a finite number or {times.size}, one per time, got "
+                    f"{in_one_line(value)}"
+                )
+            inputs.append(np.broadcast_to(given, times.shape))
+        omega, size = inputs
+        durations = np.diff(times, prepend=times[0])
+        found = []
+        for pattern in range(len(self.deviation)):
+            flow = self.flow(float(omega[0]), engine_order, force, pattern=pattern)
+            moved = []
+            for step in zip(durations, omega, size, strict=True):
+                duration, at_frequency, at_size = map(float, step)
+                flow.step(duration, frequency=at_frequency, magnitude=at_size)
+                moved.append(flow.displacement())
+            found.append(moved)
+        return DiskResponse(np.array(omega), np.array(found))
+
     @cached_property
     def _springs(self) -> Floats:
         """k_ref of all contacts, (N N_c,)."""
         return np.tile(self._reference, self.structure.sectors)
 
-    def _local(self, frequency: float) -> LocalContacts:
-        """Return the contacts with the mean flexibility of all nodal diameters."""
+    def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
+        """Return the contacts with the mean flexibility of all nodal diameters.
+
+        `at_carrier` (N_c,) is their own flexibility at the carrier.
+        """
         own = [
             np.mean([np.diag(k.flexibility(h * frequency)) for k in self._stuck], axis=0)
-            for h in range(1, HIGHEST + 1, 2)
+            for h in range(3, HIGHEST + 1, 2)
         ]
-        return LocalContacts.of(self.law, own, frequency)
+        return LocalContacts.of(self.law, [at_carrier, *own], frequency)
