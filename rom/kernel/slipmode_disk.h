@@ -22,7 +22,7 @@ typedef struct {
     double onset;             /* k = 0 up to |c| = onset (1 + past of the first node) */
     double first, spacing;    /* log(|c| / onset - 1) at the first node, and between nodes */
     const double *secant;     /* (nodes, kinds, 2, 2) k and its slope per node, real, imaginary */
-    double contraction;       /* |k| |G|: how fast iterations for y converge */
+    double contraction;       /* |k| |G|: how strongly contacts act on each other */
     double tolerance;         /* of a step, relative to the amplitudes */
 } sm_disk;
 

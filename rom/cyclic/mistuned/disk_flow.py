@@ -1,4 +1,4 @@
-"""Slow flow of a disk whose blades differ: amplitudes of all modes near the carrier."""
+"""Slow flow of a disk whose blades differ: amplitudes of all slow modes."""
 
 from __future__ import annotations
 
@@ -118,6 +118,11 @@ class DiskFlow:
         for band, inputs in self._in_bands(duration, start, ends):
             self._enter_band(band)
             status = kernel.lib.sm_disk_march(self._disk, inputs, *addresses)
+            if status == kernel.NOT_CONVERGED:
+                raise SlipmodeError(
+                    "contacts: act too strongly on each other for amplitudes in slow time; "
+                    "integrate `CyclicStructure.annulus` by `rom.full`"
+                )
             kernel.check(status, "slow flow of the disk")
         self.time += duration
         self.frequency, self.magnitude = ends

@@ -1,7 +1,7 @@
-"""Damped modes of one disk with stuck contacts, in two groups: near the carrier, and all others.
+"""Damped modes of one disk with stuck contacts, in two groups: slow ones and fast ones.
 
-The amplitudes of modes near the carrier change slowly, see `disk_flow`. All other modes respond to
-forces at the carrier as in steady states.
+The amplitudes of slow modes follow `disk_flow`. Fast modes, far above the carrier, respond to forces
+at the carrier as in steady states.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes
 from slipmode.rom.short_repr import frozen
 
-# A mode is near the carrier if their frequencies differ by at most this part of the carrier's: the
-# response of the others then follows the forces within a few periods.
-_NEAR = 0.5
+# Highest frequency of a slow mode, relative to the carrier. With stuck contacts a family may reach
+# far above the carrier, with slipping ones it comes close to it.
+_HIGHEST = 2.0
 
 
 @frozen
@@ -68,7 +68,7 @@ class StuckModes:
     ----------
     modes : MistunedModes
     slow, fast : DampedModes
-        Near the carrier, and all others.
+        Up to twice the carrier, and all others.
     static_flexibility : (N N_c, N N_c) complex ndarray
         Of the contacts besides all modes [m/N].
     static_displacement : (N N_c,) complex ndarray
@@ -113,7 +113,7 @@ class StuckModes:
             participation @ psi_stuck.conj().T,
             participation @ on_modes,
         )
-        near = np.abs(pole.imag - frequency) <= _NEAR * frequency
+        near = (pole.imag > 0.0) & (pole.imag <= _HIGHEST * frequency)
         return cls(
             modes,
             every.select(near),
