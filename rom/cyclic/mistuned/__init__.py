@@ -5,5 +5,6 @@ disk_modes.py        modes of the tuned disk and of disks whose blades differ
 disk_flow.py         amplitudes in time, step by step; stuck_modes.py: their modes
 disk_balance.py      steady states by Newton's method
 local_contacts.py    what each contact does by itself
+internal_resonance.py harmonics that come close to modes
 coupled_contacts.py  all contacts together, at the higher harmonics too
 """

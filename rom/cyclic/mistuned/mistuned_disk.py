@@ -17,10 +17,11 @@ from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.internal_resonance import internal_resonance
 from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
 
@@ -114,21 +115,26 @@ class MistunedDisk:
         Parameters
         ----------
         frequency : (frequencies,) array_like
-            [rad/s], in the order in which they are passed: where several states exist, the one
-            that is followed.
+            [rad/s]
         engine_order : int
             E: sector j is loaded by Re(f exp(i (Omega t + E 2 pi j / N))).
         force : {DOF: amplitude} or (n_s,) array_like
             f, complex amplitudes on the free DOFs of sector 0 [N].
         local : bool
             Leave out what contacts do to each other at higher harmonics, for many patterns: ten
-            times faster. Lumped disks differed by 0.2 to 1.4 % of a blade's amplitude
-            (tests/rom/cyclic/test_mistuned_disk.py).
+            times faster. Lumped disks differed by 0.01 to 0.6 % of a blade's amplitude; a
+            `ValidityWarning` names internal resonances, beside which it was up to 11 %
+            (tests/rom/cyclic/test_internal_resonance.py).
 
         Raises
         ------
         UnsettledError
             Naming the frequency at which no steady state was found.
+
+        Notes
+        -----
+        A disk whose contacts slide and do not lift off has one steady state at each frequency: the
+        difference of two motions loses energy (tests/rom/cyclic/test_mistuned_steady_states.py).
         """
         omega = np.atleast_1d(as_floats("frequency", frequency))
         if omega.ndim != 1 or not np.all((omega > 0.0) & np.isfinite(omega)):
@@ -138,6 +144,8 @@ class MistunedDisk:
         excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
         given = np.zeros(self.structure.n_contacts, dtype=complex)
         contacts = self._local(float(np.median(omega)), given)
+        if local:
+            self._check_harmonics(engine_order, omega)
         x: Complexes | None = None
         found = []
         for each in omega.tolist():
@@ -218,6 +226,12 @@ class MistunedDisk:
         ------
         SlipmodeError
             If the arguments do not fit, or steps cannot meet their tolerance.
+
+        Warns
+        -----
+        ValidityWarning
+            Of internal resonances, which are left out: a harmonic of the contact forces comes
+            close to a mode.
         """
         times = as_floats("time", time)
         if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
@@ -232,6 +246,7 @@ class MistunedDisk:
                 )
             inputs.append(np.broadcast_to(given, times.shape))
         omega, size = inputs
+        self._check_harmonics(engine_order, omega)
         durations = np.diff(times, prepend=times[0])
         found = []
         for pattern in range(len(self.deviation)):
@@ -248,6 +263,12 @@ class MistunedDisk:
     def _springs(self) -> Floats:
         """k_ref of all contacts, (N N_c,)."""
         return np.tile(self._reference, self.structure.sectors)
+
+    def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
+        """Warn of internal resonances, which local contacts leave out."""
+        free, stuck = self._modes.tuned.by_diameter, self._stuck
+        found = internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
+        warn(found.findings(), stacklevel=4)
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.
