@@ -17,8 +17,10 @@ from importlib.metadata import version
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.cyclic.aerodynamics import influence_coefficients
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
+from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
+from slipmode.rom.cyclic.mistuned.patterns import draw_mistuning, stiffness_deviation
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
@@ -78,6 +80,7 @@ from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
     "Accuracy",
+    "Amplification",
     "Backbone",
     "CombinationResonance",
     "ContactFit",
@@ -140,6 +143,7 @@ __all__ = [
     "contact_pairs",
     "decay_rates",
     "demodulate_sine_test",
+    "draw_mistuning",
     "fit_contacts",
     "flutter_growth",
     "identify",
@@ -162,6 +166,7 @@ __all__ = [
     "response_curve",
     "steady",
     "steady_state",
+    "stiffness_deviation",
     "sum_harmonics",
     "tabulate",
     "tabulate_waves",

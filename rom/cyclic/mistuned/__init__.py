@@ -1,6 +1,8 @@
 """Disks whose blades differ: all nodal diameters respond at one frequency.
 
 mistuned_disk.py     MistunedDisk, responses of many patterns. Start here.
+patterns.py          deviations of blades, drawn or measured
+amplification.py     statistics of many patterns
 disk_modes.py        modes of the tuned disk and of disks whose blades differ
 disk_flow.py         amplitudes in time, step by step; stuck_modes.py: their modes
 disk_balance.py      steady states by Newton's method

@@ -5,6 +5,7 @@ All nodal diameters of all families respond at the forcing frequency.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
+from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
@@ -24,6 +26,8 @@ from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
+
+_MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
 
 @frozen
@@ -100,7 +104,7 @@ class MistunedDisk:
                 for springs in (np.zeros(contacts), self._reference)
             )
         )
-        self._modes = MistunedModes.of(TunedModes(structure, free), given)
+        self._tuned = TunedModes(structure, free)
 
     def response(
         self,
@@ -141,7 +145,7 @@ class MistunedDisk:
             raise SlipmodeError(
                 f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
             )
-        excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
         given = np.zeros(self.structure.n_contacts, dtype=complex)
         contacts = self._local(float(np.median(omega)), given)
         if local:
@@ -187,7 +191,7 @@ class MistunedDisk:
             raise SlipmodeError(f"pattern: must be 0 to {most}, got {in_one_line(pattern)}")
         if not 0.0 < tolerance < 1.0:
             raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
-        excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
         modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
         sectors, contacts = self.structure.sectors, self.structure.n_contacts
         own = np.diag(modes.flexibility(frequency)).reshape(sectors, contacts).mean(axis=0)
@@ -259,6 +263,49 @@ class MistunedDisk:
             found.append(moved)
         return DiskResponse(np.array(omega), np.array(found))
 
+    def amplification(
+        self,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        dof: int,
+    ) -> Amplification:
+        """Return the amplification factors of the patterns of `deviation`.
+
+        Parameters
+        ----------
+        frequency : (frequencies,) array_like
+            Close to each other, over the whole resonance [rad/s].
+        engine_order, force :
+            As in `response`.
+        dof : int
+            Free DOF whose amplitudes are compared.
+        """
+        tuned = self._of_patterns(np.zeros((1, self.structure.sectors)))
+        peaks = []
+        for disks in (tuned, *map(self._of_patterns, self._batches(np.size(frequency)))):
+            peaks.append(disks.response(frequency, engine_order, force, local=True).peak(dof))
+        reference = float(peaks[0][0])
+        factor = np.sort(np.concatenate(peaks[1:])) / reference
+        return Amplification(factor, reference, self.structure.sectors)
+
+    def _batches(self, frequencies: int) -> list[Floats]:
+        """Return deviations of so many patterns at a time that their responses fit in memory."""
+        each = frequencies * self.structure.sectors * self.structure.free_dofs.size
+        size = max(_MOST_NUMBERS // each, 1)
+        return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
+
+    def _of_patterns(self, deviation: Floats) -> MistunedDisk:
+        """Return disks with other deviations."""
+        disk = copy.copy(self)
+        disk.__dict__.pop("_modes", None)
+        disk.deviation = deviation
+        return disk
+
+    @cached_property
+    def _modes(self) -> MistunedModes:
+        return MistunedModes.of(self._tuned, self.deviation)
+
     @cached_property
     def _springs(self) -> Floats:
         """k_ref of all contacts, (N N_c,)."""
@@ -266,7 +313,7 @@ class MistunedDisk:
 
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
-        free, stuck = self._modes.tuned.by_diameter, self._stuck
+        free, stuck = self._tuned.by_diameter, self._stuck
         found = internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
         warn(found.findings(), stacklevel=4)
 

@@ -1,7 +1,7 @@
 """Damped modes of one disk with stuck contacts, in two groups: slow ones and fast ones.
 
-The amplitudes of slow modes follow `disk_flow`. Fast modes, far above the carrier, respond to forces
-at the carrier as in steady states.
+The amplitudes of slow modes follow `disk_flow`. Fast modes, far above the carrier, respond to
+forces at the carrier as in steady states.
 """
 
 from __future__ import annotations
