@@ -20,7 +20,7 @@ from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
-from slipmode.rom.cyclic.mistuned.patterns import draw_mistuning, stiffness_deviation
+from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
@@ -143,7 +143,6 @@ __all__ = [
     "contact_pairs",
     "decay_rates",
     "demodulate_sine_test",
-    "draw_mistuning",
     "fit_contacts",
     "flutter_growth",
     "identify",
@@ -157,6 +156,7 @@ __all__ = [
     "motion_patches",
     "performance_curve",
     "preload",
+    "random_mistuning",
     "read_measurement",
     "read_sine_tests",
     "reconstruct",

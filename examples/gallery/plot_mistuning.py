@@ -2,7 +2,7 @@
 Does friction or mistuning win?
 ===============================
 
-A disk of 24 blades, whose tips touch, passes through a resonance with engine order 3. In 100 drawn
+The tips of 24 blades touch. Engine order 3 excites a resonance. In 100 random
 disks the stiffness of the blades deviates by 4 %. The largest blade amplitude, relative to that of
 the tuned disk, is smaller where the contacts slip. Bands: 95 % confidence; dashed: extreme value
 distributions.
@@ -17,7 +17,7 @@ disk = rom.lumped_disk(sectors=24, beta=1e-5, blade_stiffnesses=(1e6, 4e6))
 law = rom.Jenkins(limit=1.0, stiffness=5e4)
 wave = rom.travelling_wave(disk, law, nodal_diameter=3)
 omega = wave.frequency * np.linspace(0.955, 1.02, 60)
-disks = rom.MistunedDisk(disk, law, rom.draw_mistuning(100, 24, 0.04, seed=1), highest=1e5)
+disks = rom.MistunedDisk(disk, law, rom.random_mistuning(100, 24, 0.04, seed=1), highest=1e5)
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
 median = {}

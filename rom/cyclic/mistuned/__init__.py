@@ -1,7 +1,7 @@
 """Disks whose blades differ: all nodal diameters respond at one frequency.
 
 mistuned_disk.py     MistunedDisk, responses of many patterns. Start here.
-patterns.py          deviations of blades, drawn or measured
+patterns.py          deviations of blades, random or measured
 amplification.py     statistics of many patterns
 disk_modes.py        modes of the tuned disk and of disks whose blades differ
 disk_flow.py         amplitudes in time, step by step; stuck_modes.py: their modes

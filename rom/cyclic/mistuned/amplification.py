@@ -88,14 +88,14 @@ class Amplification:
     ) -> Floats:
         """Return a quantile of `extreme_value`, also beyond all disks: (3,) middle, low, high.
 
-        The interval is by bootstrap: from fits to disks that are drawn from these again.
+        The interval is by bootstrap: from fits to resampled disks.
         """
         from scipy.stats import genextreme
 
         _check_probabilities(probability, confidence)
         rng, n, tail = np.random.default_rng(seed), self.factor.size, 0.5 * (1.0 - confidence)
-        drawn = [_fitted(rng.choice(self.factor, n)) for _ in range(_RESAMPLES)]
-        again = genextreme.ppf(probability, *np.transpose(drawn))
+        fits = [_fitted(rng.choice(self.factor, n)) for _ in range(_RESAMPLES)]
+        again = genextreme.ppf(probability, *np.transpose(fits))
         limits = np.quantile(again, [tail, 1.0 - tail])
         return np.array([self.extreme_value.ppf(probability), *limits])
 

@@ -26,6 +26,18 @@ class DiskFlow:
 
         a_m' = (s_m - i Omega) a_m + b_m F + l_m y.
 
+    Parameters
+    ----------
+    modes : StuckModes
+    contacts : LocalContacts
+        Force deficits against drives, displacements without the flexibility `own`.
+    own : (N N_c,) complex ndarray
+        Flexibility of each contact to its own force deficit [m/N].
+    frequency : float
+        Omega at the start [rad/s].
+    tolerance : float
+        Error of a step, relative to the amplitudes.
+
     Attributes
     ----------
     time : float
@@ -44,7 +56,6 @@ class DiskFlow:
         frequency: float,
         tolerance: float,
     ) -> None:
-        """`own` (N N_c,): flexibility that is part of the functions of the contacts [m/N]."""
         self.time, self.frequency, self.magnitude = 0.0, frequency, 0.0
         self._modes, self._reference, self._own = modes, frequency, np.diag(own)
         self._amplitude: Floats = np.zeros((2, modes.slow.pole.size))

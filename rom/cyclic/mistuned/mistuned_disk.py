@@ -127,7 +127,7 @@ class MistunedDisk:
         local : bool
             Leave out what contacts do to each other at higher harmonics, for many patterns: ten
             times faster. Lumped disks differed by 0.01 to 0.6 % of a blade's amplitude; a
-            `ValidityWarning` names internal resonances, beside which it was up to 11 %
+            `ValidityWarning` names internal resonances, where it was up to 11 %
             (tests/rom/cyclic/test_internal_resonance.py).
 
         Raises

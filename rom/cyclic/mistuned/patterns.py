@@ -1,4 +1,4 @@
-"""Patterns of mistuning: drawn at random, or from measured frequencies of blades."""
+"""Patterns of mistuning: random ones, and from measured frequencies of blades."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 
 
-def draw_mistuning(
+def random_mistuning(
     patterns: int, sectors: int, deviation: float, *, seed: int = 0, uniform: bool = False
 ) -> Floats:
     """Return independent random stiffness deviations of blades, (patterns, sectors).
@@ -22,11 +22,11 @@ def draw_mistuning(
     seed : int
         Equal seeds draw equal patterns.
     uniform : bool
-        Draw from a uniform distribution. Default: from a normal one.
+        Uniform instead of normal distribution.
 
     Examples
     --------
-    >>> draw_mistuning(100, 24, 0.04).shape
+    >>> random_mistuning(100, 24, 0.04).shape
     (100, 24)
     """
     for name, count in (("patterns", patterns), ("sectors", sectors)):
@@ -44,8 +44,8 @@ def draw_mistuning(
 def stiffness_deviation(frequency: ArrayLike, nominal: float | None = None) -> Floats:
     """Return the stiffness deviations of blades from their frequencies, (f / f_0)^2 - 1.
 
-    The frequencies are those of each blade by itself, clamped at its root. They belong to
-    deviations of its whole stiffness, which `CyclicStructure.blade` must contain.
+    The frequencies are those of single blades, clamped at their roots. They belong to
+    deviations of the whole stiffness of a blade, which `CyclicStructure.blade` must contain.
 
     Parameters
     ----------

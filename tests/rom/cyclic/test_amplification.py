@@ -21,7 +21,7 @@ def frequencies(count):
 
 def test_the_worst_of_some_disks_is_that_of_full_order():
     omega = frequencies(40)
-    patterns = rom.draw_mistuning(20, SECTORS, 0.04, seed=1)
+    patterns = rom.random_mistuning(20, SECTORS, 0.04, seed=1)
     disks = rom.MistunedDisk(DISK, LAW, patterns, HIGHEST)
     found = disks.amplification(omega, ORDER, FORCE, dof=2)
     responses = disks.response(omega, ORDER, FORCE, local=True)
@@ -45,7 +45,7 @@ def test_the_worst_of_some_disks_is_that_of_full_order():
 
 def test_linear_disks_stay_below_whitehead_s_bound():
     disks = rom.MistunedDisk(
-        DISK, rom.Jenkins(1e3, 5e4), rom.draw_mistuning(200, SECTORS, 0.03, seed=2), HIGHEST
+        DISK, rom.Jenkins(1e3, 5e4), rom.random_mistuning(200, SECTORS, 0.03, seed=2), HIGHEST
     )
     linear = disks.amplification(frequencies(60), ORDER, FORCE, dof=2)
     assert linear.whitehead == pytest.approx(0.5 * (1.0 + np.sqrt(12.0)))
@@ -55,7 +55,7 @@ def test_linear_disks_stay_below_whitehead_s_bound():
 
 
 def test_batches_of_patterns_change_nothing(monkeypatch):
-    disks = rom.MistunedDisk(DISK, LAW, rom.draw_mistuning(5, SECTORS, 0.04), HIGHEST)
+    disks = rom.MistunedDisk(DISK, LAW, rom.random_mistuning(5, SECTORS, 0.04), HIGHEST)
     once = disks.amplification(frequencies(20), ORDER, FORCE, dof=2)
     monkeypatch.setattr("slipmode.rom.cyclic.mistuned.mistuned_disk._MOST_NUMBERS", 1500)
     batches = disks.amplification(frequencies(20), ORDER, FORCE, dof=2)
@@ -106,9 +106,9 @@ def test_frequencies_of_blades_become_stiffnesses():
 
 def test_drawn_patterns_have_their_deviation():
     for uniform in (False, True):
-        drawn = rom.draw_mistuning(2000, 24, 0.04, uniform=uniform)
+        drawn = rom.random_mistuning(2000, 24, 0.04, uniform=uniform)
         assert abs(drawn.std() / 0.04 - 1.0) < 0.01  # measured 0.0016
-        assert np.array_equal(drawn, rom.draw_mistuning(2000, 24, 0.04, uniform=uniform))
+        assert np.array_equal(drawn, rom.random_mistuning(2000, 24, 0.04, uniform=uniform))
     assert np.abs(drawn).max() < 0.04 * np.sqrt(3.0)
 
 
@@ -118,7 +118,7 @@ def test_wrong_patterns_are_refused():
         ((10, 24, 0.5), "deviation: must be above 0 and at most 0.2, got 0.5"),
     ):
         with pytest.raises(rom.SlipmodeError, match=message):
-            rom.draw_mistuning(*arguments)
+            rom.random_mistuning(*arguments)
     with pytest.raises(rom.SlipmodeError, match="frequency: must be finite numbers > 0"):
         rom.stiffness_deviation([200.0, 0.0])
     with pytest.raises(rom.SlipmodeError, match="nominal: must be a finite number > 0"):

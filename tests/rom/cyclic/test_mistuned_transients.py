@@ -58,6 +58,20 @@ def test_the_end_is_the_steady_state(stiffness, limit, bound, exact):
         assert np.abs(end / steady - 1.0)[:, 2].max() < most
 
 
+def test_the_end_is_the_steady_state_with_two_contacts_a_sector():
+    contacts = {
+        "contact": [[0.0, 0.0], [0.0, 1.0], [-1.0, 0.0]],
+        "next_contact": [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+    }
+    disk = rom.lumped_disk(SECTORS, 1e-5, blade_stiffnesses=(1e6, 4e6), **contacts)
+    law, f = rom.Jenkins((1.0, 0.6), (5e4, 3e4)), [0.0, 0.0, 6.0]
+    omega = 0.98 * rom.travelling_wave(disk, law, ORDER).frequency
+    mistuned = rom.MistunedDisk(disk, law, DEVIATION, HIGHEST)
+    end = mistuned.transient([0.0, 800 * np.pi / omega], omega, ORDER, f).displacement[0, -1]
+    steady = mistuned.response(omega, ORDER, f, local=True).displacement[0, 0]
+    assert np.abs(end / steady - 1.0)[:, 2].max() < 1e-4  # measured 8e-6
+
+
 def test_a_tuned_disk_without_slip_is_linear():
     """Free vibration after the force ends: each nodal diameter has its frequency and damping."""
     disk, law = lumped(), rom.Jenkins(1e3, 2e4)
