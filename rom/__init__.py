@@ -19,7 +19,8 @@ from slipmode.rom.cyclic.aerodynamics import influence_coefficients
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
-from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
+from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
+from slipmode.rom.cyclic.mistuned.mistuned_disk import MistunedDisk
 from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure

@@ -1,4 +1,4 @@
-"""Disks whose blades differ: steady states under engine-order excitation.
+"""Disks whose blades differ, under engine-order excitation: steady states and transients.
 
 All nodal diameters of all families respond at the forcing frequency.
 """
@@ -6,7 +6,7 @@ All nodal diameters of all families respond at the forcing frequency.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -17,41 +17,17 @@ from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
-from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
-from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow, Script
+from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.internal_resonance import internal_resonance
 from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
 
 _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
-
-
-@frozen
-class DiskResponse:
-    """Steady states of disks, by pattern and frequency.
-
-    Attributes
-    ----------
-    frequency : (frequencies,) ndarray
-        [rad/s]
-    displacement : (patterns, frequencies, N, n_s) complex ndarray
-        c of the free DOFs of every sector, which move by 2 Re(c exp(i Omega t)) [m].
-    """
-
-    frequency: Floats
-    displacement: Complexes
-
-    def amplitude(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF of every blade, (patterns, frequencies, N) [m]."""
-        return np.asarray(2.0 * np.abs(self.displacement[..., dof]))
-
-    def peak(self, dof: int) -> Floats:
-        """Return the largest amplitude of a DOF over blades and frequencies, (patterns,) [m]."""
-        return np.asarray(self.amplitude(dof).max(axis=(1, 2)))
 
 
 class MistunedDisk:
@@ -183,6 +159,11 @@ class MistunedDisk:
             Row of `deviation`.
         tolerance : float
             Error of a step, relative to the amplitudes of the modes.
+
+        Warns
+        -----
+        ValidityWarning
+            As `transient`.
         """
         if not (np.isfinite(frequency) and frequency > 0.0):
             raise SlipmodeError(f"frequency: must be a finite number > 0, got {frequency}")
@@ -191,12 +172,10 @@ class MistunedDisk:
             raise SlipmodeError(f"pattern: must be 0 to {most}, got {in_one_line(pattern)}")
         if not 0.0 < tolerance < 1.0:
             raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
+        self._check_harmonics(engine_order, np.array([frequency]))
         excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
-        modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
-        sectors, contacts = self.structure.sectors, self.structure.n_contacts
-        own = np.diag(modes.flexibility(frequency)).reshape(sectors, contacts).mean(axis=0)
-        local = self._local(frequency, own)
-        return DiskFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
+        (flow,) = self._flows(range(pattern, pattern + 1), frequency, excited, tolerance)
+        return flow
 
     def transient(
         self,
@@ -237,31 +216,25 @@ class MistunedDisk:
             Of internal resonances, which are left out: a harmonic of the contact forces comes
             close to a mode.
         """
-        times = as_floats("time", time)
-        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
-            raise SlipmodeError(f"time: must be increasing numbers, got {in_one_line(time)}")
-        inputs = []
-        for name, value in (("frequency", frequency), ("magnitude", magnitude)):
-            given = as_floats(name, value)
-            if given.shape not in ((), times.shape) or not np.all(np.isfinite(given)):
-                raise SlipmodeError(
-                    f"{name}: must be a finite number or {times.size}, one per time, got "
-                    f"{in_one_line(value)}"
-                )
-            inputs.append(np.broadcast_to(given, times.shape))
-        omega, size = inputs
-        self._check_harmonics(engine_order, omega)
-        durations = np.diff(times, prepend=times[0])
-        found = []
-        for pattern in range(len(self.deviation)):
-            flow = self.flow(float(omega[0]), engine_order, force, pattern=pattern)
-            moved = []
-            for step in zip(durations, omega, size, strict=True):
-                duration, at_frequency, at_size = map(float, step)
-                flow.step(duration, frequency=at_frequency, magnitude=at_size)
-                moved.append(flow.displacement())
-            found.append(moved)
-        return DiskResponse(np.array(omega), np.array(found))
+        script = Script.of(time, frequency, magnitude)
+        self._check_harmonics(engine_order, script.frequency)
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
+        flows = self._flows(range(len(self.deviation)), float(script.frequency[0]), excited)
+        return DiskResponse(script.frequency, np.array([script.follow(each) for each in flows]))
+
+    def _flows(
+        self, patterns: range, frequency: float, excited: Excited, tolerance: float = 1e-3
+    ) -> Iterator[DiskFlow]:
+        """Yield patterns at rest; all of them have the local contacts of the first."""
+        sectors, contacts = self.structure.sectors, self.structure.n_contacts
+        local: LocalContacts | None = None
+        for pattern in patterns:
+            modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
+            if local is None:
+                every = np.diag(modes.flexibility(frequency))
+                own = every.reshape(sectors, contacts).mean(axis=0)
+                local = self._local(frequency, own)
+            yield DiskFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
 
     def amplification(
         self,
@@ -292,7 +265,7 @@ class MistunedDisk:
     def _batches(self, frequencies: int) -> list[Floats]:
         """Return deviations of so many patterns at a time that their responses fit in memory."""
         each = frequencies * self.structure.sectors * self.structure.free_dofs.size
-        size = max(_MOST_NUMBERS // each, 1)
+        size = max(_MOST_NUMBERS // max(each, self._tuned.diameter.size**2), 1)
         return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
 
     def _of_patterns(self, deviation: Floats) -> MistunedDisk:
