@@ -35,10 +35,10 @@ class Amplification:
 
     @property
     def whitehead(self) -> float:
-        """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks [1]_.
+        """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks.
 
-        .. [1] D. S. Whitehead, Effect of mistuning on the vibration of turbomachine blades induced
-           by wakes, Journal of Mechanical Engineering Science 8 (1966).
+        D. S. Whitehead, Effect of mistuning on the vibration of turbomachine blades induced by
+        wakes, Journal of Mechanical Engineering Science 8 (1966).
         """
         return 0.5 * (1.0 + float(np.sqrt(self.sectors)))
 
