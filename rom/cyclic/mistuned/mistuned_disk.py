@@ -152,7 +152,7 @@ class MistunedDisk:
         Parameters
         ----------
         frequency : float
-            Forcing frequency at the start [rad/s].
+            Forcing frequency at the start [rad/s]; it may change by 10 %.
         engine_order, force :
             As in `response`; the force is multiplied by a magnitude, which is 0 at the start.
         pattern : int
@@ -194,7 +194,7 @@ class MistunedDisk:
             Increasing times of the samples, from the start on [s].
         frequency : (samples,) array_like or float
             Forcing frequency at these times [rad/s], straight lines in between: the engine order
-            times the speed of the rotor. At most 20 % from its first value.
+            times the speed of the rotor. At most 10 % from the middle of its range.
         engine_order, force :
             As in `response`.
         magnitude : (samples,) array_like or float
@@ -219,7 +219,8 @@ class MistunedDisk:
         script = Script.of(time, frequency, magnitude)
         self._check_harmonics(engine_order, script.frequency)
         excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
-        flows = self._flows(range(len(self.deviation)), float(script.frequency[0]), excited)
+        middle = 0.5 * float(script.frequency.min() + script.frequency.max())
+        flows = self._flows(range(len(self.deviation)), middle, excited)
         return DiskResponse(script.frequency, np.array([script.follow(each) for each in flows]))
 
     def _flows(
