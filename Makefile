@@ -89,7 +89,7 @@ bench-study: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.studies
 
 bench-mistuned: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.mistuned_disk
+	$(BIN)/python -m benchmarks.cyclic.mistuned_disk
 
 bench-curves: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.curves

@@ -105,7 +105,7 @@ class DiskBalance:
         return np.asarray(np.eye(self.springs.size) + self.at.flexibility * self.springs)
 
     def _stuck(self) -> Complexes:
-        """Return x with stuck contacts, which lack no force."""
+        """Return x with stuck contacts, which have no force deficit."""
         return np.asarray(np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0])
 
     def _local(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
