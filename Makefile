@@ -17,6 +17,7 @@
 #              response curve of a bladed disk of 1e5 DOFs a sector
 # make bench-study  set up .venv and measure studies on a Dask cluster: workers, memory
 # make bench-curves  set up .venv and compare response curves with harmonic balance
+# make bench-mistuned  set up .venv and compare a mistuned disk with full order
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs
 #              with full order. SCENES="two-mode mine.toml": slow runs of these alone
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
@@ -44,7 +45,7 @@ TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
-	bench-full bench-study bench-curves gallery docs docs-links wheels \
+	bench-full bench-study bench-curves bench-mistuned gallery docs docs-links wheels \
 	quick test test-all lint clean
 
 run: $(VENV)/.installed
@@ -86,6 +87,9 @@ bench-full: $(VENV)/.installed-benchmarks
 bench-study: $(VENV)/.installed
 	@$(PIP) "slipmode[study]"
 	$(BIN)/python -m benchmarks.studies
+
+bench-mistuned: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.cyclic.mistuned_disk
 
 bench-curves: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.curves

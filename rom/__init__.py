@@ -23,7 +23,11 @@ from slipmode.rom.cyclic.diagrams import (
     nodal_diameter_diagram,
 )
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
-from slipmode.rom.cyclic.mistuned.mistuned_disk import DiskResponse, MistunedDisk
+from slipmode.rom.cyclic.mistuned.amplification import Amplification
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
+from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
+from slipmode.rom.cyclic.mistuned.mistuned_disk import MistunedDisk
+from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
 from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
@@ -83,6 +87,7 @@ from slipmode.rom.table.tabulation import tabulate
 
 __all__ = [
     "Accuracy",
+    "Amplification",
     "Backbone",
     "CampbellDiagram",
     "CombinationResonance",
@@ -93,6 +98,7 @@ __all__ = [
     "CriticalPair",
     "Crossing",
     "CyclicStructure",
+    "DiskFlow",
     "DiskResponse",
     "FlutterGrowth",
     "Friction",
@@ -162,6 +168,7 @@ __all__ = [
     "nodal_diameter_diagram",
     "performance_curve",
     "preload",
+    "random_mistuning",
     "read_measurement",
     "read_sine_tests",
     "reconstruct",
@@ -171,6 +178,7 @@ __all__ = [
     "response_curve",
     "steady",
     "steady_state",
+    "stiffness_deviation",
     "sum_harmonics",
     "tabulate",
     "tabulate_waves",

@@ -220,7 +220,7 @@ class DiameterModes:
 
 @frozen
 class AllDiameters:
-    """Modes of every nodal diameter, computed when they are asked for.
+    """Modes of every nodal diameter, computed at their first use.
 
     Attributes
     ----------

@@ -19,6 +19,7 @@ GROUPS = (
     "curves",
     "slow-flow",
     "directional",
+    "disk",
     "component",
     "component-refusals",
     "component-trace",

@@ -23,6 +23,7 @@ _ITERATIONS, _HALVINGS = 60, 8
 # Relative change of x at which iterations end: with local contacts, and with coupled ones, which
 # are as exact as their march.
 _CONVERGED, _COUPLED = 1e-6, 1e-5
+_SECANTS = 10  # corrections that are kept
 
 
 @frozen
@@ -75,7 +76,8 @@ class DiskBalance:
     ) -> tuple[Complexes, Complexes]:
         """Return x and y of contacts that act on each other at the higher harmonics, too.
 
-        From the state x with local contacts, whose derivatives Newton's method keeps.
+        From the state x with local contacts, whose derivatives Newton's method keeps. Secants of
+        the last corrections improve them (Anderson's acceleration).
 
         Raises
         ------
@@ -85,13 +87,16 @@ class DiskBalance:
         far = contacts.far
         y, by_x, by_conjugate = self._local(x)
         drive = x - y @ far
+        secants = [_Secants() for _ in drive]
         for _ in range(_ITERATIONS):
             y = contacts.deficit(drive)
             x = drive + y @ far
             step = self._step(self._residual(x, y), by_x, by_conjugate)
             if _is_small(step, x, _COUPLED):
                 return x, y
-            drive = drive + step - (by_x * step + by_conjugate * step.conj()) @ far
+            correction = step - (by_x * step + by_conjugate * step.conj()) @ far
+            patterns = zip(secants, drive, correction, strict=True)
+            drive = np.array([each.improved(*at) for each, *at in patterns])
         raise self._unsettled()
 
     @cached_property
@@ -100,7 +105,7 @@ class DiskBalance:
         return np.asarray(np.eye(self.springs.size) + self.at.flexibility * self.springs)
 
     def _stuck(self) -> Complexes:
-        """Return x with stuck contacts, which lack no force."""
+        """Return x with stuck contacts, which have no force deficit."""
         return np.asarray(np.linalg.solve(self._left, self.at.moved[..., np.newaxis])[..., 0])
 
     def _local(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
@@ -131,6 +136,25 @@ class DiskBalance:
             f"contacts: no steady state was found at {self.at.frequency:g} rad/s; begin farther "
             "from the resonance, or use smaller steps of frequency"
         )
+
+
+class _Secants:
+    """Anderson's acceleration of x -> x + f(x), of one pattern."""
+
+    def __init__(self) -> None:
+        self._points: list[Floats] = []
+        self._corrections: list[Floats] = []
+
+    def improved(self, x: Complexes, correction: Complexes) -> Complexes:
+        """Return the next x, from this and the last ones."""
+        self._points = [*self._points[-_SECANTS:], x.view(float)]
+        self._corrections = [*self._corrections[-_SECANTS:], correction.view(float)]
+        new = x + correction
+        if len(self._points) > 1:
+            moved, changed = (np.diff(each, axis=0) for each in (self._points, self._corrections))
+            weights, *_ = np.linalg.lstsq(changed.T, self._corrections[-1], rcond=None)
+            new = new - (weights @ (moved + changed)).view(complex)
+        return np.asarray(new)
 
 
 def _is_small(step: Complexes, x: Complexes, tolerance: float) -> bool:

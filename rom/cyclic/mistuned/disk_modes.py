@@ -48,6 +48,11 @@ class TunedModes:
         return np.asarray(np.exp(1j * angle) / np.sqrt(N))
 
     @cached_property
+    def shapes(self) -> Complexes:
+        """Displacement of the free DOFs of sector 0, times sqrt(N), (n_s, R)."""
+        return np.hstack([modes.shapes for modes in self.by_diameter])
+
+    @cached_property
     def square(self) -> Floats:
         """omega^2, (R,)."""
         return np.concatenate([modes.frequency for modes in self.by_diameter]) ** 2
@@ -99,8 +104,7 @@ class TunedModes:
 
     def displacement(self, modal: Complexes) -> Complexes:
         """Return displacements of the free DOFs of all sectors (..., N, n_s) by modes (..., R)."""
-        shapes = np.hstack([modes.shapes for modes in self.by_diameter])
-        return np.asarray(np.einsum("...r,jr,nr->...jn", modal, self.turn, shapes, optimize=True))
+        return np.asarray((modal[..., np.newaxis, :] * self.turn) @ self.shapes.T)
 
 
 def past_flexibility(by_diameter: Sequence[DiameterModes]) -> Complexes:

@@ -56,7 +56,8 @@ class LocalContacts:
         ----------
         law : Elastic
         flexibility : sequence of (N_c,) complex ndarray
-            g_h of the odd harmonics h = 1, 3, ... of each contact; that of h = 1 is not used.
+            g_h of the odd harmonics h = 1, 3, ... of each contact. With g_1 the displacement below
+            is the drive, x - g_1 y; 0: the displacement itself.
         frequency : float
             Omega [rad/s].
         """
@@ -97,17 +98,13 @@ class LocalContacts:
 def local_problem(
     law: Elastic, flexibility: Sequence[Complexes], frequency: float
 ) -> ContactProblem:
-    """Return contacts whose displacement at the carrier is given, each on its own.
+    """Return contacts whose drive at the carrier is given, each on its own.
 
     `flexibility` as of `LocalContacts.of`.
     """
     contacts = len(flexibility[-1])
     static = np.diag(np.maximum(flexibility[-1].real, 0.0))
-    at_carrier = np.zeros(contacts)  # the displacement is given
-    own = {
-        (2 * k + 1, 0): np.diag(g).astype(complex)
-        for k, g in enumerate([at_carrier, *flexibility[1:]])
-    }
+    own = {(2 * k + 1, 0): np.diag(g).astype(complex) for k, g in enumerate(flexibility)}
     carrier = np.array([frequency])
     dual = DualContacts(law, static, carrier, np.zeros(1))
     return dual.problem(carrier, np.ones((1, contacts), dtype=complex), own)

@@ -1,11 +1,12 @@
-"""Disks whose blades differ: steady states under engine-order excitation.
+"""Disks whose blades differ, under engine-order excitation: steady states and transients.
 
 All nodal diameters of all families respond at the forcing frequency.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copy
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -13,38 +14,20 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
+from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
 from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
-from slipmode.rom.cyclic.mistuned.disk_modes import MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow, Script
+from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
+from slipmode.rom.cyclic.mistuned.internal_resonance import internal_resonance
 from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
 
-
-@frozen
-class DiskResponse:
-    """Steady states of disks, by pattern and frequency.
-
-    Attributes
-    ----------
-    frequency : (frequencies,) ndarray
-        [rad/s]
-    displacement : (patterns, frequencies, N, n_s) complex ndarray
-        c of the free DOFs of every sector, which move by 2 Re(c exp(i Omega t)) [m].
-    """
-
-    frequency: Floats
-    displacement: Complexes
-
-    def amplitude(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF of every blade, (patterns, frequencies, N) [m]."""
-        return np.asarray(2.0 * np.abs(self.displacement[..., dof]))
-
-    def peak(self, dof: int) -> Floats:
-        """Return the largest amplitude of a DOF over blades and frequencies, (patterns,) [m]."""
-        return np.asarray(self.amplitude(dof).max(axis=(1, 2)))
+_MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
 
 class MistunedDisk:
@@ -97,7 +80,7 @@ class MistunedDisk:
                 for springs in (np.zeros(contacts), self._reference)
             )
         )
-        self._modes = MistunedModes.of(TunedModes(structure, free), given)
+        self._tuned = TunedModes(structure, free)
 
     def response(
         self,
@@ -112,29 +95,37 @@ class MistunedDisk:
         Parameters
         ----------
         frequency : (frequencies,) array_like
-            [rad/s], in the order in which they are passed: where several states exist, the one
-            that is followed.
+            [rad/s]
         engine_order : int
             E: sector j is loaded by Re(f exp(i (Omega t + E 2 pi j / N))).
         force : {DOF: amplitude} or (n_s,) array_like
             f, complex amplitudes on the free DOFs of sector 0 [N].
         local : bool
             Leave out what contacts do to each other at higher harmonics, for many patterns: ten
-            times faster. Lumped disks differed by 0.2 to 1.4 % of a blade's amplitude
-            (tests/rom/cyclic/test_mistuned_disk.py).
+            times faster. Lumped disks differed by 0.01 to 0.6 % of a blade's amplitude; a
+            `ValidityWarning` names internal resonances, where it was up to 11 %
+            (tests/rom/cyclic/test_internal_resonance.py).
 
         Raises
         ------
         UnsettledError
             Naming the frequency at which no steady state was found.
+
+        Notes
+        -----
+        A disk whose contacts slide and do not lift off has one steady state at each frequency: the
+        difference of two motions loses energy (tests/rom/cyclic/test_mistuned_steady_states.py).
         """
         omega = np.atleast_1d(as_floats("frequency", frequency))
         if omega.ndim != 1 or not np.all((omega > 0.0) & np.isfinite(omega)):
             raise SlipmodeError(
                 f"frequency: must be finite numbers > 0, got {in_one_line(frequency)}"
             )
-        excited = self._modes.tuned.excited(engine_order, self.structure.force_on_sector(force))
-        contacts = self._local(float(np.median(omega)))
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
+        given = np.zeros(self.structure.n_contacts, dtype=complex)
+        contacts = self._local(float(np.median(omega)), given)
+        if local:
+            self._check_harmonics(engine_order, omega)
         x: Complexes | None = None
         found = []
         for each in omega.tolist():
@@ -147,15 +138,166 @@ class MistunedDisk:
             found.append(at.displacement(y - self._springs * x))
         return DiskResponse(omega, np.stack(found, axis=1))
 
+    def flow(
+        self,
+        frequency: float,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        *,
+        pattern: int = 0,
+        tolerance: float = 1e-3,
+    ) -> DiskFlow:
+        """Return a disk at rest, whose blade amplitudes are followed in time.
+
+        Parameters
+        ----------
+        frequency : float
+            Forcing frequency at the start [rad/s]; it may change by 10 %.
+        engine_order, force :
+            As in `response`; the force is multiplied by a magnitude, which is 0 at the start.
+        pattern : int
+            Row of `deviation`.
+        tolerance : float
+            Error of a step, relative to the amplitudes of the modes.
+
+        Warns
+        -----
+        ValidityWarning
+            As `transient`.
+        """
+        if not (np.isfinite(frequency) and frequency > 0.0):
+            raise SlipmodeError(f"frequency: must be a finite number > 0, got {frequency}")
+        if not (isinstance(pattern, int | np.integer) and 0 <= pattern < len(self.deviation)):
+            most = len(self.deviation) - 1
+            raise SlipmodeError(f"pattern: must be 0 to {most}, got {in_one_line(pattern)}")
+        if not 0.0 < tolerance < 1.0:
+            raise SlipmodeError(f"tolerance: must be between 0 and 1, got {tolerance}")
+        self._check_harmonics(engine_order, np.array([frequency]))
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
+        (flow,) = self._flows(range(pattern, pattern + 1), frequency, excited, tolerance)
+        return flow
+
+    def transient(
+        self,
+        time: ArrayLike,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        *,
+        magnitude: ArrayLike = 1.0,
+    ) -> DiskResponse:
+        """Return blade amplitudes along a scripted frequency and magnitude, from rest.
+
+        Parameters
+        ----------
+        time : (samples,) array_like
+            Increasing times of the samples, from the start on [s].
+        frequency : (samples,) array_like or float
+            Forcing frequency at these times [rad/s], straight lines in between: the engine order
+            times the speed of the rotor. At most 10 % from the middle of its range.
+        engine_order, force :
+            As in `response`.
+        magnitude : (samples,) array_like or float
+            Factor of the force at these times, straight lines in between.
+
+        Returns
+        -------
+        DiskResponse
+            By pattern and time.
+
+        Raises
+        ------
+        SlipmodeError
+            If the arguments do not fit, or steps cannot meet their tolerance.
+
+        Warns
+        -----
+        ValidityWarning
+            Of internal resonances, which are left out: a harmonic of the contact forces comes
+            close to a mode.
+        """
+        script = Script.of(time, frequency, magnitude)
+        self._check_harmonics(engine_order, script.frequency)
+        excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
+        middle = 0.5 * float(script.frequency.min() + script.frequency.max())
+        flows = self._flows(range(len(self.deviation)), middle, excited)
+        return DiskResponse(script.frequency, np.array([script.follow(each) for each in flows]))
+
+    def _flows(
+        self, patterns: range, frequency: float, excited: Excited, tolerance: float = 1e-3
+    ) -> Iterator[DiskFlow]:
+        """Yield patterns at rest; all of them have the local contacts of the first."""
+        sectors, contacts = self.structure.sectors, self.structure.n_contacts
+        local: LocalContacts | None = None
+        for pattern in patterns:
+            modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
+            if local is None:
+                every = np.diag(modes.flexibility(frequency))
+                own = every.reshape(sectors, contacts).mean(axis=0)
+                local = self._local(frequency, own)
+            yield DiskFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
+
+    def amplification(
+        self,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        dof: int,
+    ) -> Amplification:
+        """Return the amplification factors of the patterns of `deviation`.
+
+        Parameters
+        ----------
+        frequency : (frequencies,) array_like
+            Close to each other, over the whole resonance [rad/s].
+        engine_order, force :
+            As in `response`.
+        dof : int
+            Free DOF whose amplitudes are compared.
+        """
+        tuned = self._of_patterns(np.zeros((1, self.structure.sectors)))
+        peaks = []
+        for disks in (tuned, *map(self._of_patterns, self._batches(np.size(frequency)))):
+            peaks.append(disks.response(frequency, engine_order, force, local=True).peak(dof))
+        reference = float(peaks[0][0])
+        factor = np.sort(np.concatenate(peaks[1:])) / reference
+        return Amplification(factor, reference, self.structure.sectors)
+
+    def _batches(self, frequencies: int) -> list[Floats]:
+        """Return deviations of so many patterns at a time that their responses fit in memory."""
+        each = frequencies * self.structure.sectors * self.structure.free_dofs.size
+        size = max(_MOST_NUMBERS // max(each, self._tuned.diameter.size**2), 1)
+        return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
+
+    def _of_patterns(self, deviation: Floats) -> MistunedDisk:
+        """Return disks with other deviations."""
+        disk = copy.copy(self)
+        disk.__dict__.pop("_modes", None)
+        disk.deviation = deviation
+        return disk
+
+    @cached_property
+    def _modes(self) -> MistunedModes:
+        return MistunedModes.of(self._tuned, self.deviation)
+
     @cached_property
     def _springs(self) -> Floats:
         """k_ref of all contacts, (N N_c,)."""
         return np.tile(self._reference, self.structure.sectors)
 
-    def _local(self, frequency: float) -> LocalContacts:
-        """Return the contacts with the mean flexibility of all nodal diameters."""
+    def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
+        """Warn of internal resonances, which local contacts leave out."""
+        free, stuck = self._tuned.by_diameter, self._stuck
+        found = internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
+        warn(found.findings(), stacklevel=4)
+
+    def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
+        """Return the contacts with the mean flexibility of all nodal diameters.
+
+        `at_carrier` (N_c,) is their own flexibility at the carrier.
+        """
         own = [
             np.mean([np.diag(k.flexibility(h * frequency)) for k in self._stuck], axis=0)
-            for h in range(1, HIGHEST + 1, 2)
+            for h in range(3, HIGHEST + 1, 2)
         ]
-        return LocalContacts.of(self.law, own, frequency)
+        return LocalContacts.of(self.law, [at_carrier, *own], frequency)

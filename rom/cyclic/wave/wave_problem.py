@@ -160,7 +160,7 @@ class Carrier:
     def mode_shape(self) -> Complexes:
         """Phi of a model, (n_s,) [kg^-1/2]: of the forces on the mode or, without any, of motion.
 
-        The two differ by what the other modes do through dampers and aerodynamic forces.
+        The two differ by the response of the other modes through dampers and aerodynamic forces.
         """
         return self.mode.receiving if self.force.any() else self.mode.shape
 

@@ -18,6 +18,7 @@ void check_table(void);
 void check_curves(void);
 void check_slow_flow(void);
 void check_directional(void);
+void check_disk(void);
 void check_component(void);
 void check_component_refusals(void);
 void check_component_trace(void);
@@ -45,6 +46,7 @@ static const struct {
               {"curves", check_curves},
               {"slow-flow", check_slow_flow},
               {"directional", check_directional},
+              {"disk", check_disk},
               {"component", check_component},
               {"component-refusals", check_component_refusals},
               {"component-trace", check_component_trace},

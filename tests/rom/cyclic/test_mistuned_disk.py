@@ -23,6 +23,7 @@ def off(found, expected):
     return np.abs(found / expected - 1.0)[..., 2].max()
 
 
+@pytest.mark.filterwarnings("ignore:internal resonance")
 @pytest.mark.parametrize(
     # Measured: 1.4e-5, 5e-5 and 1.6e-5, of which full order is up to 9e-5; with local contacts
     # 0.0087, 0.0143 and 0.0024. Stuck and free frequencies differ by 0.7, 1.7 and 6 %.
@@ -71,6 +72,7 @@ def test_a_tuned_disk_has_the_travelling_wave():
     assert off(found.displacement[0, -1], expected) < 1e-4
 
 
+@pytest.mark.filterwarnings("ignore:internal resonance")
 def test_many_patterns_stay_below_whitehead_s_bound():
     """(1 + sqrt(N)) / 2 times the tuned amplitude, for linear disks; friction damps further."""
     N, rng = 24, np.random.default_rng(3)

@@ -1,0 +1,127 @@
+"""Statistics of amplification factors of disks whose blades differ."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import frozen
+
+_RESAMPLES = 200  # of a bootstrap
+
+
+@frozen
+class Amplification:
+    """Amplification factors: peaks of disks relative to the peak of the tuned disk.
+
+    Attributes
+    ----------
+    factor : (patterns,) ndarray
+        Largest amplitude of any blade at any frequency, relative to that of the tuned disk,
+        ascending.
+    tuned : float
+        Peak of the tuned disk [m].
+    sectors : int
+        Number of blades N.
+    """
+
+    factor: Floats
+    tuned: float
+    sectors: int
+
+    @property
+    def whitehead(self) -> float:
+        """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks.
+
+        D. S. Whitehead, Effect of mistuning on the vibration of turbomachine blades induced by
+        wakes, Journal of Mechanical Engineering Science 8 (1966).
+        """
+        return 0.5 * (1.0 + float(np.sqrt(self.sectors)))
+
+    def quantile(self, probability: float, confidence: float = 0.95) -> Floats:
+        """Return a quantile of the factor, and its confidence interval: (3,) middle, low, high.
+
+        The interval is that of order statistics, for any distribution. Where there are too few
+        disks for a limit, it is 0 or infinite.
+        """
+        from scipy.stats import binom  # takes long to import
+
+        _check_probabilities(probability, confidence)
+        n, tail = self.factor.size, 0.5 * (1.0 - confidence)
+        # The k-th factor is below the quantile if at least k of n disks are.
+        low, high = (int(binom.ppf(each, n, probability)) for each in (tail, 1.0 - tail))
+        padded = np.concatenate(([0.0], self.factor, [np.inf]))
+        middle = float(np.quantile(self.factor, probability))
+        return np.array([middle, padded[low], padded[high + 1]])
+
+    def distribution(self, confidence: float = 0.95) -> Floats:
+        """Return the probability that a factor is below each of `factor`: (3, patterns).
+
+        Rows: i / (n + 1) for the i-th of n disks, and the limits between which the probability is
+        with the given confidence, for each factor by itself.
+        """
+        from scipy.stats import beta
+
+        _check_probabilities(0.5, confidence)
+        n, tail = self.factor.size, 0.5 * (1.0 - confidence)
+        rank = np.arange(1, n + 1)
+        limits = [beta.ppf(each, rank, n + 1 - rank) for each in (tail, 1.0 - tail)]
+        return np.array([rank / (n + 1), *limits])
+
+    @cached_property
+    def extreme_value(self) -> Any:
+        """Generalised extreme value distribution that fits best (scipy.stats.genextreme).
+
+        With c > 0 it is the Weibull distribution of three parameters, bounded from above by
+        loc + scale / c.
+        """
+        from scipy.stats import genextreme
+
+        return genextreme(*_fitted(self.factor))
+
+    def extreme_quantile(
+        self, probability: float, confidence: float = 0.95, *, seed: int = 0
+    ) -> Floats:
+        """Return a quantile of `extreme_value`, also beyond all disks: (3,) middle, low, high.
+
+        The interval is by bootstrap: from fits to resampled disks.
+        """
+        from scipy.stats import genextreme
+
+        _check_probabilities(probability, confidence)
+        rng, n, tail = np.random.default_rng(seed), self.factor.size, 0.5 * (1.0 - confidence)
+        fits = [_fitted(rng.choice(self.factor, n)) for _ in range(_RESAMPLES)]
+        again = genextreme.ppf(probability, *np.transpose(fits))
+        limits = np.quantile(again, [tail, 1.0 - tail])
+        return np.array([self.extreme_value.ppf(probability), *limits])
+
+
+def _fitted(factor: Floats) -> tuple[float, float, float]:
+    """Return c, loc and scale of the extreme value distribution with the same L-moments [1]_.
+
+    .. [1] J. R. M. Hosking, L-moments: analysis and estimation of distributions using linear
+       combinations of order statistics, Journal of the Royal Statistical Society B 52 (1990).
+    """
+    from scipy.special import gamma
+
+    n = factor.size
+    rank, ordered = np.arange(n), np.sort(factor)
+    b_0 = ordered.mean()
+    b_1 = np.sum(rank * ordered) / (n * (n - 1))
+    b_2 = np.sum(rank * (rank - 1) * ordered) / (n * (n - 1) * (n - 2))
+    second, third = 2.0 * b_1 - b_0, 6.0 * b_2 - 6.0 * b_1 + b_0
+    # Hosking's approximation of the shape, within 9e-4
+    x = 2.0 / (3.0 + third / second) - np.log(2.0) / np.log(3.0)
+    c = 7.8590 * x + 2.9554 * x**2
+    scale = second * c / ((1.0 - 2.0**-c) * gamma(1.0 + c))
+    return float(c), float(b_0 - scale * (1.0 - gamma(1.0 + c)) / c), float(scale)
+
+
+def _check_probabilities(probability: float, confidence: float) -> None:
+    for name, value in (("probability", probability), ("confidence", confidence)):
+        if not 0.0 < value < 1.0:
+            raise SlipmodeError(f"{name}: must be between 0 and 1, got {value}")
