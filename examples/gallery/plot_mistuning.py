@@ -17,7 +17,8 @@ disk = rom.lumped_disk(sectors=24, beta=1e-5, blade_stiffnesses=(1e6, 4e6))
 law = rom.Jenkins(limit=1.0, stiffness=5e4)
 wave = rom.travelling_wave(disk, law, nodal_diameter=3)
 omega = wave.frequency * np.linspace(0.955, 1.02, 60)
-disks = rom.MistunedDisk(disk, law, rom.random_mistuning(100, 24, 0.04, seed=1), highest=1e5)
+patterns = rom.random_mistuning(100, 24, 0.04, seed=1)
+disks = rom.MistunedDisk(disk, law, patterns, highest=1e5)
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
 median = {}

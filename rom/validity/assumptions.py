@@ -143,8 +143,8 @@ def detuning_findings(
         if off <= 1e-9:  # rounding
             return []
         reason = (
-            f"forcing is up to {off:.1%} from the carriers of the friction table, whose error "
-            "there is not known; tabulate with detuning=True"
+            f"forcing is up to {off:.2%} from the carriers of the friction table, whose error "
+            "there is not known; tabulate at the forcing frequency, or with detuning=True"
         )
         return [Finding("carriers", "left", reason, "warning")]
     # a table states its error for forcing 5 % from the carriers

@@ -7,7 +7,10 @@ from collections.abc import Container
 
 # Advice for Python, and the advice for a user of the command line.
 _ADVICE = (
-    (r"tabulate with detuning=True", "compare with slipmode validate"),
+    (
+        r"tabulate at the forcing frequency, or with detuning=True",
+        "compare with slipmode validate",
+    ),
     (r"put them at the forcing \(rom\.reduce\([^)]*\)\), or (compare with slipmode)", r"\1"),
     (
         r"tabulate (further|a larger range)",
