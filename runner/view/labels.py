@@ -32,6 +32,7 @@ LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to 
 SLOW_PLOTS = (  # topic, quantity, title
     ("/modes", "amplitude_A", "Modal amplitude |A|"),
     ("/modes", "amplitude_B", "Modal amplitude |B|"),
+    ("/blades", "amplitude", "Blade amplitudes"),
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
     ("/control", "scale", "Friction limit"),
