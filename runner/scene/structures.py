@@ -195,7 +195,7 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
 
 
 def read_mistuning(table: Table, sectors: int) -> tuple[float, ...]:
-    """Return the relative stiffness deviations of the blades, given or drawn, (N,)."""
+    """Return the relative stiffness deviations of the blades, given or random, (N,)."""
     if sectors > _MOST_MISTUNED:
         raise SlipmodeError(
             f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning], got {sectors}"
