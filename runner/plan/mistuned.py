@@ -75,7 +75,16 @@ class MistunedPlan:
 
 
 def plan_scene(scene: Scene, *, progress: bool = False) -> Plan | MistunedPlan:
-    """Decide what a run of a scene needs; see `make_plan`."""
+    """Decide what a run of a scene needs, whether its disk is mistuned or not.
+
+    Raises SlipmodeError if the scene and its structure do not fit together.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : bool, default False
+        Whether to report the work on a large structure on standard error.
+    """
     return _plan_mistuned(scene) if scene.mistuning else make_plan(scene, progress=progress)
 
 

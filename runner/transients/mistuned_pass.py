@@ -43,7 +43,8 @@ class MistunedPass:
             self._flow = plan.disk.flow(middle, plan.engine_order, force, tolerance=tolerance)
         self._angle = 0.0  # of the force [rad]
         times = [plan.schedule.sample_times(each)[-SAMPLES:] for each in plan.scene.windows]
-        self._sample_times = np.concatenate(times) if times else np.zeros(0)
+        # windows may touch
+        self._sample_times = np.unique(np.concatenate(times)) if times else np.zeros(0)
 
     def run(self, progress: bool) -> None:
         """Go through the scene."""
@@ -63,18 +64,22 @@ class MistunedPass:
         for first in range(0, schedule.steps, _STEPS_PER_BLOCK):
             self._raise_if_interrupted()
             block = slice(first, min(first + _STEPS_PER_BLOCK, schedule.steps))
-            started = time.perf_counter()
-            points = schedule.time(slice(block.start, block.stop + 1))
+            points = schedule.time(slice(first, block.stop + 1))
             starts, ends = schedule.inputs(names, block), schedule.at_ends(names, block)
-            rows, samples = [], []
-            for k in range(len(starts)):
-                self._set(*starts[k].tolist())
-                if first == k == 0:
-                    rows.append(self._flow.amplitude(self._plan.dof))
-                samples += self._step(points[k : k + 2], np.stack((starts[k], ends[k])))
-                rows.append(self._flow.amplitude(self._plan.dof))
-            self.seconds += time.perf_counter() - started
-            self._record(slice(block.stop + 1 - len(rows), block.stop + 1), rows, samples)
+            if first == 0:
+                self._set(*starts[0].tolist())
+                self._record(0, [self._amplitudes()], self._samples_at(0.0))
+            rows: list[Floats] = []
+            samples: list[Floats] = []
+            started = time.perf_counter()
+            try:
+                for k in range(len(starts)):
+                    self._set(*starts[k].tolist())
+                    samples += self._step(points[k : k + 2], np.stack((starts[k], ends[k])))
+                    rows.append(self._amplitudes())
+            finally:
+                self.seconds += time.perf_counter() - started
+                self._record(first + 1, rows, samples)
             yield block.stop - first
 
     def _set(self, frequency: float, magnitude: float) -> None:
@@ -88,29 +93,35 @@ class MistunedPass:
 
         `inputs` (2, 2) are frequency and magnitude at both times, straight lines in between.
         """
-        wanted = self._sample_times
-        inside = wanted[(wanted > ends[0]) & (wanted <= ends[1])]
-        samples = [self._sample()] if ends[0] == 0.0 and 0.0 in wanted else []
-        now = ends[0]
-        for until in (*inside[inside < ends[1]].tolist(), float(ends[1])):
+        wanted, samples, now = self._sample_times, list[Floats](), ends[0]
+        inside = wanted[(wanted > ends[0]) & (wanted < ends[1])]
+        for until in (*inside.tolist(), float(ends[1])):
             before = self._flow.frequency
             frequency, magnitude = (np.interp(until, ends, each).item() for each in inputs.T)
             self._flow.step(until - now, frequency=frequency, magnitude=magnitude)
             self._angle += 0.5 * (before + frequency) * (until - now)
-            if until in inside:
-                samples.append(self._sample())
+            samples += self._samples_at(until)
             now = until
         return samples
 
-    def _sample(self) -> Floats:
-        """Return a DOF and the state of the first contact of every sector."""
+    def _amplitudes(self) -> Floats:
+        return self._flow.amplitude(self._plan.dof)
+
+    def _samples_at(self, now: float) -> list[Floats]:
+        """Return a DOF and the state of the first contact of every sector, if it is wanted now."""
+        if now not in self._sample_times:
+            return []
         turned = self._flow.displacement()[:, self._plan.dof] * np.exp(1j * self._angle)
         contacts = self._flow.contact_displacement().reshape(turned.size, -1)
         states = harmonic_states(self._elements, contacts, self._angle)[:, 0]
-        return np.concatenate((2.0 * turned.real, states))
+        return [np.concatenate((2.0 * turned.real, states))]
 
-    def _record(self, points: slice, rows: list[Floats], samples: list[Floats]) -> None:
+    def _record(self, first: int, rows: list[Floats], samples: list[Floats]) -> None:
+        """Record communication points from number `first` on, and the next samples."""
+        if not rows:
+            return
         schedule, recorder = self._plan.schedule, self._recorder
+        points = slice(first, first + len(rows))
         at = schedule.time(points)
         recorder.write(channels.BLADES, at, np.array(rows))
         inputs = schedule.at_points(["force_A", "frequency_A", "phase_A"], points)

@@ -6,6 +6,7 @@ from cyclic.swept_annulus import carriers, swept
 
 from slipmode import rom, runner
 from slipmode.rom import SlipmodeError
+from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.runner.cli import main
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import make_plan
@@ -83,6 +84,34 @@ def test_the_shipped_scene_is_full_order_of_all_sectors(shipped):
     # measured 4.0e-4 and 8.1e-4
     assert np.sqrt(np.mean(off**2) / np.mean(expected**2)) < 6e-4
     assert np.abs(off).max() < 1.2e-3 * expected.max()
+
+
+def test_windows_begin_at_the_start_and_touch(tmp_path):
+    text = changed(
+        (SPEED, "3950"),
+        ("duration = 4.0", "duration = 0.1"),
+        (WINDOW, "[[elastic]]\nwindow = [0.0, 0.01]\n[[elastic]]\nwindow = [0.01, 0.018]\n"),
+    )
+    channels = recorded(text, tmp_path)
+    disk, blades = channels["/disk"], channels["/blades"]
+    assert (disk.time[0], disk.time[-1], blades.time.size) == (0.0, 0.018, 11)
+    assert np.diff(disk.time).min() > 0.0
+
+
+def test_a_run_that_has_to_stop_is_recorded_up_to_there(tmp_path, monkeypatch):
+    step = DiskFlow.step
+
+    def stops(flow, duration, **inputs):
+        if flow.time > 0.5:
+            raise SlipmodeError("the flow stops")
+        step(flow, duration, **inputs)
+
+    monkeypatch.setattr(DiskFlow, "step", stops)
+    with pytest.raises(SlipmodeError, match="the flow stops"):
+        recorded(MISTUNED, tmp_path)
+    data = runner.read(tmp_path / "scene.mcap")
+    assert data.channels["/blades"].time[-1] == pytest.approx(0.51)
+    assert data.events[-1].message == "the flow stops"
 
 
 def test_a_jump_of_the_force_is_that_of_the_disk(tmp_path):
