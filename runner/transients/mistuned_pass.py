@@ -18,7 +18,7 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.transients.disk_motion import SAMPLES
 from slipmode.runner.transients.motion import record_findings
 
-_STEPS_PER_BLOCK = 256  # between recordings: some milliseconds of work
+_STEPS_PER_BLOCK = 256  # between recordings: less than a second of work with 24 sectors
 
 
 class MistunedPass:
