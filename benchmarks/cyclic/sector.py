@@ -72,7 +72,7 @@ def sector(sectors: int, radial: int, across: int, axial: int) -> Sector:
 
 def _matrices(solid: Any) -> tuple[Any, Any, np.ndarray]:
     """Return mass, stiffness, and the DOFs (nodes, 3) of x, y, z."""
-    basis = Basis(solid, ElementVector(ElementHex1()))
+    basis = Basis(solid, ElementVector(ElementHex1()), intorder=2)
     inertia = BilinearForm(lambda u, v, _: _RHO * dot(u, v))
     K = linear_elasticity(*lame_parameters(_E, _NU)).assemble(basis)
     return inertia.assemble(basis).tocsc(), K.tocsc(), np.asarray(basis.nodal_dofs.T)

@@ -18,10 +18,6 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
 from slipmode.rom.structure.solvers.lowest_modes import lowest_modes
 
-_RIGID_BODY = (
-    "stiffness: sectors with stuck contacts can move as a rigid body; hold the disk by springs to "
-    "ground"
-)
 # Square of the lowest frequency below which sectors move as a rigid body, relative to the largest
 # stiffness per mass of a DOF: rounding errors of assembly are 1e-16 of it.
 _SMALLEST = 1e-14
@@ -120,13 +116,13 @@ class DiameterModes:
                 structure.condensed, structure.expansion(nodal_diameter), W, reference
             )
         except (NotPositiveDefiniteError, LinAlgError):
-            raise SlipmodeError(_RIGID_BODY) from None
+            raise _rigid_body() from None
         square, found = lowest_modes(
             static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
         )
         stiffest = (K.diagonal() + abs(W.T).power(2) @ reference) / M.diagonal()
         if square[0] <= _SMALLEST * float(stiffest.real.max()):
-            raise SlipmodeError(_RIGID_BODY)
+            raise _rigid_body()
         shapes = found.astype(complex)
         damping = shapes.conj().T @ (C @ shapes)
         stiffening, damped = np.zeros((2, *damping.shape), dtype=complex)
@@ -252,3 +248,10 @@ class AllDiameters:
                     self.structure, k, self.reference, 1, lambda squares: square
                 )
         return self.known[k]
+
+
+def _rigid_body() -> SlipmodeError:
+    return SlipmodeError(
+        "stiffness: sectors with stuck contacts can move as a rigid body; hold the disk by "
+        "springs to ground"
+    )

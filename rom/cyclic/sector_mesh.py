@@ -14,7 +14,6 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
 from slipmode.rom.structure.structure import Structure
 
-_AXES = {"x": 0, "y": 1, "z": 2}
 _FITS = 1e-5  # distance of nodes that meet, relative to the sector's extent: rounded exports
 
 
@@ -62,7 +61,7 @@ class SectorMesh:
                 f"dofs: must be integers of shape ({len(points)}, 3) or (.., 6), got "
                 f"{table.dtype} {table.shape}"
             )
-        if axis not in _AXES:
+        if axis not in ("x", "y", "z"):
             raise SlipmodeError(f"axis: must be one of x, y, z, got {in_one_line(axis)}")
         self.coordinates, self.dofs, self.axis = points, table.astype(np.intp), axis
         self.left, self.right = (
@@ -145,7 +144,7 @@ class SectorMesh:
     def _rotation(self, sectors: int) -> Floats:
         """Return the matrix of the rotation from a sector to the next."""
         angle = 2.0 * np.pi / sectors
-        first, second = ((_AXES[self.axis] + k) % 3 for k in (1, 2))
+        first, second = (("xyz".index(self.axis) + k) % 3 for k in (1, 2))
         R = np.eye(3)
         R[[first, second], [first, second]] = np.cos(angle)
         R[second, first], R[first, second] = np.sin(angle), -np.sin(angle)
@@ -169,7 +168,7 @@ class SectorMesh:
         right = self.right[place]
         free = self.dofs >= 0
         differs = (free[self.left] != free[right]).any(axis=1)
-        across = [k for k in range(self.dofs.shape[1]) if k % 3 != _AXES[self.axis]]
+        across = [k for k in range(self.dofs.shape[1]) if k % 3 != "xyz".index(self.axis)]
         for pair in range(0, len(across), 2):
             one, other = across[pair : pair + 2]
             differs |= free[right, one] != free[right, other]
