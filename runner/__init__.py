@@ -14,6 +14,7 @@ cli.py       the command line; commands/: behind it
 """
 
 from slipmode.rom import __version__
+from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.load import Signals, load, read
 from slipmode.runner.run import Recording, run
@@ -24,6 +25,7 @@ from slipmode.runner.view.replay import replay
 
 __all__ = [
     "MeshMotion",
+    "MistunedPlan",
     "Plan",
     "Recording",
     "Scene",
@@ -33,6 +35,7 @@ __all__ = [
     "load",
     "load_scene",
     "make_plan",
+    "plan_scene",
     "read",
     "replay",
     "run",

@@ -23,7 +23,8 @@ from slipmode.runner.commands.mode_table import mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
 from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.fmi.command import add_fmu_command
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner.plan.mistuned import plan_scene
+from slipmode.runner.plan.plan import Plan
 from slipmode.runner.run import run
 from slipmode.runner.scene.keys import table_text
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
@@ -98,7 +99,8 @@ def _run(options: argparse.Namespace) -> int:
     source = "from model.file" if recording.plan.scene.saved_model else source
     before, steps = "friction table", "slow time"
     if recording.model is None:
-        before, steps, source = "plan", "full order", "no friction table"
+        steps = "slow time" if recording.plan.scene.mistuning else "full order"
+        before, source = "plan", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
     print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
@@ -114,9 +116,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    plan = make_plan(load_scene(options.scene), progress=True)
+    plan = plan_scene(load_scene(options.scene), progress=True)
     shown = [d for d in plan.decisions if d.level == "info"]
-    if plan.may_be_integrated:
+    if isinstance(plan, Plan) and plan.may_be_integrated:
         shown += integration_cost(plan)
     rows = [(d.subject, d.choice, d.reason) for d in shown]
     widths = [max(len(row[k]) for row in rows) for k in range(2)]

@@ -12,7 +12,8 @@ from pathlib import Path
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
+from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.record import (
@@ -26,6 +27,7 @@ from slipmode.runner.recording.record import (
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.disk_motion import shown_dof
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.transients.mistuned_pass import MistunedPass
 from slipmode.runner.transients.motion import contact_channels
 from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
 from slipmode.runner.view.foxglove import write_layout
@@ -40,9 +42,9 @@ class Recording:
 
     Attributes
     ----------
-    plan : Plan
+    plan : Plan or MistunedPlan
     model : Model or None
-        None if all of the scene was integrated, without a table.
+        None if all of the scene was integrated, without a table, or its disk is mistuned.
     mcap, rrd : Path or None
         The files, as the scene's [log] requests them.
     steps, samples : int
@@ -54,7 +56,7 @@ class Recording:
         Whether the table came from the cache, or from `model.file`.
     """
 
-    plan: Plan
+    plan: Plan | MistunedPlan
     model: Model | None
     mcap: Path | None
     rrd: Path | None
@@ -126,14 +128,17 @@ def run(
                 "slow time only"
             )
         scene = scene.in_slow_time()
-    plan = make_plan(scene, progress=progress)
+    plan = plan_scene(scene, progress=progress)
     for warning in plan.warnings:
         _log.warning("%s", warning)
-    if fmu is not None:
-        from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
+    model, cached = None, False
+    if isinstance(plan, Plan):
+        if fmu is not None:
+            from slipmode.runner.fmi.load import range_of  # FMPy takes a while to import
 
-        plan = replace(plan, amplitude=range_of(fmu, plan))
-    model, cached = plan.model(progress=progress) if scene.tabulated else (None, False)
+            plan = replace(plan, amplitude=range_of(fmu, plan))
+        if scene.tabulated:
+            model, cached = plan.model(progress=progress)
     table_seconds = time.perf_counter() - started
     folder = Path(output)
     mcap = folder / f"{scene.name}.mcap" if scene.log.mcap else None
@@ -146,16 +151,18 @@ def run(
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
         component: Steppable | None = None
-        if fmu is not None:
-            from slipmode.runner.fmi.load import open_fmu
+        if isinstance(plan, Plan) and model is not None:
+            if fmu is not None:
+                from slipmode.runner.fmi.load import open_fmu
 
-            assert model is not None  # `check_tabulated`
-            component = stack.enter_context(open_fmu(fmu, plan, model))
-        elif model is not None:
-            component = stepper(plan, model)
+                component = stack.enter_context(open_fmu(fmu, plan, model))
+            else:
+                component = stepper(plan, model)
         recorder = stack.enter_context(open_recorder(header, _channels(plan), mcap, rrd, live))
-        pass_: Pass
-        if model is None or component is None:
+        pass_: Pass | MistunedPass
+        if isinstance(plan, MistunedPlan):
+            pass_ = MistunedPass(plan, recorder, raise_if_interrupted)
+        elif model is None or component is None:
             pass_ = IntegratedPass(plan, recorder, raise_if_interrupted)
         else:
             pass_ = SlowPass(plan, recorder, raise_if_interrupted, model, component)
@@ -199,8 +206,10 @@ def open_recorder(
     return Recorder(sinks)
 
 
-def _channels(plan: Plan) -> list[channels.Channel]:
+def _channels(plan: Plan | MistunedPlan) -> list[channels.Channel]:
     """Return the channels that a run records."""
+    if isinstance(plan, MistunedPlan):
+        return plan.channels
     scene, modes, (reduced, _) = plan.scene, plan.excited.modes, plan.excited.contacts
     listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
     if scene.contact:

@@ -13,6 +13,7 @@ from fuzz import mutated_model, mutated_scene
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
+from slipmode.runner.plan import mistuned
 from slipmode.runner.plan import plan as planning
 from slipmode.runner.plan.amplitude_range import DryRun
 from slipmode.runner.scene import scene
@@ -118,7 +119,7 @@ def planned(monkeypatch):
 
     monkeypatch.setattr(scene, "_LARGEST_STEP_COUNT", 1e5)
     monkeypatch.setattr(planning, "dry_run", dry_run)
-    return lambda path: planning.make_plan(scene.load_scene(path))
+    return lambda path: mistuned.plan_scene(scene.load_scene(path))
 
 
 @contextmanager

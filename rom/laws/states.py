@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.short_repr import frozen
 
@@ -59,6 +59,34 @@ def contact_states(
         state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
         normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness
     return ContactStates(state, normal_force, gap)
+
+
+def harmonic_states(elements: Elements, amplitude: Complexes, angle: float) -> NDArray[np.int8]:
+    """Return the states of sliding contacts that move by x = 2 Re(c exp(i theta)), (..., N_c).
+
+    From each reversal on, a slider sticks until its displacement has changed by twice the limit
+    per stiffness.
+
+    Parameters
+    ----------
+    elements : Elements
+        Of N_c contacts that slide and do not lift off.
+    amplitude : (..., N_c) complex ndarray
+        c, steady for a period [m].
+    angle : float
+        theta [rad]
+    """
+    state = np.zeros(amplitude.shape, dtype=np.int8)
+    for element in elements.element:
+        column = element["column"][0]
+        own = element["first_slider"] + np.arange(element["sliders"])
+        limit, stiffness = elements.slider[own].T
+        onset = np.max(limit / stiffness)
+        c = amplitude[..., column]
+        size, past_reversal = 2.0 * np.abs(c), (np.angle(c) + angle) % np.pi
+        moved = size * (1.0 - np.cos(past_reversal))
+        state[..., column] = np.where((size > onset) & (moved >= 2.0 * onset), SLIPPING, STUCK)
+    return state
 
 
 def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:

@@ -1,6 +1,7 @@
 """What a scene needs modelled, and why, before anything is computed for it.
 
 plan.py              make_plan: every decision with its reason. Start here.
+mistuned.py          the plan of a mistuned disk
 excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 transients.py        stretches at full order

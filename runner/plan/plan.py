@@ -148,6 +148,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     progress : bool, default False
         Whether to report the work on a large structure on standard error.
     """
+    scene.check_tuned()
     modes, mode_decisions = _modes(scene)
     rest, saved = None, scene.saved_model
     if scene.disk is not None:

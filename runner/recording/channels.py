@@ -31,7 +31,7 @@ EVENTS = "/events"
 FULL = "/full"  # prefix of the topics of full-order motion
 PHASES, TORUS = "/phases", "/torus"
 SHARE = "/contact_share"
-DISK = "/disk"
+DISK, BLADES = "/disk", "/blades"
 OTHER = "/other"  # prefix of the topics of other programs, which may equal ours
 
 NANOSECONDS = 1_000_000_000  # in a second
@@ -201,6 +201,12 @@ def disk(sectors: int, dof: int) -> Channel:
     names |= dict.fromkeys((f"state_{j}" for j in range(sectors)), "1")
     words = f"Displacement of DOF {dof} in every sector; state of its first contact: 0 stuck, "
     return Channel(DISK, _fields(names), f"{words}1 slipping, 2 open")
+
+
+def blades(sectors: int, dof: int) -> Channel:
+    """Return the channel of the amplitude of a DOF of every blade of a mistuned disk."""
+    fields = _fields({f"blade_{j}_amplitude": "m" for j in range(sectors)})
+    return Channel(BLADES, fields, f"Amplitude of DOF {dof} of every blade")
 
 
 def energy() -> Channel:

@@ -108,6 +108,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
         Key("sectors", integer(at_least(3)), "-", None,
             "Number of sectors of a bladed disk. Default: 24 of the lumped disk; matrices with "
             "this key are of one sector."),
+        Key("blade_stiffnesses", numbers(POSITIVE, 2), "N/m", None,
+            "Of the lumped disk: from the disk to the first blade mass, and between the blade "
+            "masses. Default: those of `rom.lumped_disk`."),
         Key("left", integers(), "-", None,
             "DOFs of the sector on one side; all DOFs but `right` are numbered from 0 elsewhere "
             "in the scene."),
@@ -133,6 +136,16 @@ SCENE = Section("", "At the top of the file, before any table.", (
         _two_mass("k_c1", "First contact DOF to the ground."),
         _two_mass("k_c2", "Second contact DOF to the ground."),
         _two_mass("k_p", "Coupling of the contact DOFs, off the diagonal."),
+    )),
+    Section("mistuning",
+        "Blades that differ. All nodal diameters respond then, to one engine order. `[modes]` and "
+        "`[model]` are left out, and `slipmode run` and `plan` alone take such a scene.", (
+        Key("deviation", numbers(between(-0.9, 0.9)), "-", None,
+            "Relative deviation of each blade's stiffness; of matrices, of each sector's. Exactly "
+            "one of `deviation` and `standard_deviation`."),
+        Key("standard_deviation", number(between(1e-6, 0.2)), "-", None,
+            "Standard deviation of normally distributed deviations, see `rom.random_mistuning`."),
+        Key("seed", integer(), "-", 0, "Equal seeds draw equal deviations."),
     )),
     Section("friction",
         "Rigid contacts, all of one law. A scene has either this or groups `[[contacts]]`.", (

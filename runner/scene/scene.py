@@ -40,7 +40,12 @@ from slipmode.runner.scene.sections import (
     Scene,
     Window,
 )
-from slipmode.runner.scene.structures import LumpedDisk, SectorFile, read_structure
+from slipmode.runner.scene.structures import (
+    LumpedDisk,
+    SectorFile,
+    read_mistuning,
+    read_structure,
+)
 from slipmode.runner.scene.toml_table import Table
 
 __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shipped_scenes"]
@@ -114,7 +119,11 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     tables: dict[str, Any] = {section.name: root[section.name] for section in SCENE.sections}
     folder = Path(folder)
     saved = read_saved_model(root, folder)
-    modes = Modes(**tables["modes"].values()) if saved is None else _saved_modes(saved)
+    mistuned = "mistuning" in root
+    if saved is not None:
+        modes = _saved_modes(saved)
+    else:  # a mistuned disk has all modes, and one force, [forcing.A]
+        modes = Modes(0) if mistuned else Modes(**tables["modes"].values())
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
@@ -136,9 +145,16 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     else:
         model = options_of(saved)
     structure = read_structure(tables["structure"], folder) if saved is None else None
+    mistuning: tuple[float, ...] = ()
     if isinstance(structure, LumpedDisk | SectorFile):
         _check_disk(root, model)
-        modes = _of_disk(tables["modes"], structure.sectors, modes, forcing)
+        if mistuned:
+            _check_mistuned(root, forcing)
+            mistuning = read_mistuning(tables["mistuning"], structure.sectors)
+        else:
+            modes = _of_disk(tables["modes"], structure.sectors, modes, forcing)
+    elif mistuned:
+        raise root.error("mistuning", "is for structures with sectors")
     elif modes.nodal_diameters is not None:
         raise tables["modes"].error("nodal_diameters", "is for structures with sectors")
     elif modes.A == modes.B:
@@ -153,6 +169,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     return Scene(
         title=root["title"],
         structure=structure,
+        mistuning=mistuning,
         saved_model=saved,
         friction=read_friction(tables["friction"]) if "friction" in root else None,
         contacts=laws,
@@ -193,6 +210,27 @@ def _check_disk(root: Table, model: ModelOptions) -> None:
     for key, (given, instead) in kept_out.items():
         if given:
             raise root["model"].error(key, f"{instead} with structure.sectors")
+
+
+def _check_mistuned(root: Table, forcing: Mapping[str, Forcing]) -> None:
+    """Refuse what scenes of mistuned disks do not have."""
+    kept_out = {
+        "modes": "all modes of a mistuned disk respond",
+        "model": "a mistuned disk has no friction table over amplitudes of modes",
+        "initial": "a mistuned disk starts from rest",
+        "contact": "windows of a mistuned disk are [[elastic]], with the contact states",
+    }
+    for name, reason in kept_out.items():
+        if name in root:
+            raise root.error(name, f"leave it out: {reason}")
+    if forcing["A"].engine_order is None:
+        needed = "is missing: it says how the force travels round the mistuned disk"
+        raise root["forcing"]["A"].error("engine_order", needed)
+    if "phase" in root["forcing"]["A"]:
+        raise root["forcing"]["A"].error("phase", "leave it out: a mistuned disk has phase 0")
+    output = root["output"]
+    if len(output["elastic"]) + len(output["nodes"]) > 1:
+        raise output.error("elastic", "must be one DOF, which is recorded of every blade")
 
 
 def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, Forcing]) -> Modes:

@@ -191,8 +191,10 @@ class Scene:
     structure, friction, contacts, preload
         Its matrices, or those of a sector; the law of rigid contacts, or None; groups of elastic
         contacts, or (); the force that presses contacts together, or opens them, at rest, or None.
+    mistuning : tuple of float
+        Relative stiffness deviation of each blade; () if they are equal.
     saved_model : Model or None
-        A saved model instead of these four; `structure` is None then.
+        A saved model instead of these; `structure` is None then.
     limit_scale : Script or None
         Factor on limits and preloads over time; None: they are constant.
     modes : Modes
@@ -211,6 +213,7 @@ class Scene:
 
     title: str
     structure: TwoMass | MatrixFile | LumpedDisk | SectorFile | None
+    mistuning: tuple[float, ...]
     saved_model: Model | None
     friction: RigidFriction | None
     contacts: tuple[ContactGroup, ...]
@@ -247,8 +250,11 @@ class Scene:
 
     @property
     def tabulated(self) -> bool:
-        """Whether the scene has a friction table; without one all of it is at full order."""
-        return self.model.table != "none"
+        """Whether the scene has a friction table over amplitudes of modes.
+
+        Otherwise all of it is at full order, or its disk is mistuned.
+        """
+        return self.model.table != "none" and not self.mistuning
 
     @property
     def switches(self) -> bool:
@@ -260,8 +266,18 @@ class Scene:
         """Return the same scene without stretches at full order."""
         return replace(self, model=replace(self.model, transients="slow"))
 
+    def check_tuned(self) -> None:
+        """Refuse a mistuned disk."""
+        if self.mistuning:
+            raise SlipmodeError(
+                "mistuning: this needs a model of one or two waves, and a mistuned disk responds "
+                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode run "
+                "and plan (runner.plan_scene) take mistuned disks"
+            )
+
     def check_tabulated(self) -> None:
         """Refuse a scene without a friction table."""
+        self.check_tuned()
         if not self.tabulated:
             raise SlipmodeError(
                 'model.table: "none" integrates runs of the scene, and this needs a friction '

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom import CyclicStructure, lumped_disk
+from slipmode.rom import CyclicStructure, lumped_disk, random_mistuning
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.damping import Rayleigh
@@ -20,6 +20,8 @@ from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.runner.scene.toml_table import Table
 
 _TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
+# All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
+_MOST_MISTUNED = 200
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
 
 
@@ -62,10 +64,14 @@ class LumpedDisk:
 
     sectors: int = inspect.signature(lumped_disk).parameters["sectors"].default
     beta: float = inspect.signature(lumped_disk).parameters["beta"].default
+    blade_stiffnesses: tuple[float, float] = (
+        inspect.signature(lumped_disk).parameters["blade_stiffnesses"].default
+    )
 
     def build(self) -> Disk:
         """Make the disk."""
-        return Disk(lumped_disk(self.sectors, self.beta))
+        stiffnesses = self.blade_stiffnesses
+        return Disk(lumped_disk(self.sectors, self.beta, blade_stiffnesses=stiffnesses))
 
 
 @dataclass(frozen=True)
@@ -161,13 +167,16 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
             raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
         if model is not None and key in ("mass", "contacts", "rayleigh"):
             raise table.error(key, f'is for matrices, not for model = "{model}"')
+        if key == "blade_stiffnesses" and model != "lumped-disk":
+            raise table.error(key, 'is for model = "lumped-disk"')
         if key in _SECTOR_KEYS and (model is not None or "sectors" not in table):
             raise table.error(key, "is for matrices of one sector, which go with sectors")
     if model == "two-mass" and "sectors" in table:
         raise table.error("sectors", 'is for model = "lumped-disk", or for matrices of one sector')
     damping = table["damping"]
     if model is not None:
-        given = {key: values[key] for key in table if key in (*_TWO_MASS_KEYS, "sectors")}
+        own = (*_TWO_MASS_KEYS, "sectors", "blade_stiffnesses")
+        given = {key: values[key] for key in table if key in own}
         given |= {} if damping is None else {"beta": damping}
         return TwoMass(given) if model == "two-mass" else LumpedDisk(**given)
     matrices, mass = existing(table, "matrices", folder), None
@@ -183,3 +192,25 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
     if "interface" in table and ("left" in table or "right" in table):
         raise table.error("interface", "give either left and right, or interface")
     return SectorFile(file, values["sectors"], **{k: values[k] or () for k in _SECTOR_KEYS})
+
+
+def read_mistuning(table: Table, sectors: int) -> tuple[float, ...]:
+    """Return the relative stiffness deviations of the blades, given or random, (N,)."""
+    if sectors > _MOST_MISTUNED:
+        raise SlipmodeError(
+            f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning], got {sectors}"
+        )
+    table.exactly_one(
+        ("deviation", "standard_deviation"),
+        "deviation",
+        "give exactly one of deviation and standard_deviation",
+    )
+    given: tuple[float, ...] | None = table["deviation"]
+    if given is None:
+        (drawn,) = random_mistuning(1, sectors, table["standard_deviation"], seed=table["seed"])
+        return tuple(drawn.tolist())
+    if "seed" in table:
+        raise table.error("seed", "goes with standard_deviation")
+    if len(given) != sectors:
+        raise table.error("deviation", f"must be {sectors} numbers, one per sector")
+    return given

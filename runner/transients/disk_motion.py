@@ -13,7 +13,7 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.sections import Window
 
-_SAMPLES = 512  # of a window: 8 periods at 64 samples a period
+SAMPLES = 512  # of a window: 8 periods at 64 samples a period
 
 
 def shown_dof(plan: Plan, waves: Waves) -> int:
@@ -28,7 +28,7 @@ def record_disk(
     """Record one DOF, and the state of the first contact, of every sector."""
     waves = plan.excited.waves
     assert waves is not None
-    times = plan.schedule.sample_times(window)[-_SAMPLES:]
+    times = plan.schedule.sample_times(window)[-SAMPLES:]
     elements, sectors = waves.law.elements(waves.structure.n_contacts), waves.structure.sectors
     moved, states = [], []
     for angle in 2.0 * np.pi * np.arange(sectors) / sectors:

@@ -32,6 +32,7 @@ LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to 
 SLOW_PLOTS = (  # topic, quantity, title
     ("/modes", "amplitude_A", "Modal amplitude |A|"),
     ("/modes", "amplitude_B", "Modal amplitude |B|"),
+    ("/blades", "amplitude", "Blade amplitudes"),
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
     ("/control", "scale", "Friction limit"),
@@ -128,6 +129,8 @@ def legend(channel: Channel, column: int) -> str:
 _WORDS = {
     "|A|": "**|A|, |B|**: amplitudes of the two modes in slow time. The displacement of a DOF is "
     "`2 Re(phi A exp(i theta))`, so that a mass-normalised mode moves by twice its amplitude.",
+    "Blade amplitudes": "**Blade amplitudes**: the amplitude of one DOF of every blade of a "
+    "mistuned disk in slow time. Blades that lie far above the others hold the energy.",
     "Mode A": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
     "against the forcing; a steady state is a point.",
     "over its frequency": "**|A| over its frequency**: amplitude against forcing frequency as the "

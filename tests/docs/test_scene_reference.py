@@ -31,6 +31,24 @@ window = [30.0, 40.0]
 [output]
 elastic = [0]
 """
+MISTUNED = """
+[structure]
+model = "lumped-disk"
+[mistuning]
+standard_deviation = 0.1
+[[contacts]]
+law = "jenkins"
+limit = 1.0
+stiffness = 5e4
+[forcing.A]
+dof = 2
+amplitude = 4.0
+engine_order = 3
+rotor_speed = 3900.0
+[run]
+duration = 4.0
+step = 0.01
+"""
 LAWS = {
     "jenkins": "limit = 1.0\nstiffness = 2.0",
     "sliders": "limit = [1.0]\nstiffness = [2.0]",
@@ -61,6 +79,9 @@ def scene_for(header, key):
     """A scene in which a key may be."""
     if header == "[[contacts]]":
         return elastic(next((law for law in LAWS if has(law, key)), "jenkins"))
+    if header == "[mistuning]":
+        drawn = "[mistuning]\nstandard_deviation = 0.1\n"
+        return MISTUNED.replace(drawn, "") if key == "deviation" else MISTUNED
     return elastic("frictional") if header == "[preload]" else RIGID
 
 
@@ -170,4 +191,4 @@ def test_the_command_prints_the_keys_of_a_table(capsys):
     assert "amplitude: number, or breakpoints [[t, value], ...] >= 0" in printed
     assert "    Force amplitude over time." in printed
     assert main(["scenes", "--keys", "forces"]) == 1
-    assert capsys.readouterr().err.startswith("slipmode: --keys: must be one of structure, fric")
+    assert capsys.readouterr().err.startswith("slipmode: --keys: must be one of structure, mist")

@@ -65,13 +65,14 @@ PINNED = {
 
 
 LONGEST = "beating"
+MISTUNED = {"mistuned-disk"}  # without modes A and B, see scene/test_mistuned_disks.py
 
 
 @pytest.fixture(
     scope="module",
     params=[
         pytest.param(name, marks=[pytest.mark.slow] if name == LONGEST else [])
-        for name in sorted(runner.shipped_scenes())
+        for name in sorted({*runner.shipped_scenes()} - MISTUNED)
     ],
 )
 def shipped(request, shipped_scene):

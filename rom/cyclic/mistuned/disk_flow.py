@@ -20,7 +20,7 @@ from slipmode.rom.short_repr import frozen
 _BAND = 2e-3
 # Part of the reference frequency by which the frequency may differ from it: the contacts respond
 # to the harmonics of the reference (tests/rom/cyclic/test_mistuned_transients.py).
-_SPAN = 0.1
+SPAN = 0.1
 
 
 class DiskFlow:
@@ -121,9 +121,9 @@ class DiskFlow:
         )
         if not (np.isfinite(duration) and duration >= 0.0):
             raise SlipmodeError(f"duration: must be a finite number >= 0, got {duration}")
-        if not abs(ends[0] - self._reference) <= _SPAN * self._reference:
+        if not abs(ends[0] - self._reference) <= SPAN * self._reference:
             raise SlipmodeError(
-                f"frequency = {ends[0]:g} rad/s: must be within {_SPAN:.0%} of "
+                f"frequency = {ends[0]:g} rad/s: must be within {SPAN:.0%} of "
                 f"{self._reference:g} rad/s; begin another flow there"
             )
         if not np.isfinite(ends[1]):
@@ -148,6 +148,15 @@ class DiskFlow:
         """Return c (N, n_s) of the free DOFs, which move by 2 Re(c exp(i theta)) [m]."""
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
         return self._modes.blades(self.frequency, a, self.magnitude, y)
+
+    def contact_displacement(self) -> Complexes:
+        """Return c (N N_c,) of the contacts, sector by sector, which move by 2 Re(c exp(i theta)).
+
+        In m, without the higher harmonics.
+        """
+        a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
+        moved = self._modes.slow.motion @ a + self._modes.flexibility(self.frequency) @ y
+        return np.asarray(moved + self.magnitude * self._modes.displacement(self.frequency))
 
     def amplitude(self, dof: int) -> Floats:
         """Return the amplitude of a DOF of every blade, (N,) [m]."""

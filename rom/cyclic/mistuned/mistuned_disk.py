@@ -20,7 +20,7 @@ from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
 from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow, Script
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
-from slipmode.rom.cyclic.mistuned.internal_resonance import internal_resonance
+from slipmode.rom.cyclic.mistuned.internal_resonance import InternalResonance, internal_resonance
 from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.cyclic.structure import CyclicStructure
@@ -285,11 +285,17 @@ class MistunedDisk:
         """k_ref of all contacts, (N N_c,)."""
         return np.tile(self._reference, self.structure.sectors)
 
+    def internal_resonance(self, engine_order: int, frequency: Floats) -> InternalResonance:
+        """Return the strongest internal resonance at forcing frequencies [rad/s].
+
+        Transients and responses with `local` leave it out.
+        """
+        free, stuck = self._tuned.by_diameter, self._stuck
+        return internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
+
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
-        free, stuck = self._tuned.by_diameter, self._stuck
-        found = internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
-        warn(found.findings(), stacklevel=4)
+        warn(self.internal_resonance(engine_order, frequency).findings(), stacklevel=4)
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.

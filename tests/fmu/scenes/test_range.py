@@ -17,6 +17,7 @@ from slipmode.runner.scene.script import Script
 SHIPPED = [
     pytest.param(name, marks=[] if name == "one-mode" else [pytest.mark.slow])
     for name in shipped_scenes()
+    if not load_scene(name).mistuning
 ]
 
 

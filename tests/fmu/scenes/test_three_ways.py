@@ -12,6 +12,7 @@ WITHIN = 1e-4
 SHIPPED = [
     pytest.param(name, marks=[] if name in ("one-mode", "two-mode") else [pytest.mark.slow])
     for name in shipped_scenes()
+    if not load_scene(name).mistuning
 ]
 
 

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK, contact_states, stored_energy
+from slipmode.rom.laws.states import (
+    OPEN,
+    SLIPPING,
+    STUCK,
+    contact_states,
+    harmonic_states,
+    stored_energy,
+)
 
 pytestmark = pytest.mark.quick
 
@@ -53,3 +60,22 @@ def test_springs_hold_what_a_motion_to_there_put_in():
     stored = stored_energy(LAW.elements(2), x, f)
     assert stored[0] == 0.0
     assert stored[-1] == pytest.approx(work, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [0.5, 1.5, 4.0])
+def test_states_of_harmonic_motion_are_those_of_sliders_that_march(size):
+    """Two sliders that slip at displacements of 0.5 and 2: the contact slips if both do."""
+    limit, stiffness = np.array([1.0, 3.0]), np.array([2.0, 1.5])
+    elements = rom.Sliders(limit, stiffness).elements(1)
+    c, angle = 0.5 * size * np.exp(0.7j), np.linspace(0.0, 6.0 * np.pi, 6001)
+    x = 2.0 * (c * np.exp(1j * angle)).real
+    f, force = np.zeros(2), []
+    for moved in np.diff(x, prepend=0.0):
+        f = np.clip(f + stiffness * moved, -limit, limit)
+        force.append(f.sum())
+    last = slice(4000, None)  # a period
+    marched = contact_states(elements, x[last, np.newaxis], np.array(force)[last, np.newaxis])
+    found = [harmonic_states(elements, np.array([c]), each)[0] for each in angle[last]]
+    # two changes of state in each half period, each at most a step apart
+    assert np.count_nonzero(np.array(found) != marched.state[:, 0]) <= 4
+    assert np.any(found) == (size > 2.0)

@@ -339,7 +339,7 @@ def test_refuses_a_forcing_that_is_no_table():
 
 def test_shipped_scenes_load_and_their_structures_build():
     names = {"one-mode", "two-mode", "sweep", "force-step", "beating", "blade", "lap-joint"}
-    names |= {"bladed-disk"}
+    names |= {"bladed-disk", "mistuned-disk"}
     assert set(shipped_scenes()) == names
     for name in names:
         scene = load_scene(name)

@@ -50,10 +50,11 @@ def test_blades_are_drawn_outwards():
     np.testing.assert_allclose(places, [[1, 0], [0, -1.3], [-1, 0], [0, 0.7]], atol=1e-12)
 
 
-def test_replay_draws_the_disk_only_with_its_samples(shipped_scene, tmp_path):
+@pytest.mark.parametrize("scene", ["bladed-disk", "mistuned-disk"])
+def test_replay_draws_the_disk_only_with_its_samples(scene, shipped_scene, tmp_path):
     out = tmp_path / "out.rrd"
     for selection, drawn in ((Selection(), True), (Selection(end=1.0), False)):
-        replay(shipped_scene("bladed-disk").mcap, save=out, selection=selection)
+        replay(shipped_scene(scene).mcap, save=out, selection=selection)
         show = [RERUN, "rrd", "print", "-vvv", out]
         text = subprocess.run(show, capture_output=True, check=True, text=True).stdout
         for entity in ("/disk/blades", "/disk/contacts", "/disk/labels"):

@@ -1,0 +1,154 @@
+"""The plan of a scene whose disk is mistuned: the amplitudes of all its modes, without a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+
+from slipmode.rom import MistunedDisk, SlipmodeError, excited_diameter
+from slipmode.rom.arrays import Floats
+from slipmode.rom.cyclic.mistuned.disk_flow import SPAN
+from slipmode.rom.errors import naming
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.validity import Finding
+from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.recording import channels
+from slipmode.runner.scene.contacts import law_of
+from slipmode.runner.scene.schedule import Schedule, make_schedule
+from slipmode.runner.scene.sections import Scene
+
+# Highest frequency of modes that respond with their inertia, relative to the forcing frequency.
+# Higher modes follow statically (`MistunedDisk`).
+_HIGHEST = 10.0
+_FREQUENCIES = 64  # at which internal resonances are sought
+
+
+@dataclass(frozen=True, eq=False)
+class MistunedPlan:
+    """A scene with a mistuned disk, and everything decided about it.
+
+    Attributes
+    ----------
+    scene, schedule : Scene, Schedule
+    disk : MistunedDisk
+    force : (n_s,) ndarray
+        Force on the free DOFs of every sector per unit of the scripted amplitude.
+    decisions : list of Finding
+    """
+
+    scene: Scene
+    schedule: Schedule
+    disk: MistunedDisk
+    force: Floats
+    decisions: list[Finding] = field(default_factory=list)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The decisions that are warnings, each as one line."""
+        return [each.line() for each in self.decisions if each.level != "info"]
+
+    @property
+    def engine_order(self) -> int:
+        """Engine order of the force."""
+        return cast(int, self.scene.forcing["A"].engine_order)
+
+    @property
+    def frequency_range(self) -> tuple[float, float]:
+        """The least and the largest forcing frequency [rad/s]."""
+        low, high = self.schedule.frequency_range(("A",))
+        return float(low[0]), float(high[0])
+
+    @property
+    def dof(self) -> int:
+        """DOF that is recorded of every blade: of [output], or where the force is largest."""
+        chosen = self.scene.output.elastic
+        return chosen[0] if chosen else int(np.abs(self.force).argmax())
+
+    @property
+    def channels(self) -> list[channels.Channel]:
+        """The channels that a run records."""
+        sectors = self.disk.structure.sectors
+        listed = [channels.blades(sectors, self.dof), channels.forcing(("A",))]
+        return listed + ([channels.disk(sectors, self.dof)] if self.scene.windows else [])
+
+
+def plan_scene(scene: Scene, *, progress: bool = False) -> Plan | MistunedPlan:
+    """Decide what a run of a scene needs, whether its disk is mistuned or not.
+
+    Raises SlipmodeError if the scene and its structure do not fit together.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : bool, default False
+        Whether to report the work on a large structure on standard error.
+    """
+    return _plan_mistuned(scene) if scene.mistuning else make_plan(scene, progress=progress)
+
+
+def _plan_mistuned(scene: Scene) -> MistunedPlan:
+    assert scene.disk is not None  # `read_scene` refuses mistuning of other structures
+    built = scene.disk.build()
+    scene, structure = scene.located(built.labels), built.structure
+    law = cast(Elastic, law_of(scene, structure.n_contacts))
+    if not law.elements(structure.n_contacts).odd:
+        raise SlipmodeError(
+            "contacts.law: contacts of mistuned disks slide and do not lift off; use "
+            '"jenkins", "iwan" or "sliders"'
+        )
+    for dof in scene.output.elastic:
+        if dof >= structure.free_dofs.size:
+            most = structure.free_dofs.size - 1
+            raise SlipmodeError(f"output.elastic: must be 0 to {most}, got {dof}")
+    force = scene.forcing["A"].vector(structure.free_dofs.size)
+    schedule = make_schedule(scene, {"A": 0.0})  # the mode is forced
+    highest = _HIGHEST * float(schedule.frequency_range(("A",))[1][0])
+    with naming("structure"):
+        disk = MistunedDisk(structure, law, scene.mistuning, highest)
+    plan = MistunedPlan(scene, schedule, disk, force)
+    low, high = plan.frequency_range
+    if high - low > SPAN * (high + low):
+        unit = scene.units.frequency
+        ends = " to ".join(f"{scene.units.of_frequency(each):.6g}" for each in (low, high))
+        raise SlipmodeError(
+            f"forcing.A.engine_order * rotor_speed: must stay within {SPAN:.0%} of the middle of "
+            f"its range, got {ends} {unit}; pass one resonance in each scene"
+        )
+    plan.decisions.extend(_decisions(plan))
+    return plan
+
+
+def _decisions(plan: MistunedPlan) -> list[Finding]:
+    scene, sectors, order = plan.scene, plan.disk.structure.sectors, plan.engine_order
+    deviation = np.array(scene.mistuning)
+    spread = f"{deviation.min():+.2%} to {deviation.max():+.2%}"
+    tuned = excited_diameter(order, sectors)
+    at = np.linspace(*plan.frequency_range, _FREQUENCIES)
+    shown = f"[{', '.join(f'{each.start:g} to {each.end:g} s' for each in scene.windows)}]"
+    return [
+        Finding(
+            "nodal diameters",
+            f"0 to {sectors // 2} respond",
+            f"stiffness of the blades deviates by {spread}: modes are not travelling waves; "
+            f"engine order {order} excites nodal diameter {tuned} alone if blades are equal",
+        ),
+        Finding(
+            "amplitudes",
+            f"{sectors} of each family",
+            "instead of one of a wave: each mode of the mistuned disk has its own frequency, "
+            "and each blade its own amplitude",
+        ),
+        Finding(
+            "contacts",
+            "one table for each of a sector",
+            "over its own amplitude: at higher harmonics contacts respond to their own forces",
+        ),
+        Finding(
+            "fast motion",
+            f"DOF {plan.dof} of every blade in {shown}" if scene.windows else "not reconstructed",
+            "[[elastic]] windows" if scene.windows else "the scene has no [[elastic]] window",
+        ),
+        *plan.disk.internal_resonance(order, at).findings(),
+    ]
