@@ -18,6 +18,7 @@
 # make bench-study  set up .venv and measure studies on a Dask cluster: workers, memory
 # make bench-curves  set up .venv and compare response curves with harmonic balance
 # make bench-mistuned  set up .venv and compare a mistuned disk with full order
+# make bench-pyharm  set up .venv with pyHarm-os and compare a bladed disk with its harmonic balance
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs
 #              with full order. SCENES="two-mode mine.toml": slow runs of these alone
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
@@ -45,8 +46,8 @@ TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
 .PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
-	bench-full bench-study bench-curves bench-mistuned gallery docs docs-links wheels \
-	quick test test-all lint clean
+	bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
+	wheels quick test test-all lint clean
 
 run: $(VENV)/.installed
 	$(BIN)/slipmode run two-mode --output logs
@@ -90,6 +91,11 @@ bench-study: $(VENV)/.installed
 
 bench-mistuned: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.cyclic.mistuned_disk
+
+# The file in which pyHarm lists its processes is the folder .pyHarm here by default.
+bench-pyharm: $(VENV)/.installed-benchmarks
+	@$(PIP) pyHarm-os==1.2.2
+	PYHARM_CONTEXT_FILE=logs/pyharm.json $(BIN)/python -m benchmarks.cyclic.pyharm_disk
 
 bench-curves: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.curves
