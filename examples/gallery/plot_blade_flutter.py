@@ -12,8 +12,7 @@ import numpy as np
 
 from slipmode import rom
 
-# Of the blade before, the blade itself and the blade after [N/m]
-influence = {-1: 2e3, 0: 1e3j, 1: -2e3}
+influence = {-1: 2e3, 0: 1e3j, 1: -2e3}  # by distance of the blade that moves [N/m]
 disk = rom.lumped_disk(sectors=24, beta=2e-6).with_aerodynamics([2], influence, 1250.0)
 law = rom.Jenkins(limit=1.0, stiffness=2e4)
 linear = rom.flutter_growth(disk, law)
@@ -33,8 +32,7 @@ for each in force:
     amplitude.append(tip * abs(found[0].amplitude[0]) if found else 0.0)
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
-colour = np.where(linear.growth > 0, "C3", "C0")
-left.bar(linear.nodal_diameter, linear.growth, color=colour)
+left.bar(linear.nodal_diameter, linear.growth)
 left.set(xlabel="nodal diameter", ylabel="growth rate while contacts stick [1/s]")
 right.plot(force, amplitude, ".-")
 right.set(xlabel="engine order 4 [N]", ylabel="flutter of the blade tips [mm]")

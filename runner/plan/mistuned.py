@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import cast
 
 import numpy as np
@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.mistuned.disk_flow import SPAN
 from slipmode.rom.errors import naming
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
@@ -25,7 +26,7 @@ _HIGHEST = 10.0
 _FREQUENCIES = 64  # at which internal resonances are sought
 
 
-@dataclass(frozen=True, eq=False)
+@frozen
 class MistunedPlan:
     """A scene with a mistuned disk, and everything decided about it.
 
