@@ -41,6 +41,7 @@ def test_an_internal_resonance_is_named_and_included():
     assert np.abs(exact / found.amplitude[0] - 1.0).max() < 1e-3  # measured 3.7e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     # Measured difference of local contacts: 0.001 to 0.005 without a warning, 0.016 to 0.02 with
     ("tip", "stiffness", "limit", "warns"),

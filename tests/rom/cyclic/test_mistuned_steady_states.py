@@ -12,6 +12,7 @@ FORCE = [0.0, 0.0, 10.0]
 DEVIATION = 0.02 * np.random.default_rng(3).standard_normal(SECTORS)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:internal resonance")
 def test_strong_shrouds_have_one_state():
     """From stuck contacts, from both sides, and by a force that grows slowly.

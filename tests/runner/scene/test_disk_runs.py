@@ -101,6 +101,7 @@ def test_validation_takes_one_engine_order(tmp_path):
         validate(parse_scene(text, "."), tmp_path)
 
 
+@pytest.mark.slow
 def test_two_engine_orders_come_to_the_steady_state_of_their_waves(tmp_path):
     text = DISK.replace("A = 0", "A = 0\nB = 1").replace("[[0, 3780], [4, 4040]]", "3900")
     text = text.replace("duration = 4.0", "duration = 1.0").replace("[1.5, 1.55]", "[0.95, 0.96]")
@@ -179,6 +180,7 @@ dofs = [2]
 """
 
 
+@pytest.mark.slow
 def test_a_study_varies_rotor_speed_and_limits(tmp_path):
     (tmp_path / "disk.toml").write_text(DISK, encoding="utf-8")
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")

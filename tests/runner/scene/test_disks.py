@@ -87,6 +87,7 @@ def test_the_plan_says_which_wave_an_engine_order_excites(order, speed, diameter
     assert words in said
 
 
+@pytest.mark.slow
 def test_two_engine_orders_excite_two_waves():
     text = changed(("A = 0", "A = 0\nB = 1")) + TWO_WAVES + "[model]\ntolerance = 0.01\n"
     plan = planned(text)

@@ -48,6 +48,7 @@ def all_sectors(force, flutter, **times):
     return march(DISK.annulus(), LAW, step=1e-5, **times, **forced)
 
 
+@pytest.mark.slow
 def test_limit_cycle_and_an_engine_order():
     model, alone = both_waves(), [abs(limit_cycle().amplitude), forced_alone(0.5)]
     (cycle,) = rom.limit_cycles(model, (None, OMEGA), [{}, {2: 0.5}])

@@ -38,6 +38,7 @@ def steady_run(wave, model, force, omega):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nodal_diameter", [3, -2])
 @pytest.mark.parametrize("name", CASES)
 def test_motion_of_sectors_is_that_of_all_of_them(name, nodal_diameter):

@@ -45,6 +45,7 @@ def hits(fit, groups):
     return found
 
 
+@pytest.mark.slow
 def test_laws_from_free_decays_in_full_order():
     found = []
     for seed in range(4):
@@ -126,6 +127,7 @@ def test_force_of_macro_slip_beyond_the_data_is_not_identified():
     assert np.mean(found) > 0.8
 
 
+@pytest.mark.slow
 def test_linear_properties_are_fitted_too():
     measured = free_decay(chain(2), WALL, 0.02, 2)
     own = chain(2)
