@@ -9,7 +9,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.structure import CyclicStructure, checked_sectors
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
 from slipmode.rom.structure.structure import Structure
@@ -94,8 +94,6 @@ class SectorMesh:
         SlipmodeError
             If the sides do not meet.
         """
-        if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
-            raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
         size = structure.n_dofs
         if self.dofs.max() >= size or np.unique(self.dofs[self.dofs >= 0]).size != size:
             raise SlipmodeError(
@@ -122,7 +120,7 @@ class SectorMesh:
         return CyclicStructure(
             _symmetric(M),
             _symmetric(K),
-            int(sectors),
+            sectors,
             structure.beta if structure.beta is not None else _symmetric(C),
             contact=at_right.T @ own,
             next_contact=other,
@@ -143,7 +141,7 @@ class SectorMesh:
 
     def _rotation(self, sectors: int) -> Floats:
         """Return the matrix of the rotation from a sector to the next."""
-        angle = 2.0 * np.pi / sectors
+        angle = 2.0 * np.pi / checked_sectors(sectors)
         first, second = (("xyz".index(self.axis) + k) % 3 for k in (1, 2))
         R = np.eye(3)
         R[[first, second], [first, second]] = np.cos(angle)

@@ -100,8 +100,7 @@ class CyclicStructure:
         left: Sequence[int] = (),
         right: Sequence[int] = (),
     ) -> None:
-        if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
-            raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
+        sectors = checked_sectors(sectors)
         M = as_csc(as_symmetric("mass", mass))
         size = M.shape[0]
         K = as_csc(as_symmetric("stiffness", stiffness, size))
@@ -125,7 +124,7 @@ class CyclicStructure:
                 f"next_contact: must have shape {W.shape} like contact, got {further.shape}"
             )
         fields = {
-            "sectors": int(sectors),
+            "sectors": sectors,
             "mass": M,
             "stiffness": K,
             "damping": as_csc(C),
@@ -319,6 +318,13 @@ def excited_diameter(engine_order: int, sectors: int) -> int:
     """
     k = engine_order % sectors
     return k if 2 * k <= sectors else k - sectors
+
+
+def checked_sectors(sectors: int) -> int:
+    """Return a number of sectors; refuse other values."""
+    if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
+        raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
+    return int(sectors)
 
 
 def _dofs(name: str, dofs: Sequence[int], size: int) -> NDArray[np.intp]:

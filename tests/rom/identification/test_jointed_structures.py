@@ -13,6 +13,7 @@ g, h and kappa belong to the law of the slow flow, and have no true values.
 import numpy as np
 import pytest
 from measured.jointed import JOINTS, Jointed
+from measured.projections import in_bands
 
 from slipmode import rom
 
@@ -86,24 +87,8 @@ def predicted(seed):
     data = structure.measurement(rng, 7)
     found = rom.identify(data, bands=structure.bands, hold_out=[7])
     made = found.predict(7, extrapolate=True)
-    y, t = made.record.signal[0], made.record.times
-    for mode, omega in enumerate(structure.omega[:2]):
-        for at in np.linspace(0.1, 2.3, 12):
-            window = np.exp(-0.5 * ((t - at) / 0.015) ** 2)
-            z = 2.0 * np.sum(window * y * np.exp(-1j * omega * (t - at))) / np.sum(window)
-            if abs(z) < 0.05 * np.abs(y).max():  # 20 times the noise
-                continue
-            size, phase, size_deviation, phase_deviation = (
-                np.interp(at, made.times, values[:, mode])
-                for values in (
-                    made.amplitude,
-                    made.phase,
-                    made.amplitude_deviation,
-                    made.phase_deviation,
-                )
-            )
-            yield abs(abs(z) - size) < 2.0 * size_deviation
-            yield abs(np.angle(z * np.exp(-1j * phase))) < 2.0 * phase_deviation
+    least = 0.05 * np.abs(made.record.signal[0]).max()  # 20 times the noise
+    yield from in_bands(made, structure.omega[:2], np.linspace(0.1, 2.3, 12), least)
 
 
 @pytest.mark.slow
