@@ -71,7 +71,7 @@ class Aerodynamics:
 
 
 def influence_coefficients(by_diameter: Mapping[int, complex], sectors: int) -> dict[int, complex]:
-    """Return aerodynamic influence coefficients l_d by distance from those of nodal diameters.
+    """Convert aerodynamic coefficients of nodal diameters to influence coefficients l_d.
 
     The coefficient of the nodal diameter k is c_k = sum_d l_d exp(i k d 2 pi / N).
 

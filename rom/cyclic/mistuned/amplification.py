@@ -21,8 +21,7 @@ class Amplification:
     Attributes
     ----------
     factor : (patterns,) ndarray
-        Largest amplitude of any blade at any frequency, relative to that of the tuned disk,
-        ascending.
+        Largest amplitude of any blade at any frequency, relative to the tuned disk, ascending.
     tuned : float
         Peak of the tuned disk [m].
     sectors : int
