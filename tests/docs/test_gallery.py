@@ -32,7 +32,12 @@ def test_all_of_them_are_held():
     assert len(NUMBERS) >= 10
 
 
-@pytest.mark.parametrize("name", NUMBERS)
+SLOW = ("beating", "mistuning")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in NUMBERS]
+)
 def test_an_example_is_short_and_keeps_its_numbers(name):
     path = GALLERY / f"plot_{name}.py"
     assert len(path.read_text(encoding="utf-8").splitlines()) < 40
