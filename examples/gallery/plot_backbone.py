@@ -2,9 +2,9 @@
 At which amplitude does a contact damp most?
 ============================================
 
-The damped nonlinear mode has the frequency and the damping of free vibration at each amplitude. The
-contact damps most at twice the amplitude at which it begins to slip. The damping ratio is 0.88 %
-there and 0.1 % without slip.
+The damped nonlinear mode has the frequency and the damping of free vibration at each amplitude.
+The contact damps most at twice the amplitude at which it begins to slip. The damping ratio is
+0.88 % there and 0.1 % without slip.
 """
 
 import matplotlib.pyplot as plt

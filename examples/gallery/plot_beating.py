@@ -2,8 +2,8 @@
 How long until the vibration is steady?
 =======================================
 
-A force begins to act near a resonance, and the free vibration beats against the forced one. The amplitude
-is twice its final value at first, and stays within 25 % of it after 1205 s.
+A force begins to act near a resonance, and the free vibration beats against the forced one. The
+amplitude is twice its final value at first, and stays within 25 % of it after 1205 s.
 """
 
 from tempfile import mkdtemp

@@ -3,8 +3,8 @@ Does an engine order end the flutter of blades?
 ===============================================
 
 Aerodynamic forces between the 24 blades of a disk feed energy into six nodal diameters. Friction
-between the blade tips limits nodal diameter 6 to a small amplitude. Engine order 4 near a mode of the
-second family makes the contacts slip, too, and ends the flutter at 3.1 N.
+between the blade tips limits nodal diameter 6 to a small amplitude. Engine order 4 near a mode of
+the second family makes the contacts slip, too, and ends the flutter at 3.1 N.
 """
 
 import matplotlib.pyplot as plt
@@ -35,9 +35,5 @@ fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4))
 left.bar(linear.nodal_diameter, linear.growth)
 left.set(xlabel="nodal diameter", ylabel="growth rate while contacts stick [1/s]")
 right.plot(force, amplitude, ".-")
-right.set(
-    xlabel="engine order 4 [N]",
-    title="Flutter ends at 3.1 N",
-    ylabel="flutter of the blade tips [mm]",
-)
+right.set(xlabel="engine order 4 [N]", ylabel="flutter of the blade tips [mm]")
 plt.show()

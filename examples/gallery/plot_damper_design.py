@@ -2,8 +2,8 @@
 Which friction limit is best?
 =============================
 
-One friction table gives the resonance peak for every friction limit. A low limit dissipates little
-energy, a high limit keeps the contact stuck. The lowest peak is at 3.06 N.
+One friction table gives the resonance peak for every friction limit. A low limit dissipates
+little energy, a high limit keeps the contact stuck. The lowest peak is at 3.06 N.
 """
 
 import matplotlib.pyplot as plt

@@ -3,8 +3,8 @@ How much energy of the flow can friction take?
 ==============================================
 
 A flow feeds energy into a mode, and friction limits the mode to a stable limit cycle. Beyond the
-unstable limit cycle the amplitude grows without bound. The two approach each other as the flow becomes
-stronger: friction fails soon after 0.025 rad^2/s^2.
+unstable limit cycle the amplitude grows without bound. The two approach each other as the flow
+becomes stronger: friction fails soon after 0.025 rad^2/s^2.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 How exact is a steady state of the slow flow?
 =============================================
 
-The same steady states are computed from the friction table and by integrating the full equations in
-time. They differ by 0.04 % at most.
+The same steady states are computed from the friction table and by integrating the full equations
+in time. They differ by 0.04 % at most.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 How much power does a contact dissipate?
 ========================================
 
-The scene requests the motion of its contact in a window of time. The area of the hysteresis loop is the
-energy that friction dissipates in a cycle; the mean power is 0.27 W.
+The scene requests the motion of its contact in a window of time. The area of the hysteresis loop
+is the energy that friction dissipates in a cycle; the mean power is 0.27 W.
 """
 
 from tempfile import mkdtemp

@@ -2,8 +2,8 @@
 How far does the frequency fall when a contact lifts off?
 =========================================================
 
-The foot of a body, on oblique springs, slides along its support. Its normal load varies, and it is
-open for part of each cycle at large amplitudes. The frequency falls by 14 %.
+The foot of a body, on oblique springs, slides along its support. Its normal load varies, and it
+is open for part of each cycle at large amplitudes. The frequency falls by 14 %.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,10 @@
 Does friction or mistuning win?
 ===============================
 
-The tips of 24 blades touch, and engine order 3 excites a resonance. In 100 random disks the stiffness of
-the blades deviates by 4 %. The median amplification of the largest blade is 1.50 where the contacts stick
-and 1.27 where they slip. Bands have 95 % confidence; dashed lines are extreme value distributions.
+The tips of 24 blades touch, and engine order 3 excites a resonance. In 100 random disks the
+stiffness of the blades deviates by 4 %. The median amplification of the largest blade is 1.50
+where the contacts stick and 1.27 where they slip. Bands have 95 % confidence; dashed lines are
+extreme value distributions.
 """
 
 import matplotlib.pyplot as plt
@@ -33,9 +34,5 @@ tuned, tips = 1e3 * two.response(omega, 3, {2: 4.0}, local=True).amplitude(dof=2
 left.plot(omega / (2 * np.pi), tips, "0.7", lw=0.8)
 left.plot(omega / (2 * np.pi), tuned[:, 0], "k", label="tuned")
 left.set(xlabel="excitation [Hz]", ylabel="blade tips of one disk [mm], 4 N")
-right.set(
-    xlabel="amplification factor",
-    title="Slip lowers the amplification",
-    ylabel="part of the disks below",
-)
+right.set(xlabel="amplification factor", ylabel="part of the disks below")
 left.legend(), right.legend()

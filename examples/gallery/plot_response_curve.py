@@ -2,8 +2,8 @@
 At which force does friction damp a resonance best?
 ===================================================
 
-The response per force is a measure of damping. The peak is lowest at 0.06 to 0.08 N: with less force
-the contact sticks, with more it slips freely and the mode is soft.
+The response per force is a measure of damping. The peak is lowest at 0.06 to 0.08 N: with less
+force the contact sticks, with more it slips freely and the mode is soft.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 How slow must a sweep be?
 =========================
 
-A sweep over 2000 s through a resonance lags behind the steady states. Its peak is 9 % lower than the peak
-of the response curve.
+A sweep over 2000 s through a resonance lags behind the steady states. Its peak is 9 % lower than
+the peak of the response curve.
 """
 
 import matplotlib.pyplot as plt
