@@ -3,8 +3,8 @@ What does a second tone do to the damping?
 ==========================================
 
 Mode B vibrates at its own frequency and makes the contact slip for more of the time. Where mode A
-alone leaves the contact stuck (|A| = 0.5), B raises the damping ratio of A from 1.0 to 1.6 %.
-Where A makes the contact slip widely (|A| = 3.5), B changes it by less than 0.05 %.
+alone leaves the contact stuck (amplitude 0.5), B raises the damping ratio of A from 1.0 to 1.6 %.
+Where A makes the contact slip widely (amplitude 3.5), B changes it by less than 0.05 %.
 """
 
 import matplotlib.pyplot as plt
