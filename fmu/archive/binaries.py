@@ -38,7 +38,7 @@ def host_binary() -> bytes:
     found = importlib.util.find_spec("slipmode.fmu._native")
     if found is None or found.origin is None:
         raise SlipmodeError(
-            "slipmode.fmu._native: the FMU's library is missing; install slipmode again"
+            "slipmode.fmu._native: the library of the FMU is missing; install slipmode again"
         )
     return Path(found.origin).read_bytes()
 
@@ -78,7 +78,7 @@ def source_files(fmi: FmiVersion | None = None) -> dict[str, Path]:
         for path in sorted(folder.rglob("*.[ch]"))
     }
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
-        raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
+        raise SlipmodeError("fmu/src: the sources of the FMU are missing; install slipmode again")
     other = {None: (), 2: ("faces/fmi3",), 3: ("faces/fmi2",)}[fmi]
     left_out = ("torus/", "full/", *other)
     return {name: path for name, path in found.items() if not name.startswith(left_out)}
@@ -112,7 +112,7 @@ def platform_binary(platform_tuple: str) -> bytes:
     Raises SlipmodeError if the platform is unknown, zig is not installed, or it fails.
     """
     if platform_tuple not in TARGETS:
-        raise SlipmodeError(f"platforms: {platform_tuple} is none of {', '.join(TARGETS)}")
+        raise SlipmodeError(f"platforms: {platform_tuple} must be one of {', '.join(TARGETS)}")
     extra("ziglang", "platforms")
     sources = source_files()
     name = f"{_key(sources, platform_tuple)}.library"
@@ -180,4 +180,4 @@ def _zig(platform_tuple: str, folder: str, *arguments: str) -> None:
     )
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise SlipmodeError(f"platforms: zig cannot compile the FMU's sources: {last}")
+        raise SlipmodeError(f"platforms: zig does not compile the sources of the FMU: {last}")

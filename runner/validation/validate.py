@@ -94,7 +94,7 @@ def validate(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.limit_scale is not None:
-        raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
+        raise SlipmodeError("limits.scale: must be left out, because full order has fixed limits")
     started = perf_counter()
     structure = scene.build() if scene.disk is None else None
     plan = with_window(make_plan(scene, structure=structure, progress=progress))

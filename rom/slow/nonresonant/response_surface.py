@@ -46,8 +46,8 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         return no_response(model, rows)
     if model.harmonics is None:
         raise SlipmodeError(
-            "contact: this model keeps no harmonics, to which its modes respond; tabulate it "
-            f"with harmonics={RESPONSE_ORDER}"
+            "contact: this model has no harmonics of the contacts, which its modes respond to; "
+            f"tabulate it with harmonics={RESPONSE_ORDER}"
         )
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)
