@@ -82,14 +82,14 @@ class ModeTable:
         chosen = self.states[self.reference]
         masses = chosen.effective_mass is not None
         head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>11}" for name in self.states)
-        head += f"{self.reference + ' rad/s':>14} {'damping':>8}"
+        head += f"{self.reference + ' rad/s':>13} {'damping':>8}"
         head += "".join(f"{'m_' + k:>7}" for k in DIRECTIONS[:3]) if masses else ""
-        head += f"  {'stiffness share':>15}  contacts moved"
+        head += f"  {'stiffness share':>15}  contacts"
         lines = [head]
         largest = np.abs(self.contact).max() or 1.0
         for k in range(chosen.frequency.size):
             line = f"{k:4}" + "".join(f"{s.hertz[k]:11.5g}" for s in self.states.values())
-            line += f"{chosen.frequency[k]:14.5g} {chosen.damping[k]:8.2%}"
+            line += f"{chosen.frequency[k]:13.5g} {chosen.damping[k]:8.2%}"
             if chosen.effective_mass is not None:
                 line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
             motion = self.contact[k] / largest
