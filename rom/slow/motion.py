@@ -41,7 +41,8 @@ class Motion:
     displacement, velocity, force : (n, N_c) ndarray
         Of the contacts: x_c [m], x_c' [m/s], friction force [N].
     modal : (n, modes + nonresonant) ndarray
-        Modal displacements q_j [kg^1/2 m], nonresonant modes last.
+        Modal displacements q_j [kg^1/2 m], nonresonant modes last; of travelling waves also the
+        coordinates of `Model.dof_response`.
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
@@ -62,7 +63,7 @@ class Motion:
         moved = self.displacement
         if reduced.contacts is not None:  # the contact shapes belong to the force deficit
             moved = reduced.contacts.reference * self.displacement - self.force
-        x = self.modal @ reduced.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
+        x = self.modal @ model.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
         return np.asarray(x + self.load @ self.static[rows].T)
 
 
