@@ -170,7 +170,8 @@ class TravellingWave:
             of the wave, the response of the other modes to the contacts and to `force`, as in a
             steady state; higher harmonics are left out. Phases are relative to those of phi. Where
             dampers or aerodynamic forces couple modes of the nodal diameter, phi is the shape on
-            which forces do work.
+            which forces do work. Stability of its steady states is that of this wave alone: see
+            `WaveState.stable`.
 
         Raises
         ------
