@@ -210,7 +210,7 @@ class DiameterModes:
         return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
 
     def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
-        """Return how far each mode moves a contact at a harmonic of sliding contacts, (..., modes).
+        """Return how far each mode moves a contact at a harmonic of its force, (..., modes).
 
         It is relative to the displacement of the contact at the carrier,
 

@@ -11,7 +11,8 @@ from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.errors import Finding
 from slipmode.rom.short_repr import frozen
 
-# Gain of a mode at a harmonic from which an internal resonance is a finding. Local contacts were up to 0.6 % off below, 0.3 to 11 % beyond
+# Gain of a mode at a harmonic from which an internal resonance is a finding. Errors of local
+# contacts were up to 0.6 % below, and 0.3 to 11 % beyond
 # (tests/rom/cyclic/test_internal_resonance.py).
 _MOST = 0.016
 
