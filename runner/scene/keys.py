@@ -139,7 +139,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
     )),
     Section("mistuning",
         "Blades that differ. All nodal diameters respond then, to one engine order. `[modes]` and "
-        "`[model]` are left out. `slipmode run`, `plan` and `study` take such a scene.", (
+        "`[model]` are left out. `slipmode run`, `plan`, `study` and `validate` take such a "
+        "scene.", (
         Key("deviation", numbers(between(-0.9, 0.9)), "-", None,
             "Relative deviation of each blade's stiffness; of matrices, of each sector's. Exactly "
             "one of `deviation` and `standard_deviation`."),

@@ -272,7 +272,7 @@ class Scene:
             raise SlipmodeError(
                 "mistuning: this needs a model of one or two waves, and a mistuned disk responds "
                 "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode "
-                "run, study and plan (runner.plan_scene) take mistuned disks"
+                "run, study, validate and plan (runner.plan_scene) take mistuned disks"
             )
 
     def check_tabulated(self) -> None:
