@@ -25,32 +25,40 @@ def wave_dof_response(
     `deficits` (n_a, [n_b,] modes, N_c) are y_j of the contacts at |a| of the axes [N]. The
     displacements have the phases of those of the modes of a model, see `TravellingWave.tabulate`.
     """
-    shapes, coordinates, by_force = [], [], []
-    for j, carrier in enumerate(carriers):
-        y, own = deficits[..., j, :], carrier.wave.own
-        _, size, patterns = np.linalg.svd(y.reshape(-1, y.shape[-1]), full_matrices=False)
-        patterns = patterns[size > _NEGLIGIBLE * size[0]]
-        forces = np.vstack(((patterns @ own.contacts.conj()), carrier.force))
-        moved = own.response(forces.T, carrier.frequency, carrier.wave.mode).T
-        moved[-1] *= 0.5 / (carrier.modal_force or 1.0)
-        shape, retained = carrier.mode.shape, carrier.mode_shape
-        size_of = np.abs(retained)
-        turn = np.divide(retained.conj(), size_of, out=np.ones_like(retained), where=size_of > 0.0)
-        # shapes are real: a complex one times p is its real part times p and imaginary times i p
-        moved = np.vstack((moved * turn, shape * turn - size_of))
-        shapes += [moved.real, moved.imag]
-        a = np.meshgrid(*axes, indexing="ij")[j][..., np.newaxis]
-        p = np.concatenate((y @ patterns.conj().T, 0.0 * a, a), axis=-1)
-        f = np.zeros(len(moved), dtype=complex)
-        f[-2] = 1.0
-        coordinates.append(np.concatenate((p, 1j * p), axis=-1))
-        by_force.append(np.concatenate((f, 1j * f)))
-    ends = np.cumsum([0, *(each.shape[-1] for each in coordinates)])
-    nodes, modes = deficits.shape[:-2], len(carriers)
-    P = np.zeros((*nodes, modes, ends[-1]), dtype=complex)
-    of_forces = np.zeros((modes, ends[-1]), dtype=complex)
-    for j in range(modes):
-        P[..., j, ends[j] : ends[j + 1]] = coordinates[j]
-        of_forces[j, ends[j] : ends[j + 1]] = by_force[j]
-    harmonics = Harmonics(axes, CARRIERS[:modes], P, np.zeros((*nodes, ends[-1])))
-    return DofResponse(np.vstack(shapes), harmonics, of_forces)
+    amplitudes = np.meshgrid(*axes, indexing="ij")
+    of_waves = [
+        _of_wave(carrier, amplitudes[j], deficits[..., j, :]) for j, carrier in enumerate(carriers)
+    ]
+    shapes, coordinates, by_force = zip(*of_waves, strict=True)
+    P = _side_by_side(coordinates)
+    nothing = np.zeros((*P.shape[:-2], P.shape[-1]))
+    harmonics = Harmonics(axes, CARRIERS[: len(carriers)], P, nothing)
+    return DofResponse(np.vstack(shapes), harmonics, _side_by_side(by_force))
+
+
+def _of_wave(carrier: Carrier, a: Floats, y: Complexes) -> tuple[Floats, Complexes, Complexes]:
+    """Return shapes (q, n_s), coordinates at the nodes (..., q) and by force (q,) of one wave."""
+    own, on_mode, moving = carrier.wave.own, carrier.mode_shape, carrier.mode.shape
+    _, size, patterns = np.linalg.svd(y.reshape(-1, y.shape[-1]), full_matrices=False)
+    patterns = patterns[size > _NEGLIGIBLE * size[0]]
+    forces = np.vstack((patterns @ own.contacts.conj(), carrier.force))
+    moved = own.response(forces.T, carrier.frequency, carrier.wave.mode).T
+    moved[-1] *= 0.5 / (carrier.modal_force or 1.0)
+    size = np.abs(on_mode)
+    turn = np.divide(on_mode.conj(), size, out=np.ones_like(on_mode), where=size > 0.0)
+    shapes = np.vstack((moved * turn, moving * turn - size))
+    p = np.concatenate((y @ patterns.conj().T, np.stack((0.0 * a, a), axis=-1)), axis=-1)
+    f = np.zeros(len(shapes), dtype=complex)
+    f[-2] = 1.0
+    # shapes are real: the real part of a complex one has the coordinate p, the imaginary part i p
+    both = np.vstack((shapes.real, shapes.imag))
+    return both, np.concatenate((p, 1j * p), axis=-1), np.concatenate((f, 1j * f))
+
+
+def _side_by_side(parts: Sequence[Complexes]) -> Complexes:
+    """Return coordinates of the waves (..., q_j) as rows of all coordinates, (..., modes, q)."""
+    rows = [
+        np.concatenate([part * (i == j) for i, part in enumerate(parts)], axis=-1)
+        for j in range(len(parts))
+    ]
+    return np.stack(rows, axis=-2)
