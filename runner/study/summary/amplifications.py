@@ -10,7 +10,9 @@ import numpy as np
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.runner.study.study_file import Distribution, Study
 
-_FEWEST = 20  # disks to which an extreme value distribution of three parameters is fitted
+# Disks from which on an extreme value distribution is fitted: resamples of a few disks often hold
+# one of them alone, to which no distribution fits.
+_FEWEST = 20
 
 
 def amplifications(dataset: Any, study: Study) -> list[str]:
