@@ -250,13 +250,11 @@ class MistunedDisk:
         dof : int
             Free DOF whose amplitudes are compared.
         """
-        tuned = self.with_deviation(np.zeros(self.structure.sectors))
-        reference, peak = (
-            disks.envelope(frequency, engine_order, force, dof).max(axis=1)
-            for disks in (tuned, self)
-        )
-        factor = np.sort(peak) / reference
-        return Amplification(factor, float(reference[0]), self.structure.sectors)
+        tuned = np.zeros((1, self.structure.sectors))
+        disks = self.with_deviation(np.vstack((tuned, self.deviation)))
+        reference, *peaks = disks.envelope(frequency, engine_order, force, dof).max(axis=1)
+        factor = np.sort(peaks) / reference
+        return Amplification(factor, float(reference), self.structure.sectors)
 
     def envelope(
         self,

@@ -58,8 +58,8 @@ def outputs(dataset: Any, study: Study) -> list[tuple[str, str, Floats]]:
         "at": "time",
     }
     for kind, dimension in across.items():
-        if kind not in dataset:
-            continue
+        if kind not in dataset or (kind == "curve" and study.outputs.mistuned):
+            continue  # the largest of the curve of a mistuned disk is its resonance
         output = shown_output(dataset, kind, shown)
         values = output.values.max(dimension) if dimension else output.values
         for mode in values["mode"].values:

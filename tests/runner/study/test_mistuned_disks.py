@@ -44,12 +44,15 @@ def test_factors_are_those_of_the_disks(study_file, tmp_path, scheduler):
 
 @pytest.mark.slow
 def test_extreme_values_are_those_of_all_disks(study_file, tmp_path, scheduler, capsys):
-    text = SEEDS.format(last=19, points=20) + CURVE.replace("points = 10", "points = 4")
+    text = 'set = {"structure.blade_stiffnesses" = [1e6, 2e6]}\n'
+    text += SEEDS.format(last=19, points=20) + CURVE.replace("points = 10", "points = 4")
     text += '[[vary]]\nkey = "mistuning.standard_deviation"\nvalues = [0.01, 0.5]\n'
     text += '[choose]\nkey = "mistuning.standard_deviation"\noutput = "resonance_A"\n'
     path = str(study_file(text, SCENE))
     assert main(["study", path, "-o", str(tmp_path), "--scheduler", scheduler]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    said = capsys.readouterr()
+    assert "internal resonance 1:3" in said.err
+    lines = said.out.splitlines()
     assert lines.pop(2).startswith("best mistuning.standard_deviation = 0.01: 95% quantile of res")
     assert lines[0] == "study: 40 samples, 20 failed"  # those of 0.5
     assert lines[1].startswith("failed: 20 x mistuning.standard_deviation: must be")
