@@ -45,12 +45,11 @@ class Reduced:
     The displacements are x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, with the
     retained modes q_j = a_j exp(i theta_j) + c.c. and the nonresonant modes p. The contacts obey::
 
-        mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j) +
-        r
+        mass x_c'' + damping x_c' + stiffness x_c + g = r - 2 Re sum_j L_j a_j exp(i theta_j)
 
-    with L_j(nu) = spring_j + i nu damper_j and the response r of the modes to each harmonic of
-    x_c. All other modes follow the contacts statically, with the inertia `carried_mass`.
-    See "The contact problem" in docs/theory.md, source Eqs. (8), (12) and (13).
+    with the contact forces g, L_j(nu) = spring_j + i nu damper_j, and the response r of the modes
+    to each harmonic of x_c. All other modes follow the contacts statically, with the inertia
+    `carried_mass`. See "The contact problem" in docs/theory.md, source Eqs. (8), (12) and (13).
 
     Attributes
     ----------
