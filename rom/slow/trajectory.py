@@ -88,7 +88,7 @@ class SlowTrajectory:
 
     @property
     def limit_scale(self) -> tuple[Floats, Floats]:
-        """Factor on friction limits and preloads [-] at each start of a step, and its rate [1/s]."""
+        """Factor on limits and preloads [-] at the start of each step, and its rate [1/s]."""
         steps = self.time.size - 1
         scale = np.ones(steps) if self.scale is None else self.scale
         return scale, np.zeros(steps) if self.scale_rate is None else self.scale_rate

@@ -78,7 +78,7 @@ class PerformanceCurve:
 
     @property
     def optimum_range(self) -> tuple[float, float]:
-        """Range of factors around the optimum [-] whose peaks equal the lowest within the error."""
+        """Range of factors [-] whose peaks equal the lowest peak within the error."""
         return self.lowest_range()
 
     def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
