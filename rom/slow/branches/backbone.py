@@ -209,7 +209,7 @@ def backbone(
     Notes
     -----
     A negative damping -2 zeta Omega x' that keeps the amplitude constant defines the damped
-    nonlinear mode (extended periodic motion concept):
+    nonlinear mode (extended periodic motion concept)::
 
         omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 

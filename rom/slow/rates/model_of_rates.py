@@ -97,7 +97,7 @@ def model_of_rates(
 
     Notes
     -----
-    With the rates s_j = -delta_j + i omega_j, and s_0j at rest, the friction terms are
+    With the rates s_j = -delta_j + i omega_j, and s_0j at rest, the friction terms are::
 
         S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|.
 
