@@ -68,8 +68,8 @@ class ModeTable:
         Contact displacement of each reference mode [kg^-1/2]; for bonded contacts, of the free
         mode. `print` shows it relative to the largest.
     pairs : tuple of (int, int)
-        Pairs of modes A and B suited for a reduction, best first: friction acts on both modes at
-        the contacts they share, and both are well separated from their neighbours.
+        Pairs of modes A and B that suit a reduction, best first. Friction acts on both modes at
+        common contacts, and both are well separated from their neighbours.
     """
 
     states: Mapping[str, ModeSet]

@@ -45,8 +45,8 @@ class FullMotion:
         Contact displacements x_c = W^T x [m], velocities [m/s] and forces [N]. Along a normal
         direction the force is N - N0.
     dissipated : (samples,) ndarray
-        Work done on the contacts since the start [J]: energy dissipated by friction, and the
-        change of the energy in the springs of elastic contacts, which is 0 over a cycle.
+        Work done on the contacts since the start [J]. It is the energy dissipated by friction
+        plus the change of energy in the springs of elastic contacts, which is 0 over a cycle.
     end : State
         Final state, from which `full.integrate` continues.
     steps : int

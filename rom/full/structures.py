@@ -125,8 +125,8 @@ def aeroelastic(
 ) -> Structure:
     """Return the structure with the aerodynamic forces of its reduced model.
 
-    Each mode adds M phi Re(c) phi^T M to the stiffness and M phi Im(c) / omega phi^T M to the
-    damping, with the natural frequency omega of the structure alone. The result may be
+    Each mode phi adds M phi Re(c) phi^T M to the stiffness. It adds M phi Im(c) / omega phi^T M to
+    the damping, with the natural frequency omega of the structure alone. The result may be
     self-excited.
 
     Parameters

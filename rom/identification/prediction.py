@@ -25,9 +25,9 @@ class Prediction:
     signal : (channels, samples) ndarray
         Predicted signals at `record.times` [sensor unit].
     error : float
-        Normalised error [-]: norm of the difference from the measured signal in a window that
-        moves along the record, as a mean over time, relative to the largest norm of the measured
-        signal.
+        Normalised error [-]. It is the norm of the difference from the measured signal in a
+        moving window, as a mean over time. It is relative to the largest norm of the measured
+        signal in a window.
     times : (n,) ndarray
         Times of the amplitudes after the start of the record [s].
     amplitude : (n, modes) ndarray
