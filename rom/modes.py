@@ -61,7 +61,7 @@ class ModeTable:
         State whose modes `rom.reduce` numbers.
     free_mode : (count,) ndarray of int
         Free mode with the most similar shape for each reference mode.
-    at_stake : (count,) ndarray
+    stiffness_share : (count,) ndarray
         Share of stiffness due to contacts [-]: relative loss of modal stiffness if the contacts
         slip freely.
     contact : (count, N_c) ndarray
@@ -75,31 +75,31 @@ class ModeTable:
     states: Mapping[str, ModeSet]
     reference: str
     free_mode: NDArray[np.intp]
-    at_stake: Floats
+    stiffness_share: Floats
     contact: Floats
     pairs: tuple[tuple[int, int], ...]
 
     def __str__(self) -> str:
         chosen = self.states[self.reference]
         masses = chosen.effective_mass is not None
-        head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>12}" for name in self.states)
-        head += f"{self.reference + ' rad/s':>14} {'damping':>8}"
+        head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>11}" for name in self.states)
+        head += f"{self.reference + ' rad/s':>13} {'damping':>8}"
         head += "".join(f"{'m_' + k:>7}" for k in DIRECTIONS[:3]) if masses else ""
-        head += f"  {'at stake':>8}  contacts moved"
+        head += f"  {'stiffness share':>15}  contacts"
         lines = [head]
         largest = np.abs(self.contact).max() or 1.0
         for k in range(chosen.frequency.size):
-            line = f"{k:4}" + "".join(f"{s.hertz[k]:12.5g}" for s in self.states.values())
-            line += f"{chosen.frequency[k]:14.5g} {chosen.damping[k]:8.2%}"
+            line = f"{k:4}" + "".join(f"{s.hertz[k]:11.5g}" for s in self.states.values())
+            line += f"{chosen.frequency[k]:13.5g} {chosen.damping[k]:8.2%}"
             if chosen.effective_mass is not None:
                 line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
             motion = self.contact[k] / largest
             most_moved = np.argsort(-np.abs(motion), kind="stable")[:3]
-            line += f"  {self.at_stake[k]:8.2%}  "
+            line += f"  {self.stiffness_share[k]:15.2%}  "
             lines.append(line + ", ".join(f"{c}: {motion[c]:.2f}" for c in most_moved))
         named = ", ".join(f"{a} and {b}" for a, b in self.pairs)
         lines.append(
-            f"pairs worth choosing: {named}"
+            f"recommended pairs: {named}"
             if named
             else "no pair of modes is separated from its neighbours and affected by friction"
         )
@@ -169,9 +169,11 @@ def modes(
     similar = np.argmax(similarity, axis=1)
     omega = chosen.frequency
     ratio = np.divide(free.frequency[similar], omega, out=np.ones(count), where=omega > 0)
-    at_stake = np.clip(1.0 - ratio**2, 0.0, 1.0)
+    stiffness_share = np.clip(1.0 - ratio**2, 0.0, 1.0)
     contact = free.contact[similar] if law is None else chosen.contact
-    return ModeTable(states, name, similar, at_stake, contact, _pairs(omega, at_stake, contact))
+    return ModeTable(
+        states, name, similar, stiffness_share, contact, _pairs(omega, stiffness_share, contact)
+    )
 
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
@@ -193,19 +195,21 @@ def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
     return np.asarray(np.divide(share, total, out=np.zeros_like(share), where=total > 0))
 
 
-def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[int, int], ...]:
+def _pairs(
+    frequency: Floats, stiffness_share: Floats, contact: Floats
+) -> tuple[tuple[int, int], ...]:
     """Return the pairs with the largest effect of friction at contacts that both modes move."""
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.abs(frequency[:, np.newaxis] / frequency - 1.0)
     np.fill_diagonal(distance, np.inf)
     distance[:, frequency == 0.0] = np.inf
     # Well separated from its neighbours, and with enough stiffness due to contacts
-    fit = (distance.min(axis=1) >= 0.05) & (at_stake >= 1e-3) & (frequency > 0)
+    fit = (distance.min(axis=1) >= 0.05) & (stiffness_share >= 1e-3) & (frequency > 0)
     share = np.abs(contact)
     length = np.linalg.norm(share, axis=1, keepdims=True)
     share = np.divide(share, length, out=np.zeros_like(share), where=length > 0)
     effect = {
-        (a, b): float(share[a] @ share[b] * np.sqrt(at_stake[a] * at_stake[b]))
+        (a, b): float(share[a] @ share[b] * np.sqrt(stiffness_share[a] * stiffness_share[b]))
         for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
     }
     return tuple(sorted(effect, key=lambda pair: -effect[pair])[:3])

@@ -3,8 +3,8 @@ What does a second tone do to the damping?
 ==========================================
 
 Mode B vibrates at its own frequency and makes the contact slip for more of the time. Where mode A
-alone leaves the contact stuck (|A| = 0.5), B raises the damping ratio of A from 1.0 to 1.6 %.
-Where A makes the contact slip widely (|A| = 3.5), B changes it by less than 0.05 %.
+alone leaves the contact stuck (amplitude 0.5), B raises the damping ratio of A from 1.0 to 1.6 %.
+Where A makes the contact slip widely (amplitude 3.5), B changes it by less than 0.05 %.
 """
 
 import matplotlib.pyplot as plt
@@ -27,6 +27,6 @@ for size, zeta in zip(amplitudes, damping[0], strict=True):
     axes.text(0.0, 100 * zeta, f"|A| = {size:g}", va="bottom")
 axes.set(xlabel=r"|B| [kg$^{0.5}$ m]", ylabel="damping ratio of A [%]")
 most = 100 * damping[:, 0].max()
-axes.set_title(f"B raises the damping of A from {100 * damping[0, 0]:.1f} to {most:.1f} %")
+axes.set_title(f"B raises the damping to {most:.1f} %, from {100 * damping[0, 0]:.1f} %")
 axes.grid()
 plt.show()

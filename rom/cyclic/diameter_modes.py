@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -207,6 +208,32 @@ class DiameterModes:
         kept, stiffness = self._others(frequency, without)
         psi = self.contact_motion[:, kept]
         return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
+
+    def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
+        """Return how far each mode moves a contact at a harmonic of its force, (..., modes).
+
+        It is relative to the displacement of the contact at the carrier,
+
+            max_c k_ref |psi_c|^2 / (|D(nu)| h^2).
+
+        Harmonics of the force deficit of a contact that sticks and slides are at most
+        0.7 to 0.95 k_ref |x| / h^2 (tests/rom/cyclic/test_internal_resonance.py).
+
+        Parameters
+        ----------
+        springs : (N_c,) ndarray
+            k_ref [N/m].
+        frequency : (...) array_like
+            nu of the harmonic [rad/s].
+        order : int
+            h.
+        """
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
+        stiffness = self.frequency**2 + np.diag(self.aerodynamic_stiffness)
+        damping = np.diag(self.damping + self.aerodynamic_damping)
+        dynamic = np.abs(stiffness - nu**2 + 1j * nu * damping)
+        moved = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
+        return np.asarray(moved / (order**2 * np.maximum(dynamic, np.finfo(float).tiny)))
 
     @cached_property
     def past_flexibility(self) -> Complexes:

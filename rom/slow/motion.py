@@ -41,7 +41,8 @@ class Motion:
     displacement, velocity, force : (n, N_c) ndarray
         Contact displacements x_c [m], velocities [m/s] and friction forces [N].
     modal : (n, modes + nonresonant) ndarray
-        Modal displacements q_j [kg^1/2 m]; nonresonant modes are last.
+        Modal displacements q_j [kg^1/2 m]; nonresonant modes are last. For travelling waves the
+        coordinates of `Model.dof_response` follow.
     load : (n, modes) ndarray
         Modal forces F_j cos(theta_j + psi_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
@@ -76,7 +77,7 @@ class Motion:
         moved = self.displacement
         if reduced.contacts is not None:  # the contact shapes belong to the force deficit
             moved = reduced.contacts.reference * self.displacement - self.force
-        x = self.modal @ reduced.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
+        x = self.modal @ model.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
         return np.asarray(x + self.load @ self.static[rows].T)
 
 

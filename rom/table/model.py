@@ -20,14 +20,15 @@ from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.combination import CARRIERS, CombinationResonance
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 24  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 25  # of the file; raised whenever tables computed before must not be used any more
 
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
@@ -54,6 +55,8 @@ class Model:
         Harmonics that drive the slow flow.
     accuracy : Accuracy
         Measured errors of the table.
+    dof_response : DofResponse or None
+        Response of the DOFs of travelling waves, whose contact DOFs are not part of the model.
     """
 
     reduced: Reduced
@@ -62,6 +65,7 @@ class Model:
     harmonics: Harmonics | None
     combinations: tuple[CombinationResonance, ...]
     accuracy: Accuracy
+    dof_response: DofResponse | None = None
 
     def __repr__(self) -> str:
         reduced = self.reduced
@@ -77,6 +81,14 @@ class Model:
     def modes(self) -> int:
         """Number of modes, 1 or 2."""
         return len(self.reduced.modes)
+
+    @property
+    def all_shapes(self) -> Floats:
+        """Shapes of all modes, then shapes of `dof_response`, (n, modes + nonresonant [+ q])."""
+        of_modes = self.reduced.all_shapes
+        if self.dof_response is None:
+            return of_modes
+        return np.hstack((of_modes, self.dof_response.shapes.T))
 
     @property
     def hash(self) -> str:
@@ -244,7 +256,13 @@ class Model:
             orders = tuple((n, m) for n, m in header["orders"])
             P, left_out = content["P"], content["left_out"]
             harmonics = Harmonics(table.axes, orders, P, left_out)
-        return cls(reduced, law, table, harmonics, combinations, accuracy)
+        dof_response = None
+        if "dof_shapes" in content:
+            P, by_force = content["dof_coordinates"], content["dof_by_force"]
+            left_out = np.zeros((*P.shape[:-2], P.shape[-1]))
+            coordinates = Harmonics(table.axes, CARRIERS[: len(reduced.modes)], P, left_out)
+            dof_response = DofResponse(content["dof_shapes"], coordinates, by_force)
+        return cls(reduced, law, table, harmonics, combinations, accuracy, dof_response)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -264,6 +282,9 @@ class Model:
                 arrays[name] = array
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+        if (response := self.dof_response) is not None:
+            arrays |= {"dof_shapes": response.shapes, "dof_by_force": response.by_force}
+            arrays["dof_coordinates"] = response.coordinates.P
         for name in TABLE_ARRAYS:
             if (array := getattr(self.table, name)) is not None:
                 arrays[name] = array

@@ -141,8 +141,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
     )),
     Section("mistuning",
         "Deviations of the blades of a disk. All nodal diameters respond to one engine order. The "
-        "tables `[modes]` and `[model]` are not allowed. Only `slipmode run` and `plan` accept "
-        "such a scene.", (
+        "tables `[modes]` and `[model]` are not allowed. Only `slipmode run`, `plan`, `study` and "
+        "`validate` accept such a scene.", (
         Key("deviation", numbers(between(-0.9, 0.9)), "-", None,
             "Relative stiffness deviation of each blade; for matrices, of each sector. Give "
             "either `deviation` or `standard_deviation`."),

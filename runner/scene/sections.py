@@ -293,8 +293,8 @@ class Scene:
         if self.mistuning:
             raise SlipmodeError(
                 "mistuning: this needs a model of one or two waves, and a mistuned disk responds "
-                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode run "
-                "and plan (runner.plan_scene) take mistuned disks"
+                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode "
+                "run, study, validate and plan (runner.plan_scene) take mistuned disks"
             )
 
     def check_tabulated(self) -> None:

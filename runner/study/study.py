@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ from tqdm import tqdm
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
+from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
+
+_log = logging.getLogger("slipmode.study")
 
 
 @frozen
@@ -91,6 +95,9 @@ def run_study(
     ``if __name__ == "__main__":``.
     """
     study = load_study(path)
+    if study.outputs.mistuned:
+        for warning in plan_scene(study.scene).warnings:
+            _log.warning("%s", warning)
     if scheduler is None:
         prepare_workers()
     folder = Path(output)

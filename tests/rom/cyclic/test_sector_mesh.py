@@ -99,7 +99,8 @@ def test_a_rotation_of_the_disk_moves_no_contacts_between_neighbours(solid):
         ({"left": "right", "right": "left"}, "check sectors, axis, and whether left and right"),
         ({"axis": "r"}, "axis: must be one of x, y, z"),
         ({"left": [0]}, "left, right: must be as many nodes"),
-        ({"right": [-1]}, "right: must be different rows"),
+        ({"left": [], "right": []}, "at least one, got 0 and 0"),
+        ({"right": [-1]}, "right: nodes must be 0 to"),
         ({"dofs": "half"}, "dofs: must be integers of shape"),
     ],
 )
