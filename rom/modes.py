@@ -118,8 +118,8 @@ def modes(
     structure : Structure
         Structure with n DOFs and N_c contact DOFs.
     law : elastic law, optional
-        Law whose springs are the stuck contacts. Default: rigid friction, whose stuck contacts are
-        bonded.
+        Law whose springs model the stuck contacts. Default: rigid friction, with bonded
+        contacts.
     n : int, default 10
         Number of modes of each state.
     progress : bool, default False

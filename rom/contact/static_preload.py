@@ -109,8 +109,8 @@ def preload(
     both directions, instead of mu N minus the static tangential force.
 
     Under constant normal forces, steady vibration does not depend on the static tangential forces,
-    except for a constant displacement. Under varying normal forces and in transients it does.
-    `Preload.tangential_share` measures the static tangential forces.
+    except for a constant displacement. Under varying normal forces and in transients, it depends
+    on them. `Preload.tangential_share` measures the static tangential forces.
 
     Vibration may relax the static tangential forces. To compute normal forces without them, use
     mu = 0 here, and put the returned preload and gap into a law with friction. The

@@ -330,8 +330,8 @@ class SlowTrajectory:
         segments : (steps,) structured ndarray
             Result of `segments`.
         reaction : (steps + 1, orders, N_c) complex ndarray
-            Forces of the modes on the contacts [N]. They are divided by the factor in place, and
-            must exist as long as the result.
+            Forces of the modes on the contacts [N]. They are divided by the factor in place. The
+            result refers to this array.
 
         Returns
         -------

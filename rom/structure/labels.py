@@ -31,7 +31,7 @@ class Labels:
     Raises
     ------
     SlipmodeError
-        If two DOFs have the same node and direction.
+        If two DOFs have one node and direction.
     """
 
     node: NDArray[np.int64]

@@ -232,8 +232,8 @@ def load_structure(
         the default is the mass file of the job, JOB_MASS1.mtx or .mas.
     contact : as of Structure, or sequence of tuple, optional
         Contacts instead of the contacts in the file. Tuples are (node, direction) for an absolute
-        displacement, or (node, other node, direction) for a relative one. Node numbers are those
-        of the finite element program. Directions are "x", "y", "z", "rx", "ry" and "rz".
+        displacement, or (node, other node, direction) for a relative one. Node numbers belong to
+        the finite element program. Directions are "x", "y", "z", "rx", "ry" and "rz".
 
     Returns
     -------

@@ -268,7 +268,7 @@ class Scene:
 
     @property
     def switches(self) -> bool:
-        """Whether a run goes to full order where the transient error is too large."""
+        """Whether a run uses full order where the transient error is too large."""
         possible = self.tabulated and self.model.formulation == "consistent" and self.disk is None
         return possible and self.limit_scale is None and self.model.transients != "slow"
 

@@ -97,8 +97,8 @@ class ContactFit:
         Returns
         -------
         IdentifiedBackbone
-            Amplitudes are displacements of the sensor [m]. Standard deviations are those of the
-            data.
+            Amplitudes are displacements of the sensor [m]. Standard deviations are taken
+            from the data.
 
         Raises
         ------
@@ -177,7 +177,7 @@ def fit_contacts(
         Structure with its contact DOFs.
     backbones : {mode: IdentifiedBackbone}
         Measured backbones by the number of the mode with stuck contacts, from `rom.identify`,
-        `rom.identify_sine` or arrays. All other modes are taken to be at rest.
+        `rom.identify_sine` or arrays. All other modes are assumed to be at rest.
     groups : {name: (law, contact DOFs)}
         Groups of contacts with a common law, Jenkins or Iwan. The parameters of the law are
         initial guesses, which should be within a factor of 3.
@@ -221,7 +221,7 @@ def fit_contacts(
     wider than +-10 % follow from the profile, the least sum of squares with this parameter fixed.
     The covariance of the data is the scatter between records plus the squares of the deviations.
     It is multiplied by the square of the misfit if the misfit is above 1. Backbones of several
-    modes are taken to be independent.
+    modes are assumed to be independent.
     """
     if unknown := [each for each in adjust if each not in get_args(Adjusted)]:
         raise SlipmodeError(f"adjust = {in_one_line(unknown[0])}: must be damping or frequency")

@@ -62,7 +62,7 @@ class SineIdentification(IdentifiedLaw):
 
     @property
     def steady(self) -> bool:
-        """True: the law is that of steady vibration."""
+        """True: the law describes steady vibration."""
         return True
 
     def predict(

@@ -86,7 +86,7 @@ class SinePrediction:
     amplitude : (points,) ndarray
         Predicted amplitudes [sensor unit].
     deviation : (points,) ndarray
-        Standard deviation in a further test of the kind that was fitted [sensor unit], due to the
+        Standard deviation in a further test of this kind [sensor unit], due to the
         scatter of natural frequency, modal mass and damping between levels.
     error : float
         RMS of the difference from the measured amplitude, relative to its peak [-].
