@@ -21,20 +21,20 @@ from slipmode.rom.structure.structure import Structure
 
 @frozen
 class ModeSet:
-    """Lowest modes of the structure with its contacts in one state.
+    """Hold the lowest modes of the structure with its contacts in one state.
 
     Attributes
     ----------
     frequency : (count,) ndarray
-        [rad/s]; 0 of rigid-body modes.
+        Natural frequencies [rad/s]; 0 for rigid-body modes.
     damping : (count,) ndarray
-        Damping ratio phi^T C phi / (2 omega) [-]; 0 of rigid-body modes.
+        Damping ratios phi^T C phi / (2 omega) [-]; 0 for rigid-body modes.
     shapes : (n, count) ndarray
-        Mass-normalised [kg^-1/2].
+        Mass-normalised mode shapes [kg^-1/2].
     contact : (count, N_c) ndarray
-        Contact displacement per modal amplitude, W^T phi [kg^-1/2]; 0 if they are bonded.
+        Contact displacements W^T phi of the mode shapes [kg^-1/2]; 0 for bonded contacts.
     effective_mass : (count, 3) ndarray or None
-        Effective modal mass in x, y, z, relative to the mass [-]; None without labels.
+        Effective modal mass along x, y, z, relative to the mass [-]; None without labels.
     """
 
     frequency: Floats
@@ -45,30 +45,31 @@ class ModeSet:
 
     @property
     def hertz(self) -> Floats:
-        """Frequencies (count,) [Hz]."""
+        """Natural frequencies (count,) [Hz]."""
         return np.asarray(self.frequency / (2.0 * np.pi))
 
 
 @frozen
 class ModeTable:
-    """Modes for each state of the contacts; `print` shows a table.
+    """Hold the lowest modes for each state of the contacts; `print` shows a table.
 
     Attributes
     ----------
     states : mapping of "free", "stuck", "bonded" to ModeSet
-        "stuck" only with a law.
+        Modes with free, stuck and bonded contacts; "stuck" only with a law.
     reference : {"stuck", "bonded"}
-        The state whose modes `reduce` numbers.
+        State whose modes `rom.reduce` numbers.
     free_mode : (count,) ndarray of int
-        The free mode that is most similar to each reference mode.
+        Free mode with the most similar shape for each reference mode.
     stiffness_share : (count,) ndarray
-        Share of stiffness due to contacts of each reference mode: lost if they slip freely [-].
+        Share of stiffness due to contacts [-]: relative loss of modal stiffness if the contacts
+        slip freely.
     contact : (count, N_c) ndarray
         Contact displacement of each reference mode [kg^-1/2]; for bonded contacts, of the free
-        mode. Printed relative to the largest.
+        mode. `print` shows it relative to the largest.
     pairs : tuple of (int, int)
-        Suitable modes A and B, best first: friction acts on both, at the same contacts, and they
-        are well separated from their neighbours.
+        Pairs of modes A and B that suit a reduction, best first. Friction acts on both modes at
+        common contacts, and both are well separated from their neighbours.
     """
 
     states: Mapping[str, ModeSet]
@@ -110,15 +111,34 @@ def modes(
 ) -> ModeTable:
     """Return the lowest modes with free, stuck and bonded contacts.
 
+    Use it to choose the modes for `rom.reduce`.
+
     Parameters
     ----------
     structure : Structure
+        Structure with n DOFs and N_c contact DOFs.
     law : elastic law, optional
-        Stuck contacts are its springs; without it the reference state is bonded.
+        Law whose springs model the stuck contacts. Default: rigid friction, with bonded
+        contacts.
     n : int, default 10
         Number of modes of each state.
     progress : bool, default False
-        Show on standard error the phases of the work on a large structure.
+        Print the phases of the computation on standard error.
+
+    Returns
+    -------
+    ModeTable
+        Frequencies, damping ratios, shapes and contact displacements of the modes.
+
+    Raises
+    ------
+    SlipmodeError
+        If n is below 1, the law is not elastic, or all DOFs are contact DOFs of a rigid law.
+
+    Examples
+    --------
+    >>> rom.modes(rom.two_mass(), n=2).states["bonded"].frequency
+    array([1. , 1.7])
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise SlipmodeError(f"n: must be an integer of at least 1, got {n!r}")

@@ -25,16 +25,16 @@ _log = logging.getLogger("slipmode.study")
 
 @frozen
 class StudyResults:
-    """The results of a study.
+    """Hold the results of a study.
 
     Attributes
     ----------
     study : Study
+        Study with its scene and its varied keys.
     path : Path
-        The Zarr group.
+        Zarr group of the results.
     samples, found, failed : int
-        Number of all samples, of samples that an earlier run computed, and of samples without
-        results.
+        Number of all samples, of samples from an earlier run, and of samples without results.
     """
 
     study: Study
@@ -44,7 +44,13 @@ class StudyResults:
     failed: int
 
     def dataset(self) -> Any:
-        """Return an xarray Dataset over the dimension "sample", read when values are needed."""
+        """Return the results as an xarray Dataset.
+
+        Returns
+        -------
+        Dataset
+            Variables over the dimension "sample", which are read when their values are needed.
+        """
         return open_results(self.path)
 
 
@@ -56,28 +62,36 @@ def run_study(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> StudyResults:
-    """Compute the samples of a study that have no results yet.
-
-    Raises SlipmodeError if study or scene are refused, the scheduler does not answer, or the
-    folder holds something else or cannot be written. What was computed until then stays.
+    """Compute all samples of a study that have no results yet.
 
     Parameters
     ----------
     path : path
-        The study file.
-    output : path
-        Folder for the results <study>.zarr, and for recordings, <study>/.
+        TOML file of the study.
+    output : path, default "logs"
+        Folder for the results <study>.zarr, and for recordings in <study>/.
     workers : int, optional
-        Processes on this machine; default: one per core.
+        Number of processes on this machine. Default: one for each core.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do it instead. They read the scene's files at
-        the same paths.
-    progress : bool
+        Address of a Dask scheduler, whose workers compute the samples. They read the files of the
+        scene at equal paths. Default: processes on this machine.
+    progress : bool, default False
         Show the number of samples with results, and the remaining time.
+
+    Returns
+    -------
+    StudyResults
+        Results of this run and of earlier runs.
+
+    Raises
+    ------
+    SlipmodeError
+        If the study or its scene is refused, the scheduler does not answer, or the folder contains
+        something else or cannot be written. Samples that were computed are kept.
 
     Notes
     -----
-    The local processes are started anew: a script that calls this has to do it below
+    New Python processes compute the samples. A script therefore needs to call this function below
     ``if __name__ == "__main__":``.
     """
     study = load_study(path)
