@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
@@ -12,7 +13,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.extras import extra
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
 from slipmode.runner.curves.scene_curves import (
     scene_backbone,
     scene_performance,
@@ -33,7 +34,7 @@ def add_curve_commands(add: AddCommand) -> None:
     add(
         "curve",
         _curve,
-        "steady states against a frequency, a force or the friction limit, with stability",
+        "steady states against a frequency, a force or the friction limit",
         "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
         Argument("--vary", choices=varied, help=vary),
         Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
@@ -51,7 +52,7 @@ def add_curve_commands(add: AddCommand) -> None:
     add(
         "design",
         _design,
-        "resonance peak of a mode against friction limits and preloads, and the best of them",
+        "resonance peak against friction limits or preloads, and the best",
         "design blade --mode A -o logs",
         mode,
         *common,
@@ -64,7 +65,7 @@ def _curve(options: Namespace) -> int:
     if span is not None and (options.vary or "frequency").startswith("frequency"):
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
-    _write(options, "curve", curve, scene)
+    files = _write(options, "curve", curve, scene)
     shown = _shown(options, scene)
     sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
 
@@ -76,33 +77,36 @@ def _curve(options: Namespace) -> int:
         at = curve.in_units(point.parameter, scene.units)
         print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
     print(f"largest: {listed(sizes.points.max(axis=0))}")
+    print_charts(*files)
     return 0
 
 
 def _backbone(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    _write(options, "backbone", curve, scene, panels=2)
+    files = _write(options, "backbone", curve, scene, panels=2)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
     unit = scene.units.frequency
     print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
+    print_charts(*files)
     return 0
 
 
 def _design(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    _write(options, "design", curve, scene)
+    files = _write(options, "design", curve, scene)
     shown = _shown(options, scene)
     limit, peak = curve.lowest(shown)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
     if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
         print(f"{lowest} where the contacts stick: no limit is better")
-        return 0
-    low, high = curve.within(1.1, shown)
-    equal = "{:.3g} to {:.3g} within the error".format(*curve.lowest_range(shown))
-    print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
-    print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
+    else:
+        low, high = curve.within(1.1, shown)
+        equal = "{:.3g} to {:.3g} within the error".format(*curve.lowest_range(shown))
+        print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
+        print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
+    print_charts(*files)
     return 0
 
 
@@ -117,8 +121,11 @@ def _write(
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,
     panels: int = 1,
-) -> None:
-    """Write a table of numbers, a picture and a recording, and print their paths."""
+) -> tuple[Path, Path]:
+    """Write a table of numbers, a picture and a recording, and print their paths.
+
+    Returns the paths of the picture and the recording.
+    """
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts import write_charts
 
@@ -140,3 +147,4 @@ def _write(
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)
+    return picture, recording

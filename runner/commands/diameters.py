@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.scene import Scene, load_scene
 
@@ -23,7 +23,7 @@ def add_diameters_command(add: AddCommand) -> None:
     add(
         "diameters",
         _diameters,
-        "frequencies of a bladed disk by nodal diameter, and a Campbell diagram",
+        "frequencies of a bladed disk by nodal diameter; Campbell diagram",
         "diameters bladed-disk --orders 2 3 4 5 --speed 3000 6000 -o logs",
         Argument("-n", "--families", type=int, default=3, help="modes of each diameter (3)"),
         Argument("--orders", nargs="+", type=int, help="engine orders (the scene's)"),
@@ -71,6 +71,7 @@ def _diameters(options: Namespace) -> int:
             f"engine order {each.engine_order} excites nodal diameter {each.nodal_diameter}, "
             f"mode {each.mode} ({frequency:.6g} {unit}), at {each.rotor_speed:.5g} rpm"
         )
+    print_charts(picture, recording)
     return 0
 
 
