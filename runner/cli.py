@@ -244,7 +244,13 @@ def _parser() -> argparse.ArgumentParser:
         SCENE,
         OUTPUT,
     )
-    add("plan", _plan, "what the reduced model of a scene must include, and why", "plan sweep", SCENE)
+    add(
+        "plan",
+        _plan,
+        "what the reduced model of a scene must include, and why",
+        "plan sweep",
+        SCENE,
+    )
     contact = "DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch"
     add(
         "modes",

@@ -50,7 +50,13 @@ def add_recording_commands(add: AddCommand) -> None:
         Argument("--headless", action="store_true", help=headless),
         Argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
     )
-    add("info", _info, "channels, units and versions of a recording", "info logs/two-mode.mcap", file)
+    add(
+        "info",
+        _info,
+        "channels, units and versions of a recording",
+        "info logs/two-mode.mcap",
+        file,
+    )
     add("doctor", _doctor, "check a recording for damage", "doctor logs/two-mode.mcap", file)
     add(
         "recover",

@@ -22,7 +22,6 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.schedule import Schedule
 
-
 POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of components
 
 
