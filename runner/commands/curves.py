@@ -10,7 +10,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
 from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
@@ -19,6 +19,7 @@ from slipmode.runner.curves.scene_curves import (
     scene_performance,
     scene_response_curve,
 )
+from slipmode.runner.pictures import page_figure
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
@@ -65,9 +66,16 @@ def _curve(options: Namespace) -> int:
     if span is not None and (options.vary or "frequency").startswith("frequency"):
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
-    files = _write(options, "curve", curve, scene)
     shown = _shown(options, scene)
     sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
+    unit, name = Shown(options.dof, scene.units).unit, curve.label(scene.units)
+    peaks = []
+    for mode, size in zip(modes, sizes.points.T, strict=True):
+        top = int(size.argmax())
+        at = curve.in_units(curve.parameter[top], scene.units)
+        where = f" at {name} = {at:.4g}" if 0 < top < size.size - 1 else ""
+        peaks.append(f"|{mode}| up to {size.max():.3g} {unit}{where}")
+    files = _write(options, "curve", curve, scene, "; ".join(peaks))
 
     def listed(row: Floats) -> str:
         named = zip(modes, row, strict=True)
@@ -84,8 +92,13 @@ def _curve(options: Namespace) -> int:
 def _backbone(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    files = _write(options, "backbone", curve, scene, panels=2)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
+    damping = 100.0 * np.array([curve.damping.min(), curve.damping.max()])
+    result = (
+        f"Mode {'AB'[curve.mode]}: frequency changes by {percentage(float((high - low) / high))}, "
+        "damping ratio from {:.2g} to {:.2g} %".format(*damping)
+    )
+    files = _write(options, "backbone", curve, scene, result)
     unit = scene.units.frequency
     print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
     print_charts(*files)
@@ -95,9 +108,15 @@ def _backbone(options: Namespace) -> int:
 def _design(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    files = _write(options, "design", curve, scene)
     shown = _shown(options, scene)
     limit, peak = curve.lowest(shown)
+    ratio = percentage(peak / curve.size(shown)[-1])
+    unit = Shown(options.dof, scene.units).unit
+    result = (
+        f"Lowest peak {peak:.3g} {unit} at {limit:.3g} times the scene's limits: "
+        f"{ratio} of that of stuck contacts"
+    )
+    files = _write(options, "design", curve, scene, result)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
     if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
         print(f"{lowest} where the contacts stick: no limit is better")
@@ -120,7 +139,7 @@ def _write(
     kind: str,
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,
-    panels: int = 1,
+    result: str,
 ) -> tuple[Path, Path]:
     """Write a table of numbers, a picture and a recording, and print their paths.
 
@@ -131,17 +150,15 @@ def _write(
 
     units, folder = scene.units, options.output
     columns = curve.columns(options.dof, units)
-    figure = extra("matplotlib.figure", "pictures").Figure(
-        figsize=(8, 4 + panels), layout="constrained"
-    )
-    curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
+    panels = 2 if isinstance(curve, rom.Backbone) else 1
     folder.mkdir(parents=True, exist_ok=True)
     table, picture, recording = (
         folder / f"{scene.name}.{kind}.{ending}" for ending in ("csv", "png", "rrd")
     )
     numbers = np.column_stack(list(columns.values()))
     np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
-    figure.savefig(picture, dpi=120)
+    with page_figure(picture, result, 3.0 + panels) as figure:
+        curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
     title = f"{scene.title or scene.name}: {kind}"
     rows = curve_charts(curve, _shown(options, scene))
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
