@@ -45,7 +45,7 @@ class NodalDiameterDiagram:
             (line,) = ax.plot(shown, "o-", ms=4, label=f"mode {family}")
             at, color = (len(values) - 1, shown[-1]), line.get_color()
             ax.annotate(
-                line.get_label(),
+                f"mode {family}",
                 at,
                 xytext=(0, 6),
                 textcoords="offset points",

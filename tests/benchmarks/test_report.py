@@ -17,6 +17,7 @@ from benchmarks.peers.hbm import HarmonicBalance
 from benchmarks.peers.paper_scheme import paper_scheme
 from benchmarks.report import __main__ as command
 from benchmarks.report import friction, signals, steady
+from benchmarks.report.picture import _front, result
 from benchmarks.report.sections import Row, Section
 from benchmarks.report.text import render
 from slipmode import rom
@@ -251,6 +252,17 @@ def test_the_command_prints_the_tables_and_draws_the_picture(
     assert "exact and fast, setting: 2 times FASTER" in printed
     assert printed.endswith(f"{tmp_path / 'speed-error.png'}\n")
     assert (tmp_path / "speed-error.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_titles_of_the_picture_state_the_result(section):
+    assert result(section) == "slipmode: 1 % in 1 s;\nexact and fast: 500 ms"
+    alone = replace(section, rows=section.rows[:1])
+    assert result(alone) == "slipmode: 1 % in 1 s;\nno other method is as accurate"
+
+
+def test_a_curve_of_the_picture_has_the_best_rows_of_a_method():
+    rows = [row("a", 1e-2, 1.0), row("a", 2e-2, 2.0), row("a", 1e-3, 3.0)]
+    assert _front(rows) == [rows[0], rows[2]]
 
 
 def test_long_work_is_measured_once(monkeypatch):
