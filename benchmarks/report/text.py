@@ -112,6 +112,7 @@ def _ratio(ratio: float) -> str:
 
 
 def time_in_words(seconds: float) -> str:
+    """Return a time [s] in s, ms or us, to three digits."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"

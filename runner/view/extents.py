@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import floor, log10
 
 import numpy as np
@@ -40,6 +40,11 @@ class Extents:
             return 0.0, 0.0
         low, high = (ends[list(columns)] for ends in self._found[topic])
         return float(np.min(low)), float(np.max(high))
+
+    def over(self, parts: Iterable[tuple[str, Sequence[int]]]) -> Span:
+        """Return the least and largest value in columns of several channels."""
+        low, high = zip(*(self.of(topic, columns) for topic, columns in parts), strict=True)
+        return min(low), max(high)
 
 
 def readable_scale(low: float, high: float) -> Span | None:

@@ -34,6 +34,8 @@ from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Window
 from slipmode.runner.view.spatial import disk_view, torus_view
 
+_MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most
+
 
 @dataclass(frozen=True)
 class Playing:
@@ -245,21 +247,17 @@ def _plots(
 ) -> list[rrb.View]:
     """Return the plots of wanted quantities that are recorded, over a window or the whole time.
 
-    One curve has no legend, because the title names it; several have it to the right of them.
+    One curve has no legend, because the title names it; a few have it to the right of them.
     """
     boundary = rr.TimeRangeBoundary
     window = window or (final.extents.times if final else None)
     plots: list[rrb.View] = []
     for title, found in find_plots(channels, wanted).items():
-        several = sum(len(plot.columns) for _, plot in found) > 1
+        several = 1 < sum(len(plot.columns) for _, plot in found) <= _MOST_NAMED
         times = with_room(*window) if window and several else window or ()
         ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
-        spans = [final.extents.of(each.topic, plot.columns) for each, plot in found if final]
-        low, high = (
-            min(spans, default=(0.0, 0.0))[0],
-            max(each[1] for each in (*spans, (0.0, 0.0))),
-        )
-        scale = readable_scale(low, high)
+        parts = [(each.topic, plot.columns) for each, plot in found]
+        scale = readable_scale(*final.extents.over(parts)) if final else None
         view = rrb.TimeSeriesView(
             name=titled(title, found),
             contents=[_entity(channel, plot) for channel, plot in found],
