@@ -20,7 +20,7 @@ best = backbone.damping.argmax()
 most = backbone.damping[best]
 
 fig, (above, below) = plt.subplots(2, sharex=True)
-above.set_title(f"Most damping, {100 * most:.2f} %, at |A| = {backbone.amplitude[best]:.2f}")
+above.set_title(f"Largest damping: {100 * most:.2f} %")
 above.grid(), below.grid()
 above.plot(backbone.amplitude, backbone.frequency)
 above.set_ylabel("frequency [rad/s]")

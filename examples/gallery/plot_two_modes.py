@@ -27,6 +27,6 @@ for size, zeta in zip(amplitudes, damping[0], strict=True):
     axes.text(0.0, 100 * zeta, f"|A| = {size:g}", va="bottom")
 axes.set(xlabel=r"|B| [kg$^{0.5}$ m]", ylabel="damping ratio of A [%]")
 most = 100 * damping[:, 0].max()
-axes.set_title(f"B raises the damping of A from {100 * damping[0, 0]:.1f} to {most:.1f} %")
+axes.set_title(f"B raises the damping to {most:.1f} %, from {100 * damping[0, 0]:.1f} %")
 axes.grid()
 plt.show()

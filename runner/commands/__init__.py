@@ -8,6 +8,9 @@ mode_table.py      modes
 command_words.py   messages in the words of the command line
 """
 
+import shlex
+import shutil
+import sys
 from argparse import ArgumentParser
 from collections.abc import Callable
 from pathlib import Path
@@ -26,3 +29,17 @@ AddCommand = Callable[..., ArgumentParser]
 
 SCENE = Argument("scene", help="a scene file, or the name of a shipped scene")
 OUTPUT = Argument("-o", "--output", type=Path, default=Path("logs"), help="folder (logs)")
+
+
+def print_next(*words: str | Path) -> None:
+    """Print the command to run next, quoted for a shell, as the last line of a command."""
+    program, *others = map(str, words)
+    if program == "slipmode" and not shutil.which(program):
+        program = sys.argv[0]
+    print(f"next:  {shlex.join([program, *others])}")
+
+
+def print_charts(picture: Path, recording: Path) -> None:
+    """Print which files to look at next: a picture, and a recording of Rerun."""
+    paths = (shlex.quote(str(path)) for path in (picture, recording))
+    print("next:  open {}, or in Rerun: rerun {}".format(*paths))

@@ -36,7 +36,7 @@ SLOW_PLOTS = (  # topic, quantity, title
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
     ("/control", "scale", "Friction limit"),
-    ("/energy", "power", "Power"),
+    ("/energy", "power", "Power balance"),
     ("/energy", "energy", "Dissipated energy"),
 )
 MOTION_PLOTS = (
@@ -110,10 +110,24 @@ def _quantity(name: str) -> str:
 
 def legend(channel: Channel, column: int) -> str:
     """Return the name of a column in a legend, with its unit."""
+    unit = channel.fields[column].unit
+    return f"{label(channel, column)} [{unit}]" if unit else label(channel, column)
+
+
+def titled(title: str, found: Iterable[tuple[Channel, Series]]) -> str:
+    """Return the title of a plot with the unit of its series."""
+    units = {channel.fields[k].unit for channel, plot in found for k in plot.columns}
+    return f"{title} [{units.pop()}]" if len(units) == 1 and units != {"1"} else title
+
+
+def label(channel: Channel, column: int) -> str:
+    """Return the name of a column in a plot whose title has the unit."""
     field = channel.fields[column]
     mode, _, part = field.name.partition("_")
     if channel.topic.startswith(OTHER):
-        return f"{field.name} [{field.unit}]" if field.unit else field.name
+        return field.name
+    if channel.topic == "/energy":
+        return _BALANCE[field.name]
     if part == "abs":
         text = f"|{mode}|"
     elif mode in ("A", "B"):
@@ -122,15 +136,25 @@ def legend(channel: Channel, column: int) -> str:
         text = f"{field.name} contact {channel.topic.split('/')[-1]}"
         text += ", full order" if channel.topic.startswith(FULL) else ""
     else:
-        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
-    return f"{text} [{field.unit}]"
+        text = field.name
+    return text
 
+
+_BALANCE = {
+    "input_power": "input",
+    "dissipated_power": "contacts",
+    "dissipated_energy": "contacts",
+    "structural_power": "structural damping",
+    "stored_power": "change of energy",
+}
 
 _WORDS = {
     "|A|": "**|A|, |B|**: amplitudes of the two modes in slow time. The displacement of a DOF is "
     "`2 Re(phi A exp(i theta))`, so that a mass-normalised mode moves by twice its amplitude.",
     "Blade amplitudes": "**Blade amplitudes**: the amplitude of one DOF of every blade of a "
     "mistuned disk in slow time. Blades that lie far above the others hold the energy.",
+    "Power balance": "**Power balance**: the power of the forces is the sum of what the contacts "
+    "dissipate, what structural damping dissipates, and the change of the energy of the modes.",
     "Mode A": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
     "against the forcing; a steady state is a point.",
     "over its frequency": "**|A| over its frequency**: amplitude against forcing frequency as the "
