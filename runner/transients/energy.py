@@ -30,7 +30,7 @@ class SlowBalance:
         time = self._plan.schedule.time(slice(max(first - 1, 0), first + len(amplitude)))
         before = self._last if first else amplitude[:1]
         span = np.diff(time)[:, np.newaxis] if first else 1.0
-        rate = np.diff(np.vstack((before, amplitude)), axis=0) / span
+        rate = (amplitude - np.vstack((before, amplitude[:-1]))) / span
         self._last = amplitude[-1:]
         structural = self._structural(amplitude, rate, first)
         stored = power[:, 0] - power[:, 1] - structural
@@ -62,7 +62,8 @@ def full_order_balance(natural: Floats, frequency: Floats, slow: SlowPart) -> Fl
 
     The stored power is the rate of the energy of the modes, and structural damping dissipates
     what remains of the input. The energy is the sum of abs(v_j)^2 + omega_j^2 abs(a_j)^2, where
-    v_j = da_j/dt + i Omega_j a_j. `natural` (modes,) has omega_j, `frequency` (points, modes) has Omega_j, in rad/s.
+    v_j = da_j/dt + i Omega_j a_j. `natural` (modes,) has omega_j, `frequency` (points, modes)
+    Omega_j, in rad/s.
     """
     velocity = slow.rate + 1j * frequency * slow.amplitude
     kinetic = velocity.conj() * (slow.second + 1j * frequency * slow.rate)
