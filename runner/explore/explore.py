@@ -171,8 +171,7 @@ def _contacts(model: Model, named: dict[str, Variable]) -> list[dict[str, Any]]:
     directions = contact_directions(model.law, model.reduced.n_contacts)
     return [
         {
-            "name": f"{k}: {each.words}, {each.law}",
-            "normal": each.normal,
+            "name": f"contact DOF {k}, {each.words}",
             "x": named[f"contact_{k}_x"].slot,
             "f": named[f"contact_{k}_f"].slot,
         }

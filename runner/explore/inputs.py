@@ -46,7 +46,7 @@ def page_inputs(plan: Plan, model: Model, start: Mapping[str, Any]) -> list[dict
     if is_homogeneous(model.law, model.reduced.n_contacts):
         span, value = limit_span(plan, model), start.get("limit_scale", 1.0)
         span = min(span[0], value), max(span[1], value)
-        limits = _input("limit_scale", "Limits and preloads", "× the scene’s", span, value)
+        limits = _input("limit_scale", "Limits and preloads", "×", span, value)
         found.append(limits | {"log": True})
     return found
 

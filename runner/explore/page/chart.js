@@ -1,4 +1,5 @@
 /* A chart of lines and points whose x need not increase: uPlot's axes, with paths of its own. */
+import { exponentOf, powerOfTen } from "page/numbers";
 import uPlot from "page/uplot";
 
 const FONT = "12px system-ui, sans-serif";
@@ -6,16 +7,6 @@ const FONT = "12px system-ui, sans-serif";
 /** The value of a colour of page.css, which depends on the scheme. */
 function colour(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-}
-
-/** A power of ten that numbers up to `most` are shown in, a multiple of three; 0 for ordinary ones. */
-function exponentOf(most) {
-  const decade = most > 0 ? Math.floor(Math.log10(most)) : 0;
-  return decade >= -2 && decade < 4 ? 0 : 3 * Math.floor(decade / 3);
-}
-
-function superscript(number) {
-  return String(number).replace(/./g, (digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]);
 }
 
 /** Draws a line through points, broken where one is not a number. */
@@ -55,10 +46,19 @@ function pointPath(u, index) {
 export class Chart {
   /**
    * `x` is the label of the axis; `axes` are {label, colour} of one or two vertical axes, from 0 if
-   * `fromZero`; `series` are {axis, colour, dashed, points}.
+   * `fromZero`; `series` are {axis, colour, dashed, points}, with a `label` for the caption if there
+   * are several of a kind. `pick(x)` is called where the chart is clicked.
    */
   constructor(figure, { x, axes, series, fromZero = false, pick = null }) {
     this.element = figure.querySelector(".plot");
+    const caption = figure.querySelector("figcaption");
+    this.element.setAttribute("role", "img");
+    this.element.setAttribute("aria-label", caption.firstChild.textContent.trim());
+    for (const { label, colour } of series.filter((each) => each.label)) {
+      const key = caption.appendChild(document.createElement("span"));
+      key.textContent = label;
+      key.style.color = `var(--${colour})`;
+    }
     this.fromZero = fromZero;
     this.ranges = { x: [0, 1], y0: [0, 1], y1: [0, 1] };
     this.x = x;
@@ -94,11 +94,10 @@ export class Chart {
 
   axis(scale, side, label, stroke = "text") {
     const exponent = () => exponentOf(Math.max(...this.ranges[scale].map(Math.abs)));
-    const power = () => (exponent() ? ` ×10${superscript(exponent())}` : "");
     return {
       scale,
       side,
-      label: () => label() + power(),
+      label: () => `${label()} ${powerOfTen(exponent())}`,
       stroke: () => colour(stroke),
       grid: { show: side !== 1, stroke: () => colour("grid"), width: 1 },
       ticks: { show: false },

@@ -1,11 +1,7 @@
 /* A slider and a number field for one value, with a line that says why it is refused. */
+import { rounded } from "page/numbers";
 
 const STEPS = 1000; // of a slider
-
-/** A value as people read it. */
-export function rounded(value, digits = 5) {
-  return String(Number(value.toPrecision(digits)));
-}
 
 export class Control {
   /**

@@ -15,9 +15,6 @@ async function unpacked(id) {
 export class Core {
   /** Returns the core with the model of the page; an error says why there is none. */
   static async open() {
-    if (typeof WebAssembly !== "object") {
-      throw new Error("This browser has no WebAssembly, in which this page computes.");
-    }
     const [module, files] = await Promise.all([unpacked("module"), unpacked("files")]);
     const { instance } = await WebAssembly.instantiate(module);
     return new Core(instance.exports, new Uint8Array(files));

@@ -1,9 +1,10 @@
 /* The page: controls on the left change the inputs of the core, charts show what comes of it. */
-import { Control, rounded } from "page/controls";
+import { Control } from "page/controls";
 import { Core } from "page/core";
 import { History } from "page/history";
 import { readLink, writeLink } from "page/link";
-import { Views } from "page/views";
+import { withUnit } from "page/numbers";
+import { MODAL, Views } from "page/views";
 
 const ROWS_PER_FRAME = 4;
 const LONGEST_FRAME = 0.1; // [s], where frames are late
@@ -134,12 +135,12 @@ class Page {
   read() {
     const shown = ["time", ...this.content.modes.map((mode) => `${mode}_abs`), "dissipated_power"];
     const labels = ["Time", ...this.content.modes.map((mode) => `|${mode}|`), "Dissipation"];
-    const units = ["s", ...this.content.modes.map(() => "kg½ m"), "W"];
+    const units = ["s", ...this.content.modes.map(() => MODAL), "W"];
     const values = this.history.latest(shown, 1);
     element("readings").replaceChildren(...labels.flatMap((label, k) => {
       const [term, value] = [document.createElement("dt"), document.createElement("dd")];
       term.textContent = label;
-      value.textContent = `${rounded(values[k][0], 4)} ${units[k]}`;
+      value.textContent = withUnit(values[k][0], units[k]);
       return [term, value];
     }));
   }

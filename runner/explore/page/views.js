@@ -3,7 +3,7 @@ import { Chart } from "page/chart";
 
 const PER_CYCLE = 64; // samples of the faster mode
 const SHOWN_ROWS = 1500; // of the run
-const MODAL = "kg½ m";
+export const MODAL = "√kg m"; // the unit of modal amplitudes
 
 /** Returns a column of rows, in a unit. */
 function column({ rows, width, count }, index, per = 1) {
@@ -34,6 +34,7 @@ export class Views {
       pick,
     });
     for (const id of ["loop", "force", "displacement"]) figure(id).hidden = !contacts.length;
+    figure("plots").classList.toggle("one-row", !contacts.length);
     if (!contacts.length) return;
     const length = `[${displacement.unit}]`;
     this.loop = new Chart(figure("loop"), {
@@ -48,8 +49,8 @@ export class Views {
     });
     this.displacement = new Chart(figure("displacement"), {
       x: "time [s]",
-      axes: [{ label: `${dofs.map((each) => each.name).join(", ")} ${length}` }],
-      series: dofs.map((_, k) => ({ colour: `dof-${k % 4}` })),
+      axes: [{ label: `displacement ${length}` }],
+      series: dofs.map(({ name }, k) => ({ label: name, colour: `dof-${k % 4}` })),
     });
   }
 
