@@ -81,7 +81,7 @@ def explore(
         is_scaled = is_homogeneous(plan.excited.law, plan.excited.reduced.n_contacts)
         headroom = SCALED if is_scaled else HEADROOM
     model = _model(plan, headroom, progress)
-    options = _options(plan, model)
+    options = page_options(plan)
     variables = list_variables(model, True, options)
     path = Path(output or f"{scene.name}.html")
     files = browser_files(model, plan.excited.force_patterns, options, variables)
@@ -113,20 +113,22 @@ def _has_contacts(plan: Plan) -> bool:
     return plan.excited.reduced.n_contacts > 0
 
 
-def _options(plan: Plan, model: Model) -> ExportOptions:
+def page_options(plan: Plan) -> ExportOptions:
+    """Return what a page computes: it starts from rest with the inputs at the end of the scene."""
     excited, schedule = plan.excited, plan.schedule
     contact = _has_contacts(plan)
     elastic = tuple(plan.scene.output.elastic) if contact else ()
     if contact and not elastic:  # where the forces are largest
         forced = (np.abs(each) for each in excited.force_patterns if each.any())
         elastic = tuple(dict.fromkeys(int(each.argmax()) for each in forced))
-    inputs = schedule.at_ends(schedule.scripted, slice(-1, None))[0]
+    held = [name for name in schedule.scripted if "_rate" not in name]  # no sweep goes on
+    inputs = schedule.at_ends(held, slice(-1, None))[0]
     return ExportOptions(
         contact=contact,
         elastic=elastic,
         mode_names=excited.modes,
         tolerance=plan.scene.run.tolerance,
-        start=dict(zip(schedule.scripted, inputs.tolist(), strict=True)) | excited.start(),
+        start=dict(zip(held, inputs.tolist(), strict=True)) | excited.start(),
     )
 
 

@@ -7,10 +7,10 @@ export function readLink() {
   return Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
 }
 
-/** Puts settings into the address; browsers allow that only so often. */
+/** Puts what `settings()` returns into the address, soon: browsers allow that only so often. */
 export function writeLink(settings) {
   clearTimeout(pending);
   pending = setTimeout(() => {
-    history.replaceState(null, "", `#${new URLSearchParams(settings)}`);
+    history.replaceState(null, "", `#${new URLSearchParams(settings())}`);
   }, 250);
 }

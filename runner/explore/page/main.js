@@ -165,7 +165,7 @@ class Page {
   }
 
   link() {
-    if (this.inputs) writeLink(this.settings);
+    writeLink(() => this.settings);
   }
 
   /** Takes up the settings of a link. */

@@ -1,7 +1,7 @@
 /* What the page shows of the core: the run, a response curve, the motion over a beat. */
 import { Chart } from "page/chart";
 
-const PER_CYCLE = 64; // samples of the faster mode
+const PER_CYCLE = 40; // samples of the faster mode: steps in which contacts are marched
 const SHOWN_ROWS = 1500; // of the run
 export const MODAL = "√kg m"; // the unit of modal amplitudes
 

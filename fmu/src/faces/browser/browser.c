@@ -85,7 +85,6 @@ browser *EXPORT(browser_open)(const char *planes, size_t size) {
     const fmu_logger logger = {.write = write_message, .environment = b->message};
     fmu_instance *instance = fmu_instantiate(FMU_CO_SIMULATION, "page", token, location, &logger);
     if (!instance || !allocate(b, instance)) return b;
-    instance->early_return = 1; /* steps end where the friction table does */
     if (fmu_setup(instance, 0, 0.0, 0.0, 0, 0.0) == FMU_OK
         && fmu_enter(instance, FMU_INITIALIZATION) == FMU_OK
         && fmu_exit_initialization(instance) == FMU_OK)
@@ -117,8 +116,8 @@ int EXPORT(browser_set)(browser *b, const uint32_t *reference, size_t count, con
     return 0;
 }
 
-/* Advances in equal steps, up to the end of the friction table; returns how many there were. Values
- * after each of them go into rows (steps, count). */
+/* Advances in equal steps, as many as stay in the friction table; returns how many. Values after each
+ * of them go into rows (steps, count). */
 size_t EXPORT(browser_play)(browser *b, double duration, size_t steps, const uint32_t *reference,
                             size_t count, double *rows) {
     fmu_instance *instance = b->instance;
