@@ -7,12 +7,10 @@ import platform
 import sys
 from pathlib import Path
 
-from slipmode.fmu.archive.zig import INCLUDE_FOLDERS, Target, compiled, fmi_headers
+from slipmode.fmu.archive.zig import INCLUDE_FOLDERS, Target, compiled
 from slipmode.fmu.description.options import FmiVersion
 from slipmode.rom import SlipmodeError
-
-
-
+from slipmode.rom.extras import extra
 
 
 def host_platform() -> str:
@@ -100,6 +98,19 @@ def platform_binary(platform_tuple: str) -> bytes:
     if platform_tuple not in TARGETS:
         raise SlipmodeError(f"platforms: {platform_tuple} is none of {', '.join(TARGETS)}")
     independent = () if platform_tuple.endswith("windows") else ("-fPIC",)  # there all code is
-    packages = ("ziglang", "fmpy")  # fmpy has the headers of FMI
-    target = Target(TARGETS[platform_tuple], "platforms", independent, ("-shared",), packages)
-    return compiled(source_files(), target)
+    return compiled(
+        source_files(),
+        Target(
+            TARGETS[platform_tuple],
+            "platforms",
+            compiling=independent,
+            linking=("-shared",),
+            headers=fmi_headers(),
+            packages=("ziglang", "fmpy"),
+        ),
+    )
+
+
+def fmi_headers() -> Path:
+    """Return the folder of the fmpy package with the headers of the standard."""
+    return Path(extra("fmpy", "platforms").__file__).parent / "c-code"

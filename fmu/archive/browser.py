@@ -17,10 +17,12 @@ from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
 from slipmode.rom.reduction.force_response import ForcePatterns
 
-_TARGET = Target("wasm32-wasi", "explore", ("-msimd128",), ("-mexec-model=reactor",))
+_STACK = 1 << 20  # bytes; the search for steady states takes 40 kB
+_LINKING = ("-mexec-model=reactor", f"-Wl,-z,stack-size={_STACK}")
+_TARGET = Target("wasm32-wasi", "explore", ("-msimd128",), _LINKING)
 
-# Arrays of a model that fill most of a page: bits of their entries that are kept, below the largest
-# entry along some axes. Amplitudes keep 1e-10 and contact forces 1e-8
+# Arrays of a model that fill most of a page: bits of their entries that are kept, below the
+# largest entry along some axes. Amplitudes keep 1e-10 and contact forces 1e-8
 # (tests/runner/explore/test_core.py).
 _BITS = {
     "table": (40, (0, 1)),
@@ -52,8 +54,8 @@ def browser_files(
 ) -> bytes:
     """Return the resource files of a model in one block, as fmu/src/faces/browser/ reads them.
 
-    Large arrays are rounded to bits that amplitudes and motion depend on, and the bytes of the
-    block are in eight planes, every eighth byte after the other: so it compresses to half its size.
+    Large arrays are rounded to bits that amplitudes and motion depend on. The bytes of the block
+    are in eight planes, every eighth byte after the other: so it compresses to half its size.
     """
     arrays = model_arrays(model, force_patterns, options, variables)
     for name, (bits, axes) in _BITS.items():

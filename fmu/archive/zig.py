@@ -40,6 +40,7 @@ class Target:
     extra_name: str  # the extra of slipmode that it needs
     compiling: tuple[str, ...] = ()
     linking: tuple[str, ...] = ()
+    headers: Path | None = None  # folder of the headers of a standard
     packages: tuple[str, ...] = ("ziglang",)  # what the result depends on
 
 
@@ -56,11 +57,6 @@ def compiled(sources: Mapping[str, Path], target: Target) -> bytes:
     library = _compile(sources, target)
     disk_cache.keep(name, partial(_save, library))
     return library
-
-
-def fmi_headers() -> Path:
-    """Return the folder of the fmpy package with the headers of the standard."""
-    return Path(extra("fmpy", "platforms").__file__).parent / "c-code"
 
 
 def _options(target: Target) -> tuple[str, ...]:
@@ -91,8 +87,8 @@ def _load(path: Path) -> bytes:
 
 def _compile(sources: Mapping[str, Path], target: Target) -> bytes:
     include = [f"-I{folder}" for folder in INCLUDE_FOLDERS]
-    if "fmpy" in target.packages:
-        include += ["-isystem", str(fmi_headers())]
+    if target.headers:
+        include += ["-isystem", str(target.headers)]
     with tempfile.TemporaryDirectory() as folder:
 
         def compile_one(source: Path) -> str:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from slipmode.runner.commands import SCENE, AddCommand, Argument
 
-
 # Range of the friction table relative to the scene's; limits may fall to a quarter
 HEADROOM, SCALED = 2.0, 4.0
 

@@ -97,7 +97,7 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
     while True:
         try:
             found, _ = plan.model(
-                contact=_has_contacts(plan),
+                contact=_shows_contacts(plan),
                 headroom=headroom,
                 detuning=consistent and plan.excited.waves is None,
                 progress=progress,
@@ -109,14 +109,17 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
             headroom = max(1.0, 0.5 * headroom)
 
 
-def _has_contacts(plan: Plan) -> bool:
-    return plan.excited.reduced.n_contacts > 0
+def _shows_contacts(plan: Plan) -> bool:
+    """Return whether contact motion can be computed: a saved model must keep its harmonics."""
+    saved, reduced = plan.scene.saved_model, plan.excited.reduced
+    known = saved is None or saved.harmonics is not None or reduced.formulation == "paper"
+    return known and reduced.n_contacts > 0
 
 
 def page_options(plan: Plan) -> ExportOptions:
     """Return what a page computes: it starts from rest with the inputs at the end of the scene."""
     excited, schedule = plan.excited, plan.schedule
-    contact = _has_contacts(plan)
+    contact = _shows_contacts(plan)
     elastic = tuple(plan.scene.output.elastic) if contact else ()
     if contact and not elastic:  # where the forces are largest
         forced = (np.abs(each) for each in excited.force_patterns if each.any())
@@ -173,11 +176,9 @@ def _contacts(model: Model, named: dict[str, Variable]) -> list[dict[str, Any]]:
     directions = contact_directions(model.law, model.reduced.n_contacts)
     return [
         {
-            "name": f"contact DOF {k}, {each.words}",
+            "name": f"DOF {k}, {each.words}",
             "x": named[f"contact_{k}_x"].slot,
             "f": named[f"contact_{k}_f"].slot,
         }
         for k, each in enumerate(directions)
     ]
-
-

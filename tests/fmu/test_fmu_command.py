@@ -158,7 +158,8 @@ def zig(tmp_path, monkeypatch):
     """A compiler that does nothing, and an empty cache."""
     made = Zig()
     monkeypatch.setenv("SLIPMODE_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("slipmode.fmu.archive.zig.extra", lambda module, name: fmpy)
+    for module in ("binaries", "zig"):
+        monkeypatch.setattr(f"slipmode.fmu.archive.{module}.extra", lambda module, name: fmpy)
     monkeypatch.setattr("slipmode.fmu.archive.zig.version", lambda name: "1.0")
     monkeypatch.setattr("slipmode.fmu.archive.zig.subprocess.run", made.run)
     return made

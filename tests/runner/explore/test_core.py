@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from browser_core import BrowserCore
+from faces.browser_core import BrowserCore
 
 from slipmode import fmu, rom
 from slipmode.fmu.archive.browser import browser_files
@@ -112,7 +112,9 @@ def test_motion_over_a_beat_is_that_of_the_component_and_changes_nothing(two_mod
     for row, step in zip(beat[1:40], steps[:39], strict=True):
         component.do_step(component.time, step)
         expected = np.array(list(component.outputs().values()))
-        assert np.abs(row - expected)[10:] == pytest.approx(0.0 * row[10:], abs=1e-7 * largest.max())
+        assert np.abs(row - expected)[10:] == pytest.approx(
+            0.0 * row[10:], abs=1e-7 * largest.max()
+        )
 
 
 @pytest.mark.parametrize("mode", [0, 1])
@@ -126,7 +128,9 @@ def test_the_response_curve_is_that_of_rom(two_mode, core, mode):
     )
     found = core.curve(mode, span)
     assert len(found) >= 250
-    assert found[:, 0].min() == pytest.approx(span[0]) and found[:, 0].max() == pytest.approx(span[1])
+    assert found[:, 0].min() == pytest.approx(span[0]) and found[:, 0].max() == pytest.approx(
+        span[1]
+    )
     assert np.all(found[:, 3] == 1.0) == expected.stable.all()
     order = np.argsort(expected.parameter)
     for j in range(2):
@@ -188,7 +192,9 @@ def test_a_curve_stays_on_its_side_of_the_other_frequency(core):
     assert len(core.curve(2, (0.9, 1.0))) == len(core.curve(0, (1.0, 0.9))) == 0
 
 
-@pytest.mark.parametrize("damage", [lambda b: b[:-8], lambda b: b"", lambda b: b[:5000] + b[5001:]])
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[:-8], lambda b: b"", lambda b: b[:5000] + b[5001:]]
+)
 def test_damaged_files_are_refused(two_mode, browser_library, damage):
     opened = BrowserCore(browser_library, damage(two_mode.files), two_mode.variables)
     assert not opened.is_open and opened.message() != ""

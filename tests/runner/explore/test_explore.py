@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from slipmode import runner
+from slipmode import rom, runner
 from slipmode.fmu.archive import browser
 from slipmode.rom import SlipmodeError
 from slipmode.runner.cli import main
@@ -107,6 +107,40 @@ def test_a_title_is_shown_and_not_run(written):
     assert json.loads(page.scripts["content"])["title"] == title
     run = [text for name, text in page.scripts.items() if name != "content"]
     assert not [text for text in run if "alert" in text]
+
+
+FORCED = """[model]
+file = "model.npz"
+[forcing.A]
+dof = 0
+amplitude = 0.1
+frequency = 0.98
+[run]
+duration = 100.0
+step = 1.0
+"""
+
+
+@pytest.mark.parametrize("harmonics", [0, 3])
+def test_a_saved_model_shows_contacts_if_it_keeps_their_harmonics(
+    no_compiler, tmp_path, harmonics
+):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,), carrier=(0.98,))
+    rom.tabulate(reduced, rom.Coulomb(2.0), (3.0,), 3e-2, harmonics=harmonics).save(
+        tmp_path / "model.npz"
+    )
+    scene = tmp_path / "saved.toml"
+    scene.write_text(FORCED, encoding="utf-8")
+    page = Elements(runner.explore(scene, tmp_path / "page.html").read_text(encoding="utf-8"))
+    content = json.loads(page.scripts["content"])
+    assert len(content["contacts"]) == (2 if harmonics else 0)
+    assert [each["name"] for each in content["inputs"]][-1] == "limit_scale"
+
+
+def test_waves_have_a_page_without_contacts(written):
+    content = json.loads(written("bladed-disk").scripts["content"])
+    assert content["contacts"] == content["dofs"] == []
+    assert {each["name"] for each in content["inputs"]} == {"force_A", "frequency_A"}
 
 
 @pytest.mark.parametrize(

@@ -110,5 +110,3 @@ def browser_library(request, tmp_path_factory):
     linked = run(compiler, "-shared", *objects.values(), "-lm", "-o", library)
     assert linked.returncode == 0, linked.stderr
     return ctypes.CDLL(str(library))
-
-
