@@ -156,7 +156,7 @@ class Component:
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
-            raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
+            raise SlipmodeError(f"amplitude: must be at most {modes} numbers, got {given}")
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
@@ -233,7 +233,9 @@ class Component:
         """
         now = self.time
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
-            raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
+            raise SlipmodeError(
+                f"time: must be the present time of the component, {now:g} s, got {time:g} s"
+            )
         later = moved_on(self._inputs, duration)
         status = kernel.BAD_ARGUMENT
         if later is self._inputs or not self._named.refusal_later(self._inputs, later):
@@ -485,7 +487,7 @@ class Component:
         name = self._named.mode_names[mode]
         advice = "tabulate a larger range or lower the force"
         if self.model.reduced.modal_damping[mode] < 0.0:
-            advice = "it is self-excited: rom.limit_cycles computes the amplitude limits"
+            advice = f"mode {name} is self-excited; rom.limit_cycles computes the amplitude limits"
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"

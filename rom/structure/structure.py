@@ -334,7 +334,7 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C, "damping"):
-        raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
+        raise SlipmodeError("damping: must be positive semidefinite (it must not add energy)")
     return C
 
 
