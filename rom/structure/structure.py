@@ -189,6 +189,11 @@ class Structure:
         ----------
         path : path
             Name of the file, which ends in .npz.
+
+        Raises
+        ------
+        SlipmodeError
+            If the name has another ending, or the file cannot be written.
         """
         matrices: dict[str, Any] = {
             "mass": self.mass,
