@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.report.sections import OURS, Row, Section
-from benchmarks.report.text import readable_time
+from benchmarks.report.text import time_in_words
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", ROOT / "docs" / "guide" / "accuracy.md")
@@ -38,7 +38,7 @@ def write(table: str, pages: Sequence[Path] = PAGES) -> None:
 def _line(section: Section, row: Row) -> Sequence[str]:
     method = row.method.removeprefix(OURS).removeprefix(", ") or "friction of one amplitude pair"
     error = f"{100 * row.error:.2g} %"
-    return section.title, method, error, readable_time(row.seconds), _rivals(section, row)
+    return section.title, method, error, time_in_words(row.seconds), _rivals(section, row)
 
 
 def _rivals(section: Section, ours: Row) -> str:

@@ -15,6 +15,7 @@ from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import Model
 from slipmode.rom.errors import Finding
 from slipmode.rom.laws.directions import law_words
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.transient import TransientError
 
 
@@ -56,7 +57,7 @@ def _validity(model: Model) -> list[str]:
     largest, carrier = model.table.amplitude_range[np.newaxis], model.reduced.carrier
     rate = 0.01 * largest * carrier.min() / (2.0 * np.pi)
     error = TransientError.of(model.reduced, model.law).at(rate, carrier, largest) / largest
-    listed = ", ".join(f"{100 * part:.2g} %" for part in error[0])
+    listed = ", ".join(percentage(part) for part in error[0])
     transients = (
         "Amplitudes change little within a cycle. If contacts slip and all amplitudes change by "
         "1 % of the range of the friction table in a cycle, the estimated error is up to "

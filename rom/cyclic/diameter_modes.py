@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.cyclic.condensation import StaticResponse
+from slipmode.rom.cyclic.static_response import StaticResponse
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
@@ -109,27 +109,28 @@ class DiameterModes:
         SlipmodeError
             If the sectors can move as a rigid body.
         """
-        M, C, K = structure.of_diameter(nodal_diameter)
+        T = structure.expansion(nodal_diameter)
+        M = (T.conj().T @ (structure.mass @ T)).tocsc()
         W = structure.contact_motion(nodal_diameter)
         size = M.shape[0]
         try:
-            static = StaticResponse(
-                structure.condensed, structure.expansion(nodal_diameter), W, reference
-            )
+            static = StaticResponse(structure, nodal_diameter, reference)
         except (NotPositiveDefiniteError, LinAlgError):
             raise _rigid_body() from None
         square, found = lowest_modes(
             static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
         )
-        stiffest = (K.diagonal() + abs(W.T).power(2) @ reference) / M.diagonal()
-        if square[0] <= _SMALLEST * float(stiffest.real.max()):
+        stiffness = abs(T.T) @ structure.stiffness.diagonal() + abs(W.T).power(2) @ reference
+        stiffest = float((stiffness / M.diagonal().real).max())
+        if square[0] <= _SMALLEST * stiffest:
             raise _rigid_body()
         shapes = found.astype(complex)
-        damping = shapes.conj().T @ (C @ shapes)
+        everywhere = T @ shapes
+        damping = everywhere.conj().T @ (structure.damping @ everywhere)
         stiffening, damped = np.zeros((2, *damping.shape), dtype=complex)
         if structure.aerodynamics is not None:
             directions = structure.aerodynamics.directions
-            q = directions.T @ (structure.expansion(nodal_diameter) @ shapes)
+            q = directions.T @ everywhere
             stiffening, damped = (
                 q.conj().T @ each @ q
                 for each in structure.aerodynamics.of_diameter(structure.angle(nodal_diameter))

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
 from slipmode.rom.cyclic.aerodynamics import Aerodynamics
-from slipmode.rom.cyclic.condensation import Condensation
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
@@ -24,6 +23,7 @@ from slipmode.rom.structure.matrices import (
     as_matrix,
     as_symmetric,
 )
+from slipmode.rom.structure.solvers.elimination import Elimination, eliminate
 from slipmode.rom.structure.structure import Structure, checked_damping
 
 
@@ -191,13 +191,13 @@ class CyclicStructure:
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
 
     @cached_property
-    def condensed(self) -> Condensation:
-        """The sector condensed to its sides and contacts."""
+    def condensed(self) -> Elimination:
+        """The sector's stiffness, condensed to its sides and contacts."""
         own: Any = abs(self.own_directions)
         motion = own + abs(self.next_directions)
         moving = np.flatnonzero(motion.sum(axis=1))
         boundary = np.unique(np.concatenate((self.left, self.right, moving)))
-        return Condensation.of(self.stiffness, boundary)
+        return eliminate(self.stiffness, boundary)
 
     @property
     def highest_diameter(self) -> int:

@@ -83,6 +83,11 @@ class Shown:
             return np.abs(motion.amplitude)
         return self.units.of_displacement(motion.displacement(self.dof))
 
+    @property
+    def unit(self) -> str:
+        """The unit of an amplitude."""
+        return self.modal if self.dof is None else self.units.displacement
+
     def named(self, name: str) -> str:
         """Return the name of an amplitude with its unit."""
         return f"{name} [{self.modal}]" if self.dof is None else self.units.of_dof(name, self.dof)

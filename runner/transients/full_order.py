@@ -64,9 +64,10 @@ def friction_loss(elements: Elements | None, motion: FullMotion) -> Floats:
 class SlowPart:
     """Slow quantities of a stretch at communication points."""
 
-    # amplitude, rate: (points, modes)
+    # amplitude, rate, second: (points, modes): Amplitudes and their two derivatives
     amplitude: Complexes
     rate: Complexes
+    second: Complexes
     # (points, 3): Input power, dissipated power [W], energy dissipated since the start of the
     # stretch [J]
     power: Floats
@@ -216,7 +217,7 @@ class Stretch:
         needed = np.searchsorted(self._time, points[-1] - self._length)
         self._time, self._angle = self._time[needed:], self._angle[needed:]
         self._signals = self._signals[needed:]
-        return SlowPart(a, rate, power)
+        return SlowPart(a, rate, second[:, modes], power)
 
     def motion(self, times: Floats) -> FastMotion:
         """Return the fast motion at increasing times inside the stretch."""

@@ -21,7 +21,7 @@ from slipmode.rom.full import (
 )
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.full.structures import Projection
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -266,7 +266,7 @@ def _record(
     with open_recorder(header, listed, mcap, rrd) as recorder:
         recorder.event(float(motion.time[0]), "info", found.compared())
         for line in found.comparisons:
-            words = f"{line.subject}: {100 * line.error:.2g} % from full order"
+            words = f"{line.subject}: {percentage(line.error)} from full order"
             recorder.event(float(motion.time[0]), "info", words)
         exact = replace(
             motion,

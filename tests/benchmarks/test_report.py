@@ -17,6 +17,7 @@ from benchmarks.peers.hbm import HarmonicBalance
 from benchmarks.peers.paper_scheme import paper_scheme
 from benchmarks.report import __main__ as command
 from benchmarks.report import friction, signals, steady
+from benchmarks.report.picture import _front, result
 from benchmarks.report.sections import Row, Section
 from benchmarks.report.summary import BEGIN, END, PAGES, as_markdown, write
 from benchmarks.report.text import render
@@ -270,6 +271,17 @@ def test_the_table_of_the_docs_names_who_is_faster(section, tmp_path):
 def test_pages_have_the_same_table():
     tables = [page.read_text(encoding="utf-8").partition(BEGIN)[2] for page in PAGES]
     assert len({table.partition(END)[0] for table in tables if END in table}) == 1
+
+
+def test_the_titles_of_the_picture_state_the_result(section):
+    assert result(section) == "slipmode: 1 % in 1 s;\nexact and fast: 500 ms"
+    alone = replace(section, rows=section.rows[:1])
+    assert result(alone) == "slipmode: 1 % in 1 s;\nno other method is as accurate"
+
+
+def test_a_curve_of_the_picture_has_the_best_rows_of_a_method():
+    rows = [row("a", 1e-2, 1.0), row("a", 2e-2, 2.0), row("a", 1e-3, 3.0)]
+    assert _front(rows) == [rows[0], rows[2]]
 
 
 def test_long_work_is_measured_once(monkeypatch):

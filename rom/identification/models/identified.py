@@ -95,6 +95,7 @@ class IdentifiedBackbone:
                 low, high = values - 2.0 * deviation, values + 2.0 * deviation
                 ax.fill_between(self.amplitude, low, high, alpha=BAND, lw=0, color="k")
             ax.set_ylabel(name)
+            ax.ticklabel_format(axis="y", useOffset=False)
             if self.amplitude.max() < 30.0 * self.amplitude.min():  # labels within a decade
                 ax.xaxis.get_major_locator().set_params(subs=(1.0, 2.0, 5.0))
                 ax.xaxis.set_major_formatter("{x:g}")

@@ -204,10 +204,19 @@ class PerformanceCurve:
         ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
-        ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
+        (point,) = ax.loglog(self.limit[at], peak[at], "o")
+        ax.annotate(
+            f"lowest at {self.limit[at]:.3g}",
+            (self.limit[at], peak[at]),
+            xytext=(0, -8),
+            textcoords="offset points",
+            color=point.get_color(),
+            ha="center",
+            va="top",
+        )
         name = shown.named("resonance peak")
         ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=name)
-        ax.legend()
+        ax.margins(y=0.15)
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:

@@ -265,12 +265,27 @@ class ResponseCurve:
             where = self.in_units(self.cycles.parameter, units)
             low, high = sizes.lowest[:, j], sizes.highest[:, j]
             ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
-            ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
+            top = int(np.argmax(size))
+            ax.annotate(
+                f"|{'AB'[j]}|",
+                (parameter[top], size[top]),
+                xytext=(0, 4),
+                textcoords="offset points",
+                color=color,
+                ha="center",
+            )
             for point, height in zip(self.special, sizes.special[:, j], strict=True):
                 marker = {"fold": "o", "Hopf": "s"}[point.kind]
                 ax.plot(self.in_units(point.parameter, units), height, marker, color=color)
-        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"))
-        ax.legend()
+        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"), ylim=(0.0, None))
+        ax.margins(y=0.1)
+        for kind, marker in (("fold", "o"), ("Hopf", "s")):
+            if any(point.kind == kind for point in self.special):
+                ax.plot([], [], marker, color="0.4", label=f"{kind} point")
+        if not self.stable.all():
+            ax.plot([], [], "--", color="0.4", label="unstable")
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend()
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
