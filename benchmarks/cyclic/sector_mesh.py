@@ -58,9 +58,10 @@ def main(arguments: list[str] | None = None) -> None:
 
 @contextmanager
 def _timed(what: str) -> Iterator[None]:
-    start = time.perf_counter()
+    start, used = time.perf_counter(), time.process_time()
     yield
-    print(f"{what}: {time.perf_counter() - start:.1f} s", flush=True)
+    wall, processor = time.perf_counter() - start, time.process_time() - used
+    print(f"{what}: {wall:.1f} s, {processor:.1f} s of the processors", flush=True)
 
 
 if __name__ == "__main__":

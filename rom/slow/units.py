@@ -23,13 +23,14 @@ MODAL = "kg$^{1/2}$ m"
 
 @dataclass(frozen=True)
 class Units:
-    """Units of pictures and tables.
+    """Choose the units of plots and tables.
 
     Attributes
     ----------
     frequency : {"rad/s", "Hz"}
+        Unit of frequencies.
     displacement : {"m", "mm", "um"}
-        Of DOFs; modal amplitudes stay in kg^1/2 m.
+        Unit of displacements of DOFs. Modal amplitudes stay in kg^1/2 m.
     """
 
     frequency: FrequencyUnit = "rad/s"

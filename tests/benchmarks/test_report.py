@@ -19,6 +19,7 @@ from benchmarks.report import __main__ as command
 from benchmarks.report import friction, signals, steady
 from benchmarks.report.picture import _front, result
 from benchmarks.report.sections import Row, Section
+from benchmarks.report.summary import BEGIN, END, PAGES, as_markdown, write
 from benchmarks.report.text import render
 from slipmode import rom
 from slipmode.rom import full
@@ -252,6 +253,24 @@ def test_the_command_prints_the_tables_and_draws_the_picture(
     assert "exact and fast, setting: 2 times FASTER" in printed
     assert printed.endswith(f"{tmp_path / 'speed-error.png'}\n")
     assert (tmp_path / "speed-error.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_table_of_the_docs_names_who_is_faster(section, tmp_path):
+    table = as_markdown([section, section])
+    head, _, first, second = table.splitlines()
+    assert head.startswith("| task | slipmode | error | time |")
+    rivals = "exact and fast 0.5, exact and slow 3"
+    assert first == second
+    assert first == f"| title | friction of one amplitude pair | 1 % | 1 s | {rivals} |"
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}old\n{END}after\n", encoding="utf-8")
+    write(table, [page])
+    assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n{table}\n{END}after\n"
+
+
+def test_pages_have_the_same_table():
+    tables = [page.read_text(encoding="utf-8").partition(BEGIN)[2] for page in PAGES]
+    assert len({table.partition(END)[0] for table in tables if END in table}) == 1
 
 
 def test_the_titles_of_the_picture_state_the_result(section):

@@ -39,20 +39,31 @@ def shown_as(study: Study) -> Shown:
 
 def shown_output(dataset: Any, kind: str, shown: Shown) -> ShownOutput:
     """Return the output of a kind, "steady" or "resonance" for instance, as it is shown."""
-    if shown.dof is None:
-        return ShownOutput(dataset[kind], shown.modal, "")
-    metres = dataset[f"{kind}_displacement"].isel(dof=0)
+    if shown.dof is not None:
+        metres = dataset[f"{kind}_displacement"].isel(dof=0)
+    elif dataset[kind].attrs["units"] == "m":  # of blades
+        metres = dataset[kind]
+    else:
+        return ShownOutput(dataset[kind], dataset[kind].attrs["units"], "")
+    where = "" if shown.dof is None else f" at DOF {shown.dof}"
     values = metres.copy(data=shown.units.of_displacement(metres.values))
-    return ShownOutput(values, shown.units.displacement, f" at DOF {shown.dof}")
+    return ShownOutput(values, shown.units.displacement, where)
 
 
 def outputs(dataset: Any, study: Study) -> list[tuple[str, str, Floats]]:
     """Return name, unit and values (samples,) of each output with a chart."""
     shown, found = shown_as(study), []
-    across = {"resonance": "", "steady": "", "peak": "", "curve": "frequency", "at": "time"}
+    across = {
+        "amplification": "",
+        "resonance": "",
+        "steady": "",
+        "peak": "",
+        "curve": "frequency",
+        "at": "time",
+    }
     for kind, dimension in across.items():
-        if kind not in dataset:
-            continue
+        if kind not in dataset or (kind == "curve" and study.outputs.mistuned):
+            continue  # the largest of the curve of a mistuned disk is its resonance
         output = shown_output(dataset, kind, shown)
         values = output.values.max(dimension) if dimension else output.values
         for mode in values["mode"].values:

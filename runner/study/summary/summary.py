@@ -14,6 +14,7 @@ from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
 from slipmode.runner.study.study_file import Study
+from slipmode.runner.study.summary.amplifications import amplifications
 from slipmode.runner.study.summary.charts import (
     draw,
     outputs,
@@ -47,6 +48,8 @@ def summarise(done: StudyResults) -> list[str]:
             lines.append(str(refusal))
     if study.sampling.method == "saltelli":
         lines += _sensitivities(dataset, done)
+    if study.outputs.mistuned:
+        lines += amplifications(dataset, study)
     if study.outputs.runs:
         lines.append(_transient_errors(dataset, study.scene.model.transient_error))
     found = list(lines)
