@@ -6,14 +6,14 @@ import argparse
 import logging
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.table import disk_cache
-from slipmode.runner.commands import OUTPUT, SCENE, Argument, print_next
+from slipmode.runner.commands import OUTPUT, SCENE, Argument, overview, print_next
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.commands.curves import add_curve_commands
 from slipmode.runner.commands.diameters import add_diameters_command
@@ -21,6 +21,7 @@ from slipmode.runner.commands.identify import add_identify_command
 from slipmode.runner.commands.mode_table import is_scene, mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
 from slipmode.runner.commands.study import add_study_command
+from slipmode.runner.explore.command import add_explore_command
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import Plan
@@ -31,16 +32,6 @@ from slipmode.runner.transients.passes import integration_cost
 from slipmode.runner.view.viewer import find_viewer
 
 _log = logging.getLogger("slipmode")
-
-# The commands by task, as the help lists them.
-_GROUPS = {
-    "run and look": ("run", "replay", "plan", "validate", "scenes"),
-    "analyse": ("modes", "curve", "backbone", "design", "diameters"),
-    "studies": ("study",),
-    "from measurements": ("identify",),
-    "export": ("fmu", "export"),
-    "recordings and the cache": ("info", "doctor", "recover", "cache"),
-}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -277,6 +268,7 @@ def _parser() -> argparse.ArgumentParser:
         OUTPUT,
     )
     add_fmu_command(add)
+    add_explore_command(add)
     keys = "print the keys of a table of scene files: --keys run"
     add(
         "scenes",
@@ -293,13 +285,5 @@ def _parser() -> argparse.ArgumentParser:
         "cache --clear",
         Argument("--clear", action="store_true", help="remove them all"),
     )
-    parser.description = "\n\n".join(_overview(summaries))
+    parser.description = "\n\n".join(overview(summaries))
     return parser
-
-
-def _overview(summaries: Mapping[str, str]) -> Iterator[str]:
-    """Yield paragraphs: what slipmode is for, the commands of each task, their help."""
-    yield "Structures with dry-friction contacts, forced near two resonances."
-    for task, names in _GROUPS.items():
-        yield "\n".join([f"{task}:", *(f"    {name:9}  {summaries[name]}" for name in names)])
-    yield "slipmode COMMAND --help shows the options of a command and an example."

@@ -57,5 +57,6 @@ def write_beside(
         ha="center" if above else "left",
         va="bottom" if above else "center",
         fontsize=9.0,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
         annotation_clip=False,
     )

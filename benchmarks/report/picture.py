@@ -78,7 +78,7 @@ def _panel(axes: Axes, section: Section) -> None:
     axes.set_xlabel(f"time per {section.run}")
     low, high = axes.get_xlim()
     axes.set_xlim(0.2 * low, 30.0 * high)  # labels stand beside the curves
-    locator = extra("matplotlib.ticker", "pictures").LogLocator(numticks=5)
+    locator = extra("matplotlib.ticker", "pictures").LogLocator(numticks=4)
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(lambda seconds, _: _time(seconds))
     axes.yaxis.set_major_formatter("{x:g}")

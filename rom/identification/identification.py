@@ -191,6 +191,14 @@ def identify(
     M. Cenedese, J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
     of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
     norm.
+
+    Examples
+    --------
+    One mode between 80 and 120 Hz from hammer tests::
+
+        data = rom.read_measurement("hit*.csv", quantity="acceleration", unit="m/s^2")
+        found = rom.identify(data, bands=[(80.0, 120.0)])
+        found.backbone().plot()
     """
     checked = checked_bands(bands, data)
     forms = allowed_forms(law, cross, len(checked))

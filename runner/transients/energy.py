@@ -17,15 +17,21 @@ class SlowBalance:
 
     def __init__(self, plan: Plan, model: Model) -> None:
         self._plan, self._model = plan, model
+        self._last = np.zeros((1, model.modes), dtype=complex)  # amplitudes of the last point
         self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
 
-    def rows(self, power: Floats, amplitude: Complexes, rate: Complexes, first: int) -> Floats:
+    def rows(self, power: Floats, amplitude: Complexes, first: int) -> Floats:
         """Return the rows of ``/energy`` at communication points from number `first` on.
 
-        `power` (points, 3) has the powers and the energy that a component states; `amplitude` and
-        `rate` (points, modes) are a_j and da_j/dt. The power that is stored is the input less both
-        dissipated powers.
+        Points follow those of the call before. `power` (points, 3) has the powers and the energy
+        that a component states, `amplitude` (points, modes) is a_j. The power that is stored is
+        the input less both dissipated powers.
         """
+        time = self._plan.schedule.time(slice(max(first - 1, 0), first + len(amplitude)))
+        before = self._last if first else amplitude[:1]
+        span = np.diff(time)[:, np.newaxis] if first else 1.0
+        rate = (amplitude - np.vstack((before, amplitude[:-1]))) / span
+        self._last = amplitude[-1:]
         structural = self._structural(amplitude, rate, first)
         stored = power[:, 0] - power[:, 1] - structural
         return np.column_stack((power, structural, stored))
@@ -51,13 +57,17 @@ class SlowBalance:
         return np.asarray(power - scale[:, 0] ** 2 * shared)
 
 
-def energy_rate(natural: Floats, frequency: Floats, slow: SlowPart) -> Floats:
-    """Return the rate of the energy of the modes, (points,) [W].
+def full_order_balance(natural: Floats, frequency: Floats, slow: SlowPart) -> Floats:
+    """Return the rows of ``/energy`` of a stretch at full order, (points, 5).
 
-    The energy is the sum of abs(v_j)^2 + omega_j^2 abs(a_j)^2 with v_j = da_j/dt + i Omega_j a_j.
-    `natural` (modes,) has omega_j, `frequency` (points, modes) has Omega_j, in rad/s.
+    The stored power is the rate of the energy of the modes, and structural damping dissipates
+    what remains of the input. The energy is the sum of abs(v_j)^2 + omega_j^2 abs(a_j)^2, where
+    v_j = da_j/dt + i Omega_j a_j. `natural` (modes,) has omega_j, `frequency` (points, modes)
+    Omega_j, in rad/s.
     """
     velocity = slow.rate + 1j * frequency * slow.amplitude
     kinetic = velocity.conj() * (slow.second + 1j * frequency * slow.rate)
     potential = natural**2 * slow.amplitude.conj() * slow.rate
-    return np.asarray(2.0 * np.sum((kinetic + potential).real, axis=1))
+    stored = 2.0 * np.sum((kinetic + potential).real, axis=1)
+    structural = slow.power[:, 0] - slow.power[:, 1] - stored
+    return np.column_stack((slow.power, structural, stored))

@@ -22,7 +22,7 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.disk_motion import record_disk
-from slipmode.runner.transients.energy import SlowBalance, energy_rate
+from slipmode.runner.transients.energy import SlowBalance, full_order_balance
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
@@ -214,11 +214,7 @@ class SlowPass(Pass):
     def _record(self, outputs: Floats, first: int) -> None:
         """Record slow channels of the communication points from number `first` on."""
         amplitude, power = self._columns.amplitudes(outputs), outputs[:, self._columns.power]
-        time = self._plan.schedule.time(slice(max(first - 1, 0), first + len(outputs)))
-        before = self._columns.amplitudes(self._rows[-2][-1:]) if first else amplitude[:1]
-        span = np.diff(time)[:, np.newaxis] if first else 1.0
-        rate = np.diff(np.vstack((before, amplitude)), axis=0) / span
-        energy = self._balance.rows(power, amplitude, rate, first)
+        energy = self._balance.rows(power, amplitude, first)
         record_points(self._plan, self._recorder, first, amplitude.view(float), energy)
 
     def _record_window(self, window: Window) -> None:
@@ -269,9 +265,7 @@ class IntegratedPass(Pass):
             if not done:  # the start is given; a fit of later motion is less accurate
                 slow.amplitude[0], slow.power[0] = plan.excited.initial, 0.0
             _, frequency, _ = self._full.excitation.at(points)
-            stored = energy_rate(plan.excited.reduced.frequency, frequency, slow)
-            structural = slow.power[:, 0] - slow.power[:, 1] - stored
-            energy = np.column_stack((slow.power, structural, stored))
+            energy = full_order_balance(plan.excited.reduced.frequency, frequency, slow)
             energy[0] *= done > 0
             record_points(plan, recorder, done, slow.amplitude.view(float), energy)
             yield count - done

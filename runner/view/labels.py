@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import floor, log10
 
 import numpy as np
 
@@ -28,6 +28,11 @@ BLUE, ORANGE, GREEN, RED = (76, 159, 230), (240, 145, 60), (110, 190, 110), (224
 LINES = (BLUE, ORANGE, GREEN, (205, 110, 190), (200, 190, 90))  # of a plot
 GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
 LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
+
+# A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
+# 25 pixels apart.
+_LABELLED = 4.4
+_MARGIN = 1.05  # of a scale, relative to the largest value
 
 SLOW_PLOTS = (  # topic, quantity, title
     ("/modes", "amplitude_A", "Modal amplitude |A|"),
@@ -191,7 +196,7 @@ def readable(value: float, unit: str) -> str:
     size = abs(value)
     # a prefix of kg^0.5 m would be ambiguous
     if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
-        power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
+        power = 3 * floor(log10(float(f"{size:.3g}")) / 3)
         power = min(max(power, -9), 9)
         prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
         return f"{value / 10.0**power:.3g} {prefix}{unit}"
@@ -215,3 +220,26 @@ def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
     found = [shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields]
     fields = [Field(name, unit) for name, (unit, _) in zip(channel.names, found, strict=True)]
     return replace(channel, fields=tuple(fields)), np.array([factor for _, factor in found])
+
+
+def readable_scale(low: float, high: float) -> tuple[float, float] | None:
+    """Return the ends of a scale with at least two labels for values from `low` to `high`.
+
+    None for values that are all of one sign and far from zero: a viewer fits these better.
+    """
+    if not np.isfinite((low, high)).all() or low == high == 0.0:
+        return None
+    if low > 0.5 * high or high < 0.5 * low:
+        return None
+    low, high = _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)
+    unit = 10.0 ** floor(log10(max(high, -low)))
+    if high - low > _LABELLED * unit:  # zero would have the only label: as far as the next power
+        largest = _MARGIN * 10.0 * unit
+        low = -largest if -low > 0.6 * largest else low
+        high = largest if low == 0.0 or high > 0.6 * largest else high
+    return low, high
+
+
+def with_room(start: int, end: int) -> tuple[int, int]:
+    """Return the times [ns] of a plot whose legend stands to the right of its curves."""
+    return start, end + (end - start) // 2

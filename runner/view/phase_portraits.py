@@ -13,9 +13,15 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import DISK, FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.extents import Extents
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
-from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
+from slipmode.runner.view.samples import (
+    DENSE_SAMPLES,
+    Extents,
+    Latest,
+    Thinned,
+    Window,
+    window_starts,
+)
 from slipmode.runner.view.spatial import disk_view, torus_view
 
 _REACH = 1.15  # half the length of the axes of a portrait, in units of the largest value

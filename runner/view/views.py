@@ -16,7 +16,6 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
 from slipmode.runner.view.drawing import TIMELINE, time_column
-from slipmode.runner.view.extents import Extents, readable_scale, with_room
 from slipmode.runner.view.labels import (
     LINES,
     MOTION_PLOTS,
@@ -26,12 +25,14 @@ from slipmode.runner.view.labels import (
     is_contact,
     label,
     legend,
+    readable_scale,
     reading,
     series,
     titled,
+    with_room,
 )
 from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
-from slipmode.runner.view.samples import Window
+from slipmode.runner.view.samples import Extents, Window
 from slipmode.runner.view.spatial import disk_view, torus_view
 
 _MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most

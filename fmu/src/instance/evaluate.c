@@ -23,7 +23,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
     return fmu_say(instance, FMU_DISCARD,
                    "%s at t = %g s: an amplitude is outside the friction table%s: at t = %.6g s "
                    "%s is %.4g, the table ends at %.4g; %sexport the model with a larger range "
-                   "(slipmode fmu --range, rom.tabulate amplitude=)",
+                   "(--range of slipmode fmu and explore, rom.tabulate amplitude=)",
                    doing, instance->outputs[0], consequence, outputs[0],
                    fmu_name_of(instance, FMU_MODULUS, mode), modulus[mode],
                    end[mode] * instance->run.inputs.limit_scale, lower);

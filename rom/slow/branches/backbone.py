@@ -214,6 +214,14 @@ def backbone(
         omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 
     See "Backbones" in docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(4.0,))
+    >>> curve = rom.backbone(model, amplitude=[1.0, 3.0])
+    >>> curve.frequency.round(3), curve.damping.round(4)
+    (array([1.   , 0.983]), array([0.005 , 0.0119]))
     """
     model.check_mode(mode)
     if not (np.ndim(other) == 0 and as_floats("other", other) >= 0.0):

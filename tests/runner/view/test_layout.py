@@ -7,18 +7,18 @@ from slipmode.rom.slow.units import Units
 from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.view.extents import Extents, readable_scale
 from slipmode.runner.view.labels import (
     MOTION_PLOTS,
     find_plots,
     in_units,
     label,
     readable,
+    readable_scale,
     reading,
     titled,
 )
 from slipmode.runner.view.phase_portraits import Portrait, portraits
-from slipmode.runner.view.samples import Latest
+from slipmode.runner.view.samples import Extents, Latest
 from slipmode.runner.view.views import _in_rows, _name
 
 

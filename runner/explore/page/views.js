@@ -1,0 +1,110 @@
+/* What the page shows of the core: the run, a response curve, the motion over a beat. */
+import { Chart } from "page/chart";
+
+const PER_CYCLE = 40; // samples of the faster mode: steps in which contacts are marched
+const SHOWN_ROWS = 1500; // of the run
+export const MODAL = "√kg m"; // the unit of modal amplitudes
+
+/** Returns a column of rows, in a unit. */
+function column({ rows, width, count }, index, per = 1) {
+  return Float64Array.from({ length: count }, (_, k) => rows[k * width + index] / per);
+}
+
+export class Views {
+  constructor(content, core, history, pick) {
+    Object.assign(this, { content, core, history });
+    const { modes, contacts, dofs, displacement, frequency } = content;
+    const axes = modes.map((mode) => ({ label: `|${mode}| [${MODAL}]`, colour: `mode-${mode}` }));
+    const figure = (id) => document.getElementById(id);
+    this.amplitudes = new Chart(figure("amplitudes"), {
+      x: "time [s]",
+      axes,
+      series: modes.map((mode, axis) => ({ axis, colour: `mode-${mode}` })),
+      fromZero: true,
+    });
+    this.curve = new Chart(figure("curve"), {
+      x: `frequency [${frequency.unit}]`,
+      axes,
+      series: modes.flatMap((mode, axis) => [
+        { axis, colour: `mode-${mode}` },
+        { axis, colour: `mode-${mode}`, dashed: true },
+        { axis, colour: `mode-${mode}`, points: true },
+      ]),
+      fromZero: true,
+      pick,
+    });
+    for (const id of ["loop", "force", "displacement"]) figure(id).hidden = !contacts.length;
+    figure("plots").classList.toggle("one-row", !contacts.length);
+    if (!contacts.length) return;
+    const length = `[${displacement.unit}]`;
+    this.loop = new Chart(figure("loop"), {
+      x: `displacement ${length}`,
+      axes: [{ label: "force [N]" }],
+      series: [{ colour: "contact" }, { colour: "contact", points: true }],
+    });
+    this.force = new Chart(figure("force"), {
+      x: "time [s]",
+      axes: [{ label: "force [N]" }],
+      series: [{ colour: "contact" }],
+    });
+    this.displacement = new Chart(figure("displacement"), {
+      x: "time [s]",
+      axes: [{ label: `displacement ${length}` }],
+      series: dofs.map(({ name }, k) => ({ label: name, colour: `dof-${k % 4}` })),
+    });
+  }
+
+  /** Draws the latest part of the run. */
+  drawRun() {
+    const names = ["time", ...this.content.modes.map((mode) => `${mode}_abs`)];
+    const [time, ...sizes] = this.history.latest(names, SHOWN_ROWS);
+    this.amplitudes.draw(sizes.map((size) => [time, size]));
+  }
+
+  /** Draws the motion of a contact and of the DOFs over a beat from now on. */
+  drawBeat(contact) {
+    const { contacts, dofs, displacement } = this.content;
+    if (!contacts.length) return;
+    const beat = this.core.beat(PER_CYCLE);
+    const time = column(beat, 0);
+    const x = column(beat, contacts[contact].x, displacement.per);
+    const f = column(beat, contacts[contact].f);
+    this.loop.draw([[x, f], [x.slice(0, 1), f.slice(0, 1)]]);
+    this.force.draw([[time, f]]);
+    this.displacement.draw(dofs.map(({ slot }) => [time, column(beat, slot, displacement.per)]));
+  }
+
+  /** Computes and draws the response curve against the frequency of a mode. */
+  drawCurve(swept) {
+    const { modes, inputs } = this.content;
+    const { least, most } = inputs.find((input) => input.name === `frequency_${modes[swept]}`);
+    this.points = this.core.curve(swept, least, most, modes.length);
+    this.points.rows = this.points.rows.slice(); // before the next call
+    this.drawOperatingPoint(swept);
+  }
+
+  /** Draws the response curve with the present amplitudes on it. */
+  drawOperatingPoint(swept) {
+    const { modes, frequency } = this.content;
+    const [now, ...sizes] = this.history.latest(
+      [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)], 1);
+    const { rows, width, count } = this.points;
+    const last = width - 1;
+    const lines = (mode, stable) => {
+      const xs = [], ys = [];
+      for (let k = 0; k < count; k++) {
+        const row = rows.subarray(k * width, (k + 1) * width);
+        const before = k ? rows.subarray((k - 1) * width, k * width) : null;
+        const follows = before && before[last] === row[last];
+        const shown = row[last - 1] === stable || (follows && before[last - 1] === stable);
+        if (!follows) ys.push(NaN), xs.push(row[0] / frequency.per);
+        xs.push(row[0] / frequency.per);
+        ys.push(shown ? row[1 + mode] : NaN);
+      }
+      return [xs, ys];
+    };
+    this.curve.draw(modes.flatMap((_, mode) => [
+      lines(mode, 1), lines(mode, 0), [[now[0] / frequency.per], [sizes[mode][0]]],
+    ]));
+  }
+}
