@@ -448,4 +448,4 @@ def _fast_motion_decisions(scene: Scene) -> list[Finding]:
 
 def _recording_decision(scene: Scene) -> Finding:
     kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
-    return Finding("recording", " and ".join(kinds) or "none", "[log]")
+    return Finding("recording", " and ".join(kinds) or "none", "chosen in [log]")
