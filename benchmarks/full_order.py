@@ -111,7 +111,7 @@ def on_component_modes(plan: Plan, times: Floats) -> tuple[int, Callable[[int], 
     A run returns displacements of the retained modes.
     """
     patterns, law = np.array(plan.excited.force_patterns), plan.excited.law
-    excitation = excitation_of(plan, patterns, plan.schedule)
+    excitation = excitation_of(plan.excited.modes, patterns, plan.schedule)
     highest = 7 * excitation.fastest(plan.scene.run.duration)
     small = full.component_modes(plan.structure, law, list(patterns), highest)
     projection = small.projection

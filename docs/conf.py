@@ -72,6 +72,8 @@ def _with_generated(app: Sphinx, page: str, source: list[str]) -> None:
 
 def _plain_text(_app: Sphinx, _what: str, _name: str, _of: object, _o: object, lines: list[str]):
     """|a| is a modulus in docstrings, *MATRIX a word: no markup of reStructuredText."""
+    if _what == "data":  # the docstring of its type; the page describes it
+        lines.clear()
     lines[:] = [re.sub(r"(\||(?<![*\w])\*(?=\w))", r"\\\1", line) for line in lines]
 
 

@@ -44,41 +44,68 @@ _TRACED_ROWS = 4096  # outputs in memory together
 
 
 class Component:
-    """A model in slow time that is advanced step by step.
+    """Step a model in slow time, with forces as inputs and amplitudes as outputs.
 
     Parameters
     ----------
     model : Model
+        Model from `rom.tabulate`, `rom.model_of_rates` or an identification.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        Forces [N] that a force input of 1 N represents; the inputs are their magnitudes. Default:
-        the input is the modal force [N kg^-1/2].
-    contact : bool
-        Adds the contact motion to the outputs; default False. When outputs are read, it is
-        marched to the present, from the last reading or over the last few periods. In the
-        consistent formulation the modes respond to the harmonics of the contacts, so the model
-        must keep some: `rom.tabulate(..., harmonics=5)`. The response is computed at the model's
-        carriers: reduce it with the carriers of the forcing.
+        Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
+    contact : bool, default False
+        Add the contact motion to the outputs. The model must store harmonics,
+        `rom.tabulate(..., harmonics=5)`, except in the formulation "paper".
     elastic : sequence of int
-        DOFs whose displacement is computed; needs `contact`.
-    mode_names : sequence of str
-        Names of the model's modes, of "A" and "B": ("B",) if only mode B is modelled.
-    tolerance : float
-        Relative tolerance of the slow flow per internal step, 1e-13 to 1e-2.
-    warned : bool
-        Warn of strained assumptions; default True.
+        DOFs whose displacement is an output; needs `contact`.
+    mode_names : sequence of str, default ("A", "B")
+        Names of the modes; ("B",) if the model has only mode B.
+    tolerance : float, default 1e-6
+        Relative tolerance of the slow flow in each internal step [-], 1e-13 to 1e-2.
+    warned : bool, default True
+        Warn of violated assumptions.
+
+    Attributes
+    ----------
+    model : Model
+        Model that is stepped.
+    input_names : tuple of str
+        "force_A" [N] or [N kg^-1/2], "frequency_A" [rad/s], "phase_A" [rad], and "limit_scale" [-]
+        if the friction law scales. Each input has a rate, such as "force_rate_A" [N/s]. B has the
+        corresponding inputs.
+    output_names : tuple of str
+        "time" [s]; "A_re", "A_im" [kg^1/2 m]; "theta_A" [rad]; "input_power", "dissipated_power"
+        [W]; "dissipated_energy" [J]. With `contact` also "contact_0_x" [m], "contact_0_v" [m/s]
+        and "contact_0_f" [N] for each contact DOF. With `elastic` also "x_0" [m] for each DOF.
 
     Raises
     ------
     SlipmodeError
-        On arguments that are not allowed; if the table does not have the quasi-static response of
-        the contacts to these forces, and the error of an amplitude is above its tolerance.
+        If an argument is not allowed. If the table does not include the quasi-static response of
+        the contacts to these forces, and the resulting amplitude error exceeds its tolerance.
 
     Warns
     -----
     ValidityWarning
-        If contacts or friction strain the assumptions of the method at the largest amplitudes of
-        the table, or frequencies of modes are implausible; and, once, if frequency inputs are far
-        from their mode.
+        If contacts or friction violate an assumption of the method at the largest amplitudes of
+        the table, or a modal frequency is implausible. Once if a frequency input is far from its
+        mode.
+
+    Notes
+    -----
+    Contact motion is integrated when outputs are read, from the previous reading or over the last
+    few periods. In the consistent formulation the modes respond to the harmonics of the contacts.
+    This response is computed at the carriers of the model, which should be the forcing
+    frequencies.
+
+    Examples
+    --------
+    >>> model = rom.model_of_rates(lambda r: (0.5 + 0 * r, 100.0 + 0 * r), amplitude=[0.1])
+    >>> component = fmu.Component(model, [{0: 1.0}], mode_names=("A",))
+    >>> component.set_inputs(force_A=1.0, frequency_A=100.0)
+    >>> for k in range(10):
+    ...     component.do_step(float(k), 1.0)
+    >>> round(component.outputs()["A_im"], 5)
+    -0.00497
     """
 
     @takes(ComponentOptions)
@@ -108,14 +135,22 @@ class Component:
         return float(self._slow_outputs("time")[0])
 
     def reset(self, time: float = 0.0, amplitude: ArrayLike = 0.0) -> None:
-        """Start at `time` with complex amplitudes (modes,), contacts at rest.
+        """Set time and amplitudes, with the contacts at rest.
 
-        The inputs stay as they are.
+        The inputs keep their values.
+
+        Parameters
+        ----------
+        time : float, default 0.0
+            Time [s].
+        amplitude : (modes,) array_like, default 0.0
+            Complex amplitudes a_j [kg^1/2 m].
 
         Raises
         ------
         SlipmodeError
-            If the time or an amplitude is not finite, or outside the friction table.
+            If the time or an amplitude is not finite, or an amplitude is outside the friction
+            table.
         """
         given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
@@ -136,7 +171,12 @@ class Component:
         kernel.check(status, "reset")
 
     def set_amplitude(self, amplitude: Complexes) -> None:
-        """Continue at the present time from other complex amplitudes (modes,).
+        """Set the amplitudes at the present time.
+
+        Parameters
+        ----------
+        amplitude : (modes,) complex ndarray
+            Amplitudes a_j [kg^1/2 m].
 
         Raises
         ------
@@ -149,13 +189,18 @@ class Component:
         kernel.check(status, "amplitude")
 
     def set_inputs(self, **values: float) -> None:
-        """Set inputs by name; the others keep their values.
+        """Set inputs by name; other inputs keep their values.
+
+        Parameters
+        ----------
+        **values : float
+            Values by name of the input, for instance force_A=0.15 [N].
 
         Raises
         ------
         SlipmodeError
-            If a name is unknown, a value not finite, or a frequency out of the range that the
-            slow flow of its mode can follow or equal to the frequency of the other mode.
+            If a name is unknown or a value is not finite. If a frequency is outside the range of
+            its mode, or equal to the frequency of the other mode.
         """
         changed = self._inputs.copy()
         for name, value in values.items():
@@ -170,12 +215,21 @@ class Component:
             self._warn_of_frequencies(changed)
 
     def do_step(self, time: float, duration: float) -> None:
-        """Advance from `time`, the present time, by `duration` > 0 [s].
+        """Advance by one communication step.
+
+        Parameters
+        ----------
+        time : float
+            Present time of the component [s].
+        duration : float
+            Length of the step [s], > 0.
 
         Raises
         ------
+        SlipmodeError
+            If `time` is not the present time.
         StoppedError
-            If the step cannot be taken; the message says why.
+            If the step is not possible; the message states the reason.
         """
         now = self.time
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
@@ -192,32 +246,44 @@ class Component:
         self._inputs = later
 
     def outputs(self) -> dict[str, float]:
-        """Return the outputs at the present time, by name."""
+        """Return the outputs at the present time.
+
+        Returns
+        -------
+        dict of str to float
+            Values by name, in the order of `output_names`.
+
+        Raises
+        ------
+        SlipmodeError
+            If the contact motion cannot be computed.
+        """
         values = np.empty(len(self.output_names))
         kernel.check(kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs")
         return dict(zip(self.output_names, values.tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Advance by many steps in one call.
+        """Advance by many communication steps in one call.
 
         Parameters
         ----------
         durations : (steps,) ndarray
             Length of each step [s].
         inputs : (steps, inputs) ndarray
-            Inputs at the start of each step, in the order of `input_names`.
+            Inputs at the start of each step, in the order and units of `input_names`.
 
         Returns
         -------
         (steps, outputs) ndarray
-            In the order of `output_names`.
+            Outputs at the end of each step, in the order and units of `output_names`.
 
         Raises
         ------
         StoppedError
-            If a step cannot be taken; it has the outputs of the steps before.
+            If a step is not possible; `StoppedError.outputs` has the outputs of the previous
+            steps.
         SlipmodeError
-            If the arrays have other shapes.
+            If an array has a wrong shape.
         """
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
@@ -236,19 +302,30 @@ class Component:
         return outputs
 
     def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
-        """Advance by many steps as in `run`, with outputs after each internal step.
+        """Advance by many communication steps, and yield the outputs after each internal step.
 
-        Internal steps are short where the amplitudes change fast, and long where they rest.
+        Internal steps are short where the amplitudes change fast, and long where they are
+        constant.
+
+        Parameters
+        ----------
+        durations : (steps,) ndarray
+            Length of each communication step [s].
+        inputs : (steps, inputs) ndarray
+            Inputs at the start of each step, in the order and units of `input_names`.
 
         Yields
         ------
         (rows, outputs) ndarray
-            The next outputs, in the order of `output_names`.
+            Outputs after further internal steps, in the order and units of `output_names`.
 
         Raises
         ------
-        StoppedError, SlipmodeError
-            As `run`; the outputs in the error follow the outputs that were yielded.
+        StoppedError
+            If a step is not possible; `StoppedError.outputs` has the outputs that were not
+            yielded.
+        SlipmodeError
+            If an array has a wrong shape.
         """
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
@@ -274,13 +351,30 @@ class Component:
             yield outputs[: trace.count]
 
     def get_state(self) -> Floats:
-        """Return the state of the run as an array for `set_state`."""
+        """Return the complete state, for `set_state`.
+
+        Returns
+        -------
+        (n,) ndarray
+            Time, amplitudes, contact memory and inputs.
+        """
         state = np.empty(kernel.lib.sm_component_state_count(self._handle))
         kernel.check(kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
         return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
-        """Continue from a state of this component, or of another component of the same model."""
+        """Continue from a state of this component, or of another component of one model.
+
+        Parameters
+        ----------
+        state : (n,) ndarray
+            Result of `get_state`.
+
+        Raises
+        ------
+        SlipmodeError
+            If the array has a wrong size or is not finite.
+        """
         given = kernel.contiguous(state)
         count = kernel.lib.sm_component_state_count(self._handle)
         size = count + self._inputs.size
@@ -292,9 +386,15 @@ class Component:
         self._inputs = given[count:].reshape(1, -1).copy()
 
     def transient_error(self) -> Floats:
-        """Return the estimated transient error of the present amplitudes, (modes,) [kg^1/2 m].
+        """Return the estimated error of the present amplitudes due to transients.
 
-        Steady states have no such error; see `slipmode.rom.slow.transient`.
+        Friction after reversals is neglected in slow time, see "What is assumed" in
+        docs/theory.md. Steady states do not have this error.
+
+        Returns
+        -------
+        (modes,) ndarray
+            Error of |a_j| [kg^1/2 m].
         """
         values = self._slow_outputs("transient error")
         modes = slice(0, self.model.modes)
@@ -311,7 +411,13 @@ class Component:
         return np.asarray(scale * error[0])
 
     def work(self) -> tuple[int, int]:
-        """Return the numbers of accepted and rejected internal steps since creation."""
+        """Return the numbers of internal steps since the component was made.
+
+        Returns
+        -------
+        accepted, rejected : int
+            Internal steps with an error below and above the tolerance.
+        """
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value

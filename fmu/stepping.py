@@ -9,19 +9,17 @@ from slipmode.rom.arrays import Floats
 
 
 class StoppedError(SlipmodeError):
-    """A step that could not be taken; the component is unchanged.
+    """Report a step that is not possible; the component keeps its state.
 
     Parameters
     ----------
     message : str
-        What stopped it, and what to do.
-
-    Attributes
-    ----------
+        Reason, and what to do.
     time : float
         Present time of the component [s].
     outputs : (steps, outputs) ndarray
-        Outputs of the steps before, in the same call.
+        Outputs of the previous steps in this call, in the order and units of
+        `Component.output_names`.
     left_table : bool
         Whether an amplitude leaves the friction table, so that a larger table helps.
     """
@@ -36,21 +34,62 @@ class StoppedError(SlipmodeError):
 
 
 class Steppable(Protocol):
-    """The interface of `Component`, and of an FMU behind the same names."""
+    """Define the interface that `Component` and imported FMUs have in common.
+
+    Attributes
+    ----------
+    input_names : tuple of str
+        Names of the inputs, see `Component`.
+    output_names : tuple of str
+        Names of the outputs, see `Component`.
+    """
 
     input_names: tuple[str, ...]
     output_names: tuple[str, ...]
 
     def set_inputs(self, **values: float) -> None:
-        """Set inputs by name; the others keep their values."""
+        """Set inputs by name; other inputs keep their values.
+
+        Parameters
+        ----------
+        **values : float
+            Values by name of the input, in the units of `Component`.
+        """
 
     def do_step(self, time: float, duration: float) -> None:
-        """Advance from `time` by `duration` > 0."""
+        """Advance by one communication step.
+
+        Parameters
+        ----------
+        time : float
+            Present time [s].
+        duration : float
+            Length of the step [s], > 0.
+        """
 
     def outputs(self) -> dict[str, float]:
-        """Return the outputs at the present time."""
+        """Return the outputs at the present time.
+
+        Returns
+        -------
+        dict of str to float
+            Values by name, in the units of `Component`.
+        """
         ...
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Advance by many steps with inputs (steps, inputs); return outputs (steps, outputs)."""
+        """Advance by many communication steps in one call.
+
+        Parameters
+        ----------
+        durations : (steps,) ndarray
+            Length of each step [s].
+        inputs : (steps, inputs) ndarray
+            Inputs at the start of each step, in the order of `input_names`.
+
+        Returns
+        -------
+        (steps, outputs) ndarray
+            Outputs at the end of each step, in the order of `output_names`.
+        """
         ...

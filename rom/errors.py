@@ -12,15 +12,15 @@ Level = Literal["info", "warning", "error"]
 
 
 class SlipmodeError(ValueError):
-    """Input or a state that slipmode refuses.
+    """Report input or a state that slipmode refuses.
 
-    The message is one line that names the key, variable or file, and says what is allowed or what
-    to do. The command line prints it unchanged.
+    The message is one line that names the key, variable or file, and states what is allowed or
+    what to do. The command line prints this message without changes.
     """
 
 
 class ValidityWarning(UserWarning):
-    """A violated assumption of the method; the message states the measured indicator."""
+    """Warn of a violated assumption of the method; the message states the measured indicator."""
 
 
 class OutsideTableError(SlipmodeError):

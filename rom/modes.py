@@ -21,20 +21,20 @@ from slipmode.rom.structure.structure import Structure
 
 @frozen
 class ModeSet:
-    """Lowest modes of the structure with its contacts in one state.
+    """Hold the lowest modes of the structure with its contacts in one state.
 
     Attributes
     ----------
     frequency : (count,) ndarray
-        [rad/s]; 0 of rigid-body modes.
+        Natural frequencies [rad/s]; 0 for rigid-body modes.
     damping : (count,) ndarray
-        Damping ratio phi^T C phi / (2 omega) [-]; 0 of rigid-body modes.
+        Damping ratios phi^T C phi / (2 omega) [-]; 0 for rigid-body modes.
     shapes : (n, count) ndarray
-        Mass-normalised [kg^-1/2].
+        Mass-normalised mode shapes [kg^-1/2].
     contact : (count, N_c) ndarray
-        Contact displacement per modal amplitude, W^T phi [kg^-1/2]; 0 if they are bonded.
+        Contact displacements W^T phi of the mode shapes [kg^-1/2]; 0 for bonded contacts.
     effective_mass : (count, 3) ndarray or None
-        Effective modal mass in x, y, z, relative to the mass [-]; None without labels.
+        Effective modal mass along x, y, z, relative to the mass [-]; None without labels.
     """
 
     frequency: Floats
@@ -45,60 +45,61 @@ class ModeSet:
 
     @property
     def hertz(self) -> Floats:
-        """Frequencies (count,) [Hz]."""
+        """Natural frequencies (count,) [Hz]."""
         return np.asarray(self.frequency / (2.0 * np.pi))
 
 
 @frozen
 class ModeTable:
-    """Modes for each state of the contacts; `print` shows a table.
+    """Hold the lowest modes for each state of the contacts; `print` shows a table.
 
     Attributes
     ----------
     states : mapping of "free", "stuck", "bonded" to ModeSet
-        "stuck" only with a law.
+        Modes with free, stuck and bonded contacts; "stuck" only with a law.
     reference : {"stuck", "bonded"}
-        The state whose modes `reduce` numbers.
+        State whose modes `rom.reduce` numbers.
     free_mode : (count,) ndarray of int
-        The free mode that is most similar to each reference mode.
-    at_stake : (count,) ndarray
-        Share of stiffness due to contacts of each reference mode: lost if they slip freely [-].
+        Free mode with the most similar shape for each reference mode.
+    stiffness_share : (count,) ndarray
+        Share of stiffness due to contacts [-]: relative loss of modal stiffness if the contacts
+        slip freely.
     contact : (count, N_c) ndarray
         Contact displacement of each reference mode [kg^-1/2]; for bonded contacts, of the free
-        mode. Printed relative to the largest.
+        mode. `print` shows it relative to the largest.
     pairs : tuple of (int, int)
-        Suitable modes A and B, best first: friction acts on both, at the same contacts, and they
-        are well separated from their neighbours.
+        Pairs of modes A and B that suit a reduction, best first. Friction acts on both modes at
+        common contacts, and both are well separated from their neighbours.
     """
 
     states: Mapping[str, ModeSet]
     reference: str
     free_mode: NDArray[np.intp]
-    at_stake: Floats
+    stiffness_share: Floats
     contact: Floats
     pairs: tuple[tuple[int, int], ...]
 
     def __str__(self) -> str:
         chosen = self.states[self.reference]
         masses = chosen.effective_mass is not None
-        head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>12}" for name in self.states)
-        head += f"{self.reference + ' rad/s':>14} {'damping':>8}"
+        head = f"{'mode':>4}" + "".join(f"{name + ' Hz':>11}" for name in self.states)
+        head += f"{self.reference + ' rad/s':>13} {'damping':>8}"
         head += "".join(f"{'m_' + k:>7}" for k in DIRECTIONS[:3]) if masses else ""
-        head += f"  {'at stake':>8}  contacts moved"
+        head += f"  {'stiffness share':>15}  contacts"
         lines = [head]
         largest = np.abs(self.contact).max() or 1.0
         for k in range(chosen.frequency.size):
-            line = f"{k:4}" + "".join(f"{s.hertz[k]:12.5g}" for s in self.states.values())
-            line += f"{chosen.frequency[k]:14.5g} {chosen.damping[k]:8.2%}"
+            line = f"{k:4}" + "".join(f"{s.hertz[k]:11.5g}" for s in self.states.values())
+            line += f"{chosen.frequency[k]:13.5g} {chosen.damping[k]:8.2%}"
             if chosen.effective_mass is not None:
                 line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
             motion = self.contact[k] / largest
             most_moved = np.argsort(-np.abs(motion), kind="stable")[:3]
-            line += f"  {self.at_stake[k]:8.2%}  "
+            line += f"  {self.stiffness_share[k]:15.2%}  "
             lines.append(line + ", ".join(f"{c}: {motion[c]:.2f}" for c in most_moved))
         named = ", ".join(f"{a} and {b}" for a, b in self.pairs)
         lines.append(
-            f"pairs worth choosing: {named}"
+            f"recommended pairs: {named}"
             if named
             else "no pair of modes is separated from its neighbours and affected by friction"
         )
@@ -110,15 +111,34 @@ def modes(
 ) -> ModeTable:
     """Return the lowest modes with free, stuck and bonded contacts.
 
+    Use it to choose the modes for `rom.reduce`.
+
     Parameters
     ----------
     structure : Structure
+        Structure with n DOFs and N_c contact DOFs.
     law : elastic law, optional
-        Stuck contacts are its springs; without it the reference state is bonded.
+        Law whose springs model the stuck contacts. Default: rigid friction, with bonded
+        contacts.
     n : int, default 10
         Number of modes of each state.
     progress : bool, default False
-        Show on standard error the phases of the work on a large structure.
+        Print the phases of the computation on standard error.
+
+    Returns
+    -------
+    ModeTable
+        Frequencies, damping ratios, shapes and contact displacements of the modes.
+
+    Raises
+    ------
+    SlipmodeError
+        If n is below 1, the law is not elastic, or all DOFs are contact DOFs of a rigid law.
+
+    Examples
+    --------
+    >>> rom.modes(rom.two_mass(), n=2).states["bonded"].frequency
+    array([1. , 1.7])
     """
     if not isinstance(n, int | np.integer) or n < 1:
         raise SlipmodeError(f"n: must be an integer of at least 1, got {n!r}")
@@ -149,9 +169,11 @@ def modes(
     similar = np.argmax(similarity, axis=1)
     omega = chosen.frequency
     ratio = np.divide(free.frequency[similar], omega, out=np.ones(count), where=omega > 0)
-    at_stake = np.clip(1.0 - ratio**2, 0.0, 1.0)
+    stiffness_share = np.clip(1.0 - ratio**2, 0.0, 1.0)
     contact = free.contact[similar] if law is None else chosen.contact
-    return ModeTable(states, name, similar, at_stake, contact, _pairs(omega, at_stake, contact))
+    return ModeTable(
+        states, name, similar, stiffness_share, contact, _pairs(omega, stiffness_share, contact)
+    )
 
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
@@ -173,19 +195,21 @@ def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
     return np.asarray(np.divide(share, total, out=np.zeros_like(share), where=total > 0))
 
 
-def _pairs(frequency: Floats, at_stake: Floats, contact: Floats) -> tuple[tuple[int, int], ...]:
+def _pairs(
+    frequency: Floats, stiffness_share: Floats, contact: Floats
+) -> tuple[tuple[int, int], ...]:
     """Return the pairs with the largest effect of friction at contacts that both modes move."""
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.abs(frequency[:, np.newaxis] / frequency - 1.0)
     np.fill_diagonal(distance, np.inf)
     distance[:, frequency == 0.0] = np.inf
     # Well separated from its neighbours, and with enough stiffness due to contacts
-    fit = (distance.min(axis=1) >= 0.05) & (at_stake >= 1e-3) & (frequency > 0)
+    fit = (distance.min(axis=1) >= 0.05) & (stiffness_share >= 1e-3) & (frequency > 0)
     share = np.abs(contact)
     length = np.linalg.norm(share, axis=1, keepdims=True)
     share = np.divide(share, length, out=np.zeros_like(share), where=length > 0)
     effect = {
-        (a, b): float(share[a] @ share[b] * np.sqrt(at_stake[a] * at_stake[b]))
+        (a, b): float(share[a] @ share[b] * np.sqrt(stiffness_share[a] * stiffness_share[b]))
         for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
     }
     return tuple(sorted(effect, key=lambda pair: -effect[pair])[:3])

@@ -38,6 +38,12 @@ def short_list(words: Iterable[str]) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
+def percentage(share: float) -> str:
+    """Return a share in percent, to two digits and without an exponent: 0.13 %, 120 %."""
+    rounded = np.format_float_positional(float(f"{100.0 * share:.2g}"), trim="-")
+    return "below 0.001 %" if 0.0 < share < 1e-5 else f"{rounded} %"
+
+
 def _names(record: object) -> list[str]:
     if dataclasses.is_dataclass(record):
         return [field.name for field in dataclasses.fields(record) if field.repr]

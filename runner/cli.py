@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import logging
-import shutil
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -14,12 +13,12 @@ from pathlib import Path
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.table import disk_cache
-from slipmode.runner.commands import OUTPUT, SCENE, Argument
+from slipmode.runner.commands import OUTPUT, SCENE, Argument, overview, print_next
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.commands.curves import add_curve_commands
 from slipmode.runner.commands.diameters import add_diameters_command
 from slipmode.runner.commands.identify import add_identify_command
-from slipmode.runner.commands.mode_table import mode_table
+from slipmode.runner.commands.mode_table import is_scene, mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
 from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.explore.command import add_explore_command
@@ -111,8 +110,9 @@ def _run(options: argparse.Namespace) -> int:
         if path:
             print(f"  {path}  ({path.stat().st_size / 1024:.0f} KiB)")
     if recording.mcap:
-        program = "slipmode" if shutil.which("slipmode") else sys.argv[0]
-        print(f"look at it:  {program} replay {recording.mcap}")
+        print_next("slipmode", "replay", recording.mcap)
+    elif recording.rrd:
+        print_next("rerun", recording.rrd)
     return 0
 
 
@@ -127,12 +127,17 @@ def _plan(options: argparse.Namespace) -> int:
         print(f"{subject:{widths[0]}}  {choice:{widths[1]}}  {reason}")
     for warning in plan.warnings:
         print(f"warning: {warning}")
+    print_next("slipmode", "run", options.scene)
     return 0
 
 
 def _modes(options: argparse.Namespace) -> int:
     chosen = options.mass, options.contact, options.stiffness, options.number
     print(mode_table(options.file, *chosen))
+    if is_scene(options.file):
+        print_next("slipmode", "curve", options.file)
+    else:
+        print_next("slipmode", "scenes", "--keys", "structure")
     return 0
 
 
@@ -148,6 +153,7 @@ def _scenes(options: argparse.Namespace) -> int:
         width = max(len(name) for name in shipped)
         for name in shipped:
             print(f"{name:{width}}  {load_scene(name).title}")
+        print_next("slipmode", "run", next(iter(shipped)))
     return 0
 
 
@@ -167,6 +173,7 @@ def _validate(options: argparse.Namespace) -> int:
     )
     for path in found.recordings:
         print(path)
+    print_next("slipmode", "replay", found.recordings[0])
     return 0
 
 
@@ -180,17 +187,22 @@ def _cache(options: argparse.Namespace) -> int:
     else:
         most = disk_cache.bound() / disk_cache.MIB
         print(f"  {len(entries)} files, {size:.1f} of at most {most:g} MiB")
+        print_next("slipmode", "cache", "--clear")
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="slipmode",
-        description="Structures with dry-friction contacts, forced near two resonances.",
+        usage="slipmode [-h] [--version] COMMAND ...",
         epilog="example: slipmode run two-mode -o logs && slipmode replay logs/two-mode.mcap",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"slipmode {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    commands = parser.add_subparsers(
+        prog="slipmode", required=True, metavar="COMMAND", help=argparse.SUPPRESS
+    )
+    summaries: dict[str, str] = {}
 
     def add(
         name: str,
@@ -200,8 +212,9 @@ def _parser() -> argparse.ArgumentParser:
         *arguments: Argument,
     ) -> argparse.ArgumentParser:
         command = commands.add_parser(
-            name, help=summary, description=summary, epilog=f"example: slipmode {example}"
+            name, description=summary, epilog=f"example: slipmode {example}"
         )
+        summaries[name] = summary
         for each in arguments:
             command.add_argument(*each.names, **each.options)
         command.set_defaults(command=function)
@@ -222,12 +235,18 @@ def _parser() -> argparse.ArgumentParser:
         SCENE,
         OUTPUT,
     )
-    add("plan", _plan, "what a scene needs modelled, and why", "plan sweep", SCENE)
+    add(
+        "plan",
+        _plan,
+        "what the reduced model of a scene must include, and why",
+        "plan sweep",
+        SCENE,
+    )
     contact = "DOFs, or NODE:DIRECTION, or NODE-NODE:DIRECTION of two that touch"
     add(
         "modes",
         _modes,
-        "modes of a scene or a structure, and what each does at the contacts",
+        "modes of a scene or structure, and their motion at the contacts",
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
         Argument("file", help="a scene, or a file of matrices (see rom.load_structure)"),
         Argument("--mass", type=Path, help="file of the mass matrix, if it is separate"),
@@ -243,7 +262,7 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "validate",
         _validate,
-        "compare a scene with full-order integration",
+        "compare a run of a scene with full-order integration",
         "validate two-mode",
         SCENE,
         OUTPUT,
@@ -262,8 +281,9 @@ def _parser() -> argparse.ArgumentParser:
     add(
         "cache",
         _cache,
-        "friction tables, reductions and libraries that are kept, and their size",
+        "folder and size of the cache of friction tables and reductions",
         "cache --clear",
         Argument("--clear", action="store_true", help="remove them all"),
     )
+    parser.description = "\n\n".join(overview(summaries))
     return parser

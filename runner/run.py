@@ -38,22 +38,23 @@ _log = logging.getLogger("slipmode.run")
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """The files of a run, and the time that it took.
+    """Hold the files of a run, and its computing times.
 
     Attributes
     ----------
     plan : Plan or MistunedPlan
+        Plan of the scene.
     model : Model or None
-        None if all of the scene was integrated, without a table, or its disk is mistuned.
+        Model of the scene; None without a friction table.
     mcap, rrd : Path or None
-        The files, as the scene's [log] requests them.
+        Recordings, if [log] of the scene requests them.
     steps, samples : int
-        Communication steps, and samples of fast motion.
+        Number of communication steps, and of samples of fast motion.
     table_seconds, slow_seconds, total_seconds : float
-        Wall time of the plan and the friction table, of the integration alone, in slow time or
-        at full order, and of everything.
+        Wall times of the plan and the friction table, of the integration, and of the whole run
+        [s].
     cached : bool
-        Whether the table came from the cache, or from `model.file`.
+        Whether the table came from the cache or from `model.file`.
     """
 
     plan: Plan | MistunedPlan
@@ -77,7 +78,18 @@ class Recording:
         )
 
     def read(self) -> RecordingData:
-        """Return the recorded channels as arrays; needs the MCAP file."""
+        """Return the recorded channels as arrays.
+
+        Returns
+        -------
+        RecordingData
+            Channels and events of the MCAP file.
+
+        Raises
+        ------
+        ValueError
+            If the run wrote no MCAP file.
+        """
         if self.mcap is None:
             raise ValueError("this run was not recorded as MCAP: set log.mcap = true")
         return read(self.mcap)
@@ -91,31 +103,46 @@ def run(
     live: Viewer | None = None,
     progress: bool = False,
 ) -> Recording:
-    """Run a scene and record it.
+    """Run a scene in slow time and record it.
 
     Parameters
     ----------
-    scene : Scene, path of a scene file, or name of a shipped scene
-    output : path
-        Folder for the recordings <scene>.mcap, with a layout for Foxglove, and <scene>.rrd; made
-        if missing.
+    scene : Scene, path or str
+        Scene, TOML file, or name of a shipped scene.
+    output : path, default "logs"
+        Folder for the recordings <scene>.mcap and <scene>.rrd, and for a layout of Foxglove. It is
+        made if it does not exist.
     fmu : path, optional
-        An FMU of the scene's model that does the slow-time steps, on its own friction table. If
-        it was exported with `headroom=1`, results are bit-identical to a run without it.
+        FMU of the model of this scene, which takes the slow-time steps with its own friction
+        table. If it was exported with a headroom of 1, the results are bit-identical to a run
+        without FMU.
     live : Viewer, optional
-        Show the run there while it is recorded: `find_viewer` opens one.
-    progress : bool
-        Progress bars on work longer than a second.
+        Viewer that shows the run while it is recorded, from `find_viewer`.
+    progress : bool, default False
+        Show progress bars if the computation takes longer than 1 s.
+
+    Returns
+    -------
+    Recording
+        Files of the run, its plan and its model.
 
     Raises
     ------
     SlipmodeError
-        If the scene or the FMU is refused, or the run has to stop. The recording until then
-        stays readable, and contains the reason.
+        If the scene or the FMU is refused, or the run stops. The recording up to this time is
+        readable and contains the reason.
     OSError
         If the recording cannot be written.
     KeyboardInterrupt
-        On Ctrl-C, once the recording is whole up to there; a second Ctrl-C does not wait.
+        On Ctrl-C, after the recording is complete up to this time. A second Ctrl-C does not wait.
+
+    Examples
+    --------
+    A run, and a channel of its recording::
+
+        recording = runner.run("sweep")
+        modes = recording.read().channels["/modes"]
+        amplitude = modes.column("A_abs")
     """
     started = time.perf_counter()
     if not isinstance(scene, Scene):

@@ -1,90 +1,113 @@
-"""The picture of the report: error against time, one panel per task, one colour per method."""
+"""The picture of the report: error against time, one panel per kind of task."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from benchmarks.report.sections import Section, by_method
+from benchmarks.report.sections import OURS, Row, Section, by_method
+from benchmarks.report.text import time_in_words
 from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import percentage
+from slipmode.runner.pictures import page_figure, write_beside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Colours by the beginning of a method's name, markers by its end; else black, and circles.
+# Colours by the beginning of a label.
 _COLOURS = {
-    "slipmode": "#c1272d",
-    "paper formulation": "#e69f00",
+    OURS: "#c1272d",
+    "paper formulation": "#b97a00",
     "full order": "#1b4f8f",
-    "Craig-Bampton": "#56b4e9",
+    "Craig-Bampton": "#2f8fbf",
     "LSODA": "#6a3d9a",
-    "CVODE": "#009e73",
-    "harmonic balance": "#cc5599",
-    "scheme (31)": "#e69f00",
+    "harmonic balance": "#b8407f",
+    "scheme (31)": "#b97a00",
 }
-_MARKERS = {"surface": "s", "motion": "D", "sums": "^", "continued": "^", "both axes": "^"}
-_MARKERS |= {"2 modes": "v", "4 modes": "s", "8 modes": "^"}
-_STYLE: Any = {
-    "font.size": 8.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "legend.frameon": False,
-    "legend.fontsize": 7.5,
-}
+# What else than the slow flow is timed: fast motion at every sample, or a single steady state.
+_VARIANTS = {"motion": "\n+ motion", "sums": "\n+ motion", "one state": "\none state"}
 
 
 def draw(sections: Sequence[Section], folder: Path) -> Path:
     """Write speed-error.png into a folder and return its path."""
-    mpl = extra("matplotlib", "pictures")
-    from matplotlib.figure import Figure
-
-    columns = min(len(sections), 3 if len(sections) > 4 else 2)
-    rows = -(-len(sections) // columns)
-    with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(4.6 * columns, 3.3 * rows + 1.0), layout="constrained")
-        figure.suptitle("Error against time: the lower left is the better", fontsize=11)
-        panels = list(figure.subplots(rows, columns, squeeze=False).ravel())
-        for panel, section in zip(panels, sections, strict=False):
+    path = folder / "speed-error.png"
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = _shown(sections)
+    rows = -(-len(shown) // 2)
+    once = _time(sections[0].baseline.table_seconds)
+    title = (
+        f"Error against time: lower left is better\n(friction tables, {once} here, are made once)"
+    )
+    with page_figure(path, title, 0.6 + 3.3 * rows) as figure:
+        panels = figure.subplots(rows, 2, squeeze=False).ravel()
+        for panel, section in zip(panels, shown, strict=False):
             _panel(panel, section)
-        for panel in panels[len(sections) :]:
-            panel.set_axis_off()
-        handles = {  # a method looks the same in each panel: one legend
-            label: handle
-            for panel in panels
-            for handle, label in zip(*panel.get_legend_handles_labels(), strict=True)
-        }
-        names = sorted(handles)
-        figure.legend(
-            [handles[name] for name in names], names, loc="outside lower center", ncols=2 * columns
-        )
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / "speed-error.png"
-        figure.savefig(path, dpi=170)
+        for panel in panels[len(shown) :]:
+            panel.remove()
     return path
 
 
+def _shown(sections: Sequence[Section]) -> list[Section]:
+    """Return the first section of each kind of run, and the last one: the largest structure."""
+    first = {section.run: section for section in reversed(sections)}
+    last = [] if sections[-1] in first.values() else [sections[-1]]
+    return [section for section in sections if section in first.values()] + last
+
+
+def result(section: Section) -> str:
+    """Return our error and time, and the time of the fastest other method at this error."""
+    ours = section.baseline
+    rivals = sorted(section.rivals(ours), key=lambda row: row.seconds)
+    words = f"{OURS}: {percentage(ours.error)} in {_time(ours.seconds)};"
+    if not rivals:
+        return f"{words}\nno other method is as accurate"
+    return f"{words}\n{rivals[0].method}: {_time(rivals[0].seconds)}"
+
+
 def _panel(axes: Axes, section: Section) -> None:
-    for method, rows in by_method(section.rows).items():
-        colour = next((c for name, c in _COLOURS.items() if method.startswith(name)), "black")
-        marker = next((m for name, m in _MARKERS.items() if method.endswith(name)), "o")
-        # settings of our methods are tables and flows, no sequence for a line
-        joined = not any(row.setting.startswith("table") for row in rows)
-        axes.plot(
-            [row.seconds for row in rows],
-            [row.error for row in rows],
-            marker,
-            color=colour,
-            markersize=5,
-            markerfacecolor=colour if marker == "o" else "white",
-            linestyle="-" if joined else "none",
-            linewidth=0.9,
-            label=method,
-        )
-    axes.set(xscale="log", yscale="log", title=section.title)
-    axes.set(xlabel=f"time per {section.run} [s]", ylabel=f"relative error, {section.errors[0]}")
+    for label, rows in _curves(section.rows).items():
+        color = next((c for name, c in _COLOURS.items() if label.startswith(name)), "black")
+        front = _front(rows)
+        seconds, errors = [row.seconds for row in front], [100.0 * row.error for row in front]
+        axes.plot(seconds, errors, "o-", color=color, markersize=4, linewidth=1.0)
+        place = (seconds[0], errors[0]) if label == OURS else (seconds[-1], errors[-1])
+        write_beside(axes, place, label, color, above=label == OURS)
+    axes.set(xscale="log", yscale="log", ylabel=f"relative error, {section.errors[0]} [%]")
+    axes.set_title(f"{section.title.capitalize()}\n{result(section)}")
+    axes.set_xlabel(f"time per {section.run}")
+    low, high = axes.get_xlim()
+    axes.set_xlim(0.2 * low, 30.0 * high)  # labels stand beside the curves
+    locator = extra("matplotlib.ticker", "pictures").LogLocator(numticks=5)
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(lambda seconds, _: _time(seconds))
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter("")
-    axes.grid(which="major", linewidth=0.4, color="#dddddd")
-    axes.set_axisbelow(True)
+    axes.yaxis.set_minor_formatter("")
+
+
+def _curves(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Return the rows by label: variants of a method, and both solvers, share a curve."""
+    methods = by_method(rows)
+    solvers = ", ".join(name for name in ("LSODA", "CVODE") if name in methods)
+    found: dict[str, list[Row]] = {}
+    for method, own in methods.items():
+        name, _, variant = method.partition(", ")
+        label = name.partition(" from ")[0]  # of the printed scheme
+        if label == OURS:
+            label += _VARIANTS.get(variant, "")
+        found.setdefault(solvers if label in ("LSODA", "CVODE") else label, []).extend(own)
+    return found
+
+
+def _time(seconds: float) -> str:
+    return time_in_words(seconds).replace("us", "µs")
+
+
+def _front(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows that no row is both faster and more accurate than, the fastest first."""
+    front: list[Row] = []
+    for row in sorted(rows, key=lambda row: (row.seconds, row.error)):
+        if not front or row.error < front[-1].error:
+            front.append(row)
+    return front

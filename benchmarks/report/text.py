@@ -47,12 +47,16 @@ def _structures(sections: Sequence[Section]) -> str:
     for section in sections:
         ours, rivals = section.baseline, section.rivals(section.baseline)
         rival = (
-            (_time(rivals[0].seconds), _ratio(section.ratio(rivals[0])), _runs(section, rivals[0]))
+            (
+                time_in_words(rivals[0].seconds),
+                _ratio(section.ratio(rivals[0])),
+                _runs(section, rivals[0]),
+            )
             if rivals
             else ("less accurate", "", "")
         )
         errors = (_error(error) for error in ours.errors)
-        times = (_time(ours.seconds), _time(ours.table_seconds))
+        times = (time_in_words(ours.seconds), time_in_words(ours.table_seconds))
         lines.append((section.title, *errors, *times, *rival))
     title = "other structures: the slow flow, and the fastest full order that is as accurate"
     return "\n".join([title, *_aligned(lines, 1)])
@@ -74,12 +78,12 @@ def _verdict(section: Section, ours: Row) -> Iterator[str]:
 
 def _line(section: Section, row: Row, has_tables: bool) -> Line:
     mark = "*" if row is section.baseline else ""
-    table = (_time(row.table_seconds) if row.table_seconds else "", _runs(section, row))
+    table = (time_in_words(row.table_seconds) if row.table_seconds else "", _runs(section, row))
     return (
         f"{row.method}{mark}",
         row.setting,
         *(_error(error) for error in row.errors),
-        _time(row.seconds),
+        time_in_words(row.seconds),
         _ratio(section.ratio(row)),
         *(table if has_tables else ()),
         row.note,
@@ -107,7 +111,8 @@ def _ratio(ratio: float) -> str:
     return f"{ratio:.3g}" if ratio < 1000 else f"{ratio:.0f}"
 
 
-def _time(seconds: float) -> str:
+def time_in_words(seconds: float) -> str:
+    """Return a time [s] in s, ms or us, to three digits."""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"

@@ -1,9 +1,10 @@
 """
-Damping of one contact
-======================
+At which amplitude does a contact damp most?
+============================================
 
-The damped nonlinear mode: what friction does to the frequency and the damping of a mode grows once
-the contact slips, and falls again where the limit is small against the motion.
+The damped nonlinear mode has the frequency and the damping of free vibration at each amplitude.
+The contact damps most at twice the amplitude at which it begins to slip. The damping ratio is
+0.88 % there and 0.1 % without slip.
 """
 
 import matplotlib.pyplot as plt
@@ -19,6 +20,8 @@ best = backbone.damping.argmax()
 most = backbone.damping[best]
 
 fig, (above, below) = plt.subplots(2, sharex=True)
+above.set_title(f"Largest damping: {100 * most:.2f} %")
+above.grid(), below.grid()
 above.plot(backbone.amplitude, backbone.frequency)
 above.set_ylabel("frequency [rad/s]")
 below.plot(backbone.amplitude, 100 * backbone.damping)

@@ -1,10 +1,10 @@
 """
-Flutter saved by friction
-=========================
+Does an engine order end the flutter of blades?
+===============================================
 
 Aerodynamic forces between the 24 blades of a disk feed energy into six nodal diameters. Friction
-between the blade tips limits nodal diameter 6 to a small amplitude. An engine order 4 near a mode
-of the second family makes the contacts slip, too, and ends the flutter at 3.1 N.
+between the blade tips limits nodal diameter 6 to a small amplitude. Engine order 4 near a mode of
+the second family makes the contacts slip, too, and ends the flutter at 3.1 N.
 """
 
 import matplotlib.pyplot as plt

@@ -1,9 +1,10 @@
 """
-Flutter that friction holds
-===========================
+How much energy of the flow can friction take?
+==============================================
 
-A flow puts energy into a mode. Friction holds it at the stable limit cycle; beyond the
-unstable one it grows without bound. The two meet where friction cannot take more.
+A flow feeds energy into a mode, and friction limits the mode to a stable limit cycle. Beyond the
+unstable limit cycle the amplitude grows without bound. The two approach each other as the flow
+becomes stronger: friction fails soon after 0.025 rad^2/s^2.
 """
 
 import matplotlib.pyplot as plt
@@ -22,8 +23,10 @@ for strength in np.linspace(0.0125, 0.025, 11):
 strength, amplitude, stable = map(np.array, zip(*cycles, strict=True))
 
 fig, axes = plt.subplots()
-axes.plot(strength[stable], amplitude[stable], "o-", label="stable")
-axes.plot(strength[~stable], amplitude[~stable], "x--", label="unstable")
+axes.plot(strength[stable], amplitude[stable], "o-")
+axes.plot(strength[~stable], amplitude[~stable], "x--")
+axes.text(0.016, 1.5, "stable: friction limits the flutter", color="C0")
+axes.text(0.0132, 4.6, "unstable: flutter grows above it", color="C1")
+axes.grid()
 axes.set(xlabel=r"-Im of the coefficient [rad$^2$/s$^2$]", ylabel=r"|A| [kg$^{0.5}$ m]")
-axes.legend()
 plt.show()

@@ -1,8 +1,9 @@
 """
-Against full order
-==================
+How exact is a steady state of the slow flow?
+=============================================
 
-The same steady state by slow flow, from a table, and by integrating the full equations in time.
+The same steady states are computed from the friction table and by integrating the full equations
+in time. They differ by 0.04 % at most.
 """
 
 import matplotlib.pyplot as plt
@@ -28,6 +29,8 @@ error = np.max(np.abs(np.array(there) / exact - 1.0))
 fig, axes = plt.subplots()
 axes.plot(np.linspace(0.94, 1.02, 60), slow, label="slow flow")
 axes.plot(frequencies, exact, "o", label="full order")
+axes.set_title(f"Slow flow and full order differ by {100 * error:.2f} % at most")
+axes.grid()
 axes.set(xlabel="forcing frequency [rad/s]", ylabel=r"|A| [kg$^{0.5}$ m]")
 axes.legend()
 plt.show()

@@ -1,9 +1,9 @@
 """
-A contact that lifts off
-========================
+How far does the frequency fall when a contact lifts off?
+=========================================================
 
-The foot of a body, on oblique springs, slides along its support: its normal load varies, and it is
-open for part of each cycle. The frequency falls as it opens.
+The foot of a body, on oblique springs, slides along its support. Its normal load varies, and it
+is open for part of each cycle at large amplitudes. The frequency falls by 14 %.
 """
 
 import matplotlib.pyplot as plt
@@ -28,5 +28,7 @@ fall = 1.0 - backbone.frequency[-1] / backbone.frequency[0]
 
 fig, axes = plt.subplots()
 axes.plot(backbone.frequency, backbone.amplitude)
+axes.set_title(f"The frequency falls by {100 * fall:.0f} %")
+axes.grid()
 axes.set(xlabel="frequency [rad/s]", ylabel=r"|A| [kg$^{0.5}$ m]")
 plt.show()

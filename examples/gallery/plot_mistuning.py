@@ -2,10 +2,10 @@
 Does friction or mistuning win?
 ===============================
 
-The tips of 24 blades touch. Engine order 3 excites a resonance. In 100 random
-disks the stiffness of the blades deviates by 4 %. The largest blade amplitude, relative to that of
-the tuned disk, is smaller where the contacts slip. Bands: 95 % confidence; dashed: extreme value
-distributions.
+The tips of 24 blades touch, and engine order 3 excites a resonance. In 100 random disks the
+stiffness of the blades deviates by 4 %. The median amplification of the largest blade is 1.50
+where the contacts stick and 1.27 where they slip. Bands have 95 % confidence; dashed lines are
+extreme value distributions.
 """
 
 import matplotlib.pyplot as plt

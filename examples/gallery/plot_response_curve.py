@@ -1,8 +1,9 @@
 """
-Response curves at five forces
-==============================
+At which force does friction damp a resonance best?
+===================================================
 
-Stuck, the peak is that of a stiff structure; slipping, that of a soft and damped one.
+The response per force is a measure of damping. The peak is lowest at 0.06 to 0.08 N: with less
+force the contact sticks, with more it slips freely and the mode is soft.
 """
 
 import matplotlib.pyplot as plt
@@ -21,6 +22,9 @@ for force in (0.02, 0.04, 0.06, 0.08, 0.1):
     size = abs(curve.amplitude[:, 0]) / force
     peaks[force] = size.max()
     axes.plot(curve.parameter, size, label=f"{force:g} N")
-axes.set(xlabel="forcing frequency [rad/s]", ylabel="|A| per force")
+axes.set(xlabel="forcing frequency [rad/s]", ylabel=r"|A| per force [kg$^{0.5}$ m/N]")
+best = min(peaks, key=peaks.get)
+axes.set_title(f"The peak per force is lowest at {best:g} N")
+axes.grid()
 axes.legend()
 plt.show()

@@ -1,8 +1,9 @@
 """
-A sweep beside its steady states
-================================
+How slow must a sweep be?
+=========================
 
-The amplitude of a run whose forcing frequency rises slowly follows the response curve.
+A sweep over 2000 s through a resonance lags behind the steady states. Its peak is 9 % lower than
+the peak of the response curve.
 """
 
 import matplotlib.pyplot as plt
@@ -24,8 +25,10 @@ span = (0.93, 1.03)
 curve = rom.response_curve(model, (0.98,), ({0: 0.15},), vary="frequency_A", span=span)
 
 fig, axes = plt.subplots()
+lag = 100.0 * (1.0 - max(swept) / abs(curve.amplitude[:, 0]).max())
 axes.plot(frequencies, swept, label="sweep of 2000 s")
 axes.plot(curve.parameter, abs(curve.amplitude[:, 0]), "--", label="steady states")
 axes.set(xlabel="forcing frequency [rad/s]", ylabel=r"|A| [kg$^{0.5}$ m]")
+axes.set_title(f"The peak of the sweep is {lag:.0f} % lower than the steady peak")
 axes.legend()
 plt.show()

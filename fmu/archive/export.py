@@ -27,7 +27,7 @@ from slipmode.fmu.description.xml_files import (
 from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
-from slipmode.rom import Model, SlipmodeError
+from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.table.quasi_static import check_force_patterns
@@ -41,51 +41,64 @@ def export(
     force_patterns: ForcePatterns | None = None,
     **options: Any,
 ) -> Path:
-    """Write a model as an FMU for Co-Simulation and Model Exchange, and return its path.
+    """Write a model as an FMU for Co-Simulation and Model Exchange.
 
     Parameters
     ----------
     model : Model
+        Model from `rom.tabulate`, `rom.model_of_rates` or an identification.
     path : path
-        The .fmu file; replaced if it exists.
+        Name of the .fmu file, which is replaced if it exists.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
-        As for `Component`: the forces that a force input of 1 N represents. Default: the input is
-        the modal force [N kg^-1/2].
-    fmi : {2, 3}
-        Version of the standard: 2.0 for older tools, else 3.0 (default).
+        Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
+    contact : bool, default False
+        Add the contact motion to the outputs, see `Component`.
+    elastic : sequence of int
+        DOFs whose displacement is an output; needs `contact`.
+    mode_names : sequence of str, default ("A", "B")
+        Names of the modes; ("B",) if the model has only mode B.
+    tolerance : float, default 1e-6
+        Relative tolerance of the slow flow in each internal step [-], 1e-13 to 1e-2.
+    warned : bool, default True
+        Warn of violated assumptions.
+    fmi : {3, 2}
+        Version of the standard: 3.0, or 2.0 for older tools.
     platforms : sequence of str
-        Platforms in addition to this machine's, of "x86_64-linux", "aarch64-linux",
-        "x86_64-windows", "x86_64-darwin" and "aarch64-darwin"; needs the extra
-        `slipmode[platforms]`.
-    contact, elastic, mode_names, tolerance, warned
-        As for `Component`.
-    name : str
+        Further platforms in addition to this machine: "x86_64-linux", "aarch64-linux",
+        "x86_64-windows", "x86_64-darwin", "aarch64-darwin". Needs the extra `slipmode[platforms]`.
+    name : str, default "slipmode"
         Name of the model in tools: one line without control characters.
     start : mapping of str to float
-        Start values by variable name, such as {"force_A": 0.15, "A_re": 0.5}.
+        Start values by name of the variable, such as {"force_A": 0.15, "A_re": 0.5}.
     largest_force : mapping of str to float
-        Largest magnitudes by name of the input, such as {"force_A": 0.3}. The inputs declare them
-        as their range, because importers cannot know the range of the friction table.
-    stop_time, step_size : float
-        Default experiment [s]; default 100 and 1.
-    reference_step : float
-        Interval of the reference result inside the file [s]; default: `step_size`.
-    stimuli : Stimuli
-        Inputs of the reference result; default: they keep their start values.
-    origin : Origin
-        Author, copyright and license of the model, and when it was made; default: none of them is
-        written, and the same model gives the same bytes.
+        Largest magnitude of force inputs by name [N], such as {"force_A": 0.3}. The FMU declares
+        it as the range of the input, so that importers respect the range of the friction table.
+    stop_time, step_size : float, default 100.0 and 1.0
+        Default experiment [s].
+    reference_step : float, optional
+        Interval of the reference result in the file [s]. Default: `step_size`.
+    stimuli : Stimuli, optional
+        Inputs of the reference result. Default: constant start values.
+    origin : Origin, optional
+        Author, copyright, license and date of the model. Default: no origin is written, and equal
+        models give files with equal bytes.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     SlipmodeError
-        On arguments that are not allowed.
+        If an argument is not allowed. If the table does not include the quasi-static response of
+        the contacts to these forces, and the resulting amplitude error exceeds its tolerance.
 
     Warns
     -----
     ValidityWarning
-        As `Component` does, and if the frequencies of `start` and `stimuli` are far from their
-        mode. The documentation inside the FMU lists these warnings.
+        If the model violates an assumption of the method, or a frequency of `start` or `stimuli`
+        is far from its mode. The documentation in the FMU lists these warnings.
     """
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
@@ -152,7 +165,12 @@ def _summary(model: Model) -> str:
 
 def _license() -> bytes:
     """Return the license of slipmode and of its library in the FMU."""
-    listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
+    folders = ("licenses", f"slipmode-{__version__}.dist-info")
+    listed = [
+        file
+        for file in files("slipmode") or []
+        if file.name == "LICENSE" and file.parent.name in folders
+    ]
     if not listed:
         raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")
     return listed[0].read_binary()

@@ -65,7 +65,7 @@ def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
     """Return the hash of all data on which amplitudes depend: model and force directions."""
     flow = slow_flow(model, force_patterns)
     # amplitudes do not depend on the harmonics that are kept of the contact motion
-    digest = hashlib.sha256(replace(model, harmonics=None).hash.encode())
+    digest = hashlib.sha256(replace(model, harmonics=None, dof_response=None).hash.encode())
     digest.update(force_factors(model, force_patterns).tobytes())
     digest.update(bytes(flow.off_resonance) + bytes(flow.cross_response))
     return digest.hexdigest()

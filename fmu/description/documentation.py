@@ -15,6 +15,7 @@ from slipmode.fmu.variables.variable import Variable
 from slipmode.rom import Model
 from slipmode.rom.errors import Finding
 from slipmode.rom.laws.directions import law_words
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.transient import TransientError
 
 
@@ -47,20 +48,20 @@ def contact_count(model: Model) -> int:
 
 def _validity(model: Model) -> list[str]:
     """Return what the model assumes, and what a change of amplitudes within a cycle costs."""
-    contacts = "Contact motion is small against the modal motion; the contacts do not separate."
+    contacts = "Contact motion is small relative to modal motion. The contacts do not separate."
     if model.reduced.contacts is not None:
         contacts = (
-            "The modes are those of the structure whose contacts stick; two of them, at most, "
+            "The modes are modes of the structure with stuck contacts. At most two of them "
             "dominate the motion."
         )
     largest, carrier = model.table.amplitude_range[np.newaxis], model.reduced.carrier
     rate = 0.01 * largest * carrier.min() / (2.0 * np.pi)
     error = TransientError.of(model.reduced, model.law).at(rate, carrier, largest) / largest
-    listed = ", ".join(f"{100 * part:.2g} %" for part in error[0])
+    listed = ", ".join(percentage(part) for part in error[0])
     transients = (
-        "Amplitudes change little within a cycle. Where contacts slip and all amplitudes change "
-        "by 1 % of the range of the friction table in a cycle, their estimated error is up to "
-        f"{listed} of it. Steady states do not have this error."
+        "Amplitudes change little within a cycle. If contacts slip and all amplitudes change by "
+        "1 % of the range of the friction table in a cycle, the estimated error is up to "
+        f"{listed} of the range. Steady states do not have this error."
     )
     return [contacts, transients]
 
@@ -78,9 +79,8 @@ def _facts(model: Model) -> list[tuple[str, ...]]:
         ("Combination resonances", combinations),
         (
             "Friction table",
-            f"{nodes} amplitudes up to {ends} kg^0.5 m; interpolation error "
-            f"{accuracy.interpolation:.1e}, resolution error {accuracy.resolution:.1e} of the "
-            "largest value",
+            f"{nodes} amplitudes up to {ends} kg^0.5 m; relative interpolation error "
+            f"{accuracy.interpolation:.1e}, relative resolution error {accuracy.resolution:.1e}",
         ),
         ("Content hash of the model", model.hash),
     ]

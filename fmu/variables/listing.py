@@ -67,7 +67,7 @@ def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Var
         ("frequency", "Frequency", Quantity.FREQUENCY, Quantity.FREQUENCY_RATE),
         ("phase", "Phase", Quantity.ANGLE, Quantity.FREQUENCY),
     )
-    moving = "which moves at it until it is set again"
+    holds = "The input changes at this rate until it is set again"
     for mode, letter in enumerate(options.mode_names):
         natural = float(model.reduced.frequency[mode])
         for word, title, quantity, rate in rows:
@@ -80,20 +80,20 @@ def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Var
             said = f"{title} of the force on mode {letter}"
             yield Variable(name, Kind.INPUT, place(word, mode), quantity, said, start, least, most)
             slot = place(f"{word}_rate", mode)
-            said = f"Rate of {name}, {moving}"
+            said = f"Rate of {name}. {holds}"
             yield Variable(f"{word}_rate_{letter}", Kind.INPUT, slot, rate, said, start=0.0)
     if is_homogeneous(model.law, model.reduced.n_contacts):
-        said = "Friction limits and preloads relative to the model's"
+        said = "Factor on the friction limits and preloads of the model"
         slot = place("limit_scale")
         yield Variable("limit_scale", Kind.INPUT, slot, Quantity.RATIO, said, 1.0, 0.0)
-        said = f"Rate of limit_scale, {moving}"
+        said = f"Rate of limit_scale. {holds}"
         slot = place("limit_scale_rate")
         yield Variable("limit_scale_rate", Kind.INPUT, slot, Quantity.RATIO_RATE, said, 0.0)
 
 
 def _parameters(model: Model, options: ExportOptions) -> Iterator[Variable]:
     for mode, letter in enumerate(options.mode_names):
-        said = f"Modal damping of mode {letter}, below 0 if it is self-excited"
+        said = f"Modal damping of mode {letter}, negative for a self-excited mode"
         damping = float(model.reduced.modal_damping[mode])
         name = f"damping_{letter}"
         yield Variable(name, Kind.PARAMETER, mode, Quantity.DAMPING, said, damping)
@@ -101,7 +101,7 @@ def _parameters(model: Model, options: ExportOptions) -> Iterator[Variable]:
     limits = (options.tolerance, 1e-13, 1e-2)
     yield Variable("tolerance", Kind.PARAMETER, slot, Quantity.RATIO, said, *limits)
     if options.contact:
-        slot, said = kernel.MODES + 1, "Compute the motion of contacts and DOFs; else it reads 0"
+        slot, said = kernel.MODES + 1, "Whether contact motion is computed; otherwise it is 0"
         yield Variable("contact_wanted", Kind.PARAMETER, slot, None, said, start=True)
 
 
@@ -119,7 +119,7 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
         size = float(largest[k // 2])
         yield Variable(name, Kind.START, 1 + k, Quantity.AMPLITUDE, said, 0.0, nominal=size)
     for mode, name in enumerate(angles):
-        said = f"Carrier angle of mode {modes[mode]}: the integral of its frequency, in [0, 2 pi)"
+        said = f"Carrier phase of mode {modes[mode]}, the integral of its frequency, 0 to 2 pi"
         yield Variable(name, Kind.OUTPUT, 5 + mode, Quantity.ANGLE, said, nominal=1.0)
     said, energy = "Energy dissipated at the contacts since the start", "dissipated_energy"
     nominal = float(max((model.reduced.frequency * largest) ** 2))
@@ -136,13 +136,13 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
         own = (f"{letter}_re", f"{letter}_im")
         said = f"Modulus of the amplitude of mode {letter}"
         yield Variable(f"{letter}_abs", Kind.MODULUS, mode, Quantity.AMPLITUDE, said, needs=own)
-        said = f"Phase of mode {letter} against its carrier"
+        said = f"Phase of mode {letter} relative to its carrier"
         yield Variable(f"{letter}_phase", Kind.PHASE, mode, Quantity.ANGLE, said, needs=own)
     said = "Mean power of the forces"
     yield Variable("input_power", Kind.OUTPUT, 7, Quantity.POWER, said, needs=needs)
     said = "Mean power dissipated at the contacts"
     yield Variable("dissipated_power", Kind.OUTPUT, 8, Quantity.POWER, said, needs=needs)
-    said = "Whether the amplitudes are inside the friction table or beyond 90% of its range"
+    said = "Place of the amplitudes in the friction table: inside, or above 90 % of its range"
     needs = (*amplitudes, *(name for name in inputs if name == "limit_scale"))
     yield Variable("table_status", Kind.MARGIN, 0, Quantity.TABLE_STATUS, said, needs=needs)
 
@@ -166,7 +166,7 @@ def _motion(
     slot = kernel.OUTPUTS_FIXED
     arrays = []
     for letter, word, quantity in rows:
-        said = f"{word.capitalize()} at every contact DOF, as contact_0_{letter}, ... have it"
+        said = f"{word.capitalize()} of all contact DOFs: contact_0_{letter}, ..."
         name, size = f"contact_{letter}", len(directions)
         if size > 0:
             array = Variable(name, Kind.OUTPUT, slot, quantity, said, needs=needs, size=size)

@@ -44,8 +44,8 @@ class Quantity(Enum):
     """A declared type: its name, unit ("" for an enumeration) and description."""
 
     TIME = ("Time", "s", "Time")
-    RATIO = ("Ratio", "1", "Number without a dimension")
-    RATIO_RATE = ("RatioRate", "1/s", "Rate of a number without a dimension")
+    RATIO = ("Ratio", "1", "Dimensionless number")
+    RATIO_RATE = ("RatioRate", "1/s", "Rate of a dimensionless number")
     FORCE = ("Force", "N", "Force")
     FORCE_RATE = ("ForceRate", "N/s", "Rate of a force")
     MODAL_FORCE = ("ModalForce", "N/kg^0.5", "Force on a mode of unit modal mass")
@@ -60,7 +60,7 @@ class Quantity(Enum):
     VELOCITY = ("Velocity", "m/s", "Velocity")
     ENERGY = ("Energy", "J", "Energy")
     POWER = ("Power", "W", "Power")
-    TABLE_STATUS = ("TableStatus", "", "Where the amplitudes are in the friction table")
+    TABLE_STATUS = ("TableStatus", "", "Place of the amplitudes in the friction table")
 
     def __init__(self, type_name: str, unit: str, description: str) -> None:
         self.type_name = type_name

@@ -33,22 +33,24 @@ _NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
 
 @frozen
 class Preload:
-    """A static state, K x + W f = F; a contact is an element of the law, on one to three DOFs.
+    """Hold a static equilibrium K x + W f = F and the law for vibration about it.
+
+    A contact is one element of the law, with one to three contact DOFs.
 
     Attributes
     ----------
     law : elastic law
-        The law as it is about this state: normal forces as preloads, clearances as gaps.
+        Law about this equilibrium, with normal forces as preloads and clearances as gaps.
     displacement : (n,) ndarray
-        x, of every DOF [m]; of a structure that floats, without rigid-body motion.
+        Displacement x of every DOF [m]. A free structure has no rigid-body displacement.
     contact_force : (N_c,) ndarray
-        f on each contact DOF [N]; along a normal what N has changed by.
+        Force f on each contact DOF [N]; along a normal direction the change of N.
     state : (contacts,) ndarray of int
         0 stuck, 1 slipping, 2 open.
     normal_force, gap : (contacts,) ndarray
-        N [N], clearance [m]; NaN where the law has no normal direction.
+        Normal force N [N] and clearance [m]; NaN for laws without a normal direction.
     tangential_share : (contacts,) ndarray
-        Tangential force relative to the friction limit there; 0 for open contacts.
+        Tangential force relative to the friction limit [-]; 0 for open contacts.
     """
 
     law: Elastic
@@ -67,48 +69,63 @@ def preload(
     *,
     warned: bool = True,
 ) -> Preload:
-    """Load a structure at rest by a static force: bolts, centrifugal load.
+    """Return the static equilibrium under a constant force, such as bolts or centrifugal load.
 
-    Its contacts close, open, stick or slip under it, by their law and in one go. What vibrates
-    about this state is the structure with the law that this returns:
-
-        rest = rom.preload(structure, law, static_force)
-        reduced = rom.reduce(structure, modes, law=rest.law)
-        model = rom.tabulate(reduced, rest.law, ...)
+    The contacts close, open, stick or slip by their law. The full load is applied in one step. The
+    returned law describes vibration about this equilibrium.
 
     Parameters
     ----------
     structure : Structure
-        May have rigid-body modes; contacts have to hold it where the force pulls.
-    law : FrictionalContact, or Contacts with some
-        As it is before the force acts: a gap where contacts do not touch yet, a preload where
-        other loads press them, with which it is in balance.
+        Structure, which may have rigid-body modes if the contacts resist them.
+    law : FrictionalContact, or Contacts that includes one
+        Law before the force acts. It has a gap where contacts do not touch yet, and a preload
+        where other loads press them together.
     static_force : {DOF: force} or (n,) array_like
-        F [N].
-    warned : bool
-        Warn of tangential forces at rest; a scene has them in its plan instead.
+        Static force F [N].
+    warned : bool, default True
+        Warn of tangential forces at rest. A scene reports them in its plan instead.
+
+    Returns
+    -------
+    Preload
+        Equilibrium, and the law for vibration about it.
 
     Raises
     ------
     SlipmodeError
-        If the law has no normal direction, or no contact holds the structure where it is pulled,
-        or all are open.
+        If the law has no normal direction, nothing holds the structure under the force, or all
+        contacts are open.
 
     Warns
     -----
     ValidityWarning
-        Where a contact carries more than 10 % of its friction limit.
+        If the tangential force of a contact is above 10 % of its friction limit.
 
     Notes
     -----
-    Normal forces and gaps are exact: preload and gap say all about them. Tangential forces at rest
-    are in the static solution, but the law that is returned has none: its sliders start with no
-    force, as if what they carry were carried by something else, so that they slip at mu N either
-    way, not at mu N less the force at rest. Under constant normal forces sliders forget it, and
-    steady vibration about the state is the same, but for a constant displacement; with normal
-    forces that vary, and in a transient, it is not. `tangential_share` says how much it is. For
-    friction that vibration has relaxed, so that it carries nothing at rest, give a law with
-    mu = 0, and take preload and gap of what this returns; the structure must then be held without.
+    Normal forces and gaps of the returned law are exact. Tangential forces at rest are part of the
+    equilibrium but not of the returned law: its sliders start without force. They slip at mu N in
+    both directions, instead of mu N minus the static tangential force.
+
+    Under constant normal forces, steady vibration does not depend on the static tangential forces,
+    except for a constant displacement. Under varying normal forces and in transients, it depends
+    on them. `Preload.tangential_share` measures the static tangential forces.
+
+    Vibration may relax the static tangential forces. To compute normal forces without them, use
+    mu = 0 here, and put the returned preload and gap into a law with friction. The
+    structure must then be held without friction.
+
+    Examples
+    --------
+    >>> structure = rom.Structure(np.eye(2), 1e4 * np.eye(2), contact=[0, 1])
+    >>> law = rom.FrictionalContact(
+    ...     mu=0.3, preload=0.0, tangential_stiffness=1e5, normal_stiffness=1e5
+    ... )
+    >>> rest = rom.preload(structure, law, {1: 110.0})
+    >>> rest.normal_force
+    array([100.])
+    >>> reduced = rom.reduce(structure, (0,), law=rest.law)
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(f"law: a static force takes elastic contacts, {_NORMAL}")

@@ -41,9 +41,18 @@ class NodalDiameterDiagram:
         if ax is None:
             ax = extra("matplotlib.pyplot", "pictures").gca()
         for family, values in enumerate(self.frequency.T):
-            ax.plot(units.of_frequency(values), "o-", ms=4, label=f"mode {family}")
+            shown = units.of_frequency(values)
+            (line,) = ax.plot(shown, "o-", ms=4, label=f"mode {family}")
+            at, color = (len(values) - 1, shown[-1]), line.get_color()
+            ax.annotate(
+                f"mode {family}",
+                at,
+                xytext=(0, 6),
+                textcoords="offset points",
+                color=color,
+                ha="right",
+            )
         ax.set(xlabel="nodal diameter", ylabel=f"frequency [{units.frequency}]")
-        ax.legend()
         return ax
 
     def columns(self, units: Units = SI) -> dict[str, Floats]:
@@ -133,12 +142,13 @@ class CampbellDiagram:
         for family, values in enumerate(frequency.T):
             ax.axhspan(values.min(), values.max(), color=f"C{family}", alpha=0.2, lw=0)
             ax.hlines(values, *speed, color=f"C{family}", lw=0.5)
-        top = 1.1 * float(self.diameters.frequency.max())
+        excited = max(self.engine_orders) * RPM * speed[1]
+        top = min(1.1 * float(self.diameters.frequency.max()), 1.5 * float(excited))
         for order in self.engine_orders:
             ax.plot(speed, units.of_frequency(order * RPM * speed), "0.5", lw=0.8)
             end = min(speed[1], top / (order * RPM))
             exit_at = end, float(units.of_frequency(order * RPM * end))
-            ax.annotate(f"{order}", exit_at, xytext=(3, 2), textcoords="offset points")
+            ax.annotate(f"EO {order}", exit_at, xytext=(3, 2), textcoords="offset points")
         at = [(c.rotor_speed, float(units.of_frequency(c.frequency))) for c in self.crossings]
         ax.plot(*np.array(at).reshape(-1, 2).T, "ko", ms=4)
         ax.set(xlabel="rotor speed [rpm]", ylabel=f"frequency [{units.frequency}]")

@@ -7,10 +7,11 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.cyclic.condensation import StaticResponse
+from slipmode.rom.cyclic.static_response import StaticResponse
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
@@ -108,27 +109,28 @@ class DiameterModes:
         SlipmodeError
             If the sectors can move as a rigid body.
         """
-        M, C, K = structure.of_diameter(nodal_diameter)
+        T = structure.expansion(nodal_diameter)
+        M = (T.conj().T @ (structure.mass @ T)).tocsc()
         W = structure.contact_motion(nodal_diameter)
         size = M.shape[0]
         try:
-            static = StaticResponse(
-                structure.condensed, structure.expansion(nodal_diameter), W, reference
-            )
+            static = StaticResponse(structure, nodal_diameter, reference)
         except (NotPositiveDefiniteError, LinAlgError):
             raise _rigid_body() from None
         square, found = lowest_modes(
             static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
         )
-        stiffest = (K.diagonal() + abs(W.T).power(2) @ reference) / M.diagonal()
-        if square[0] <= _SMALLEST * float(stiffest.real.max()):
+        stiffness = abs(T.T) @ structure.stiffness.diagonal() + abs(W.T).power(2) @ reference
+        stiffest = float((stiffness / M.diagonal().real).max())
+        if square[0] <= _SMALLEST * stiffest:
             raise _rigid_body()
         shapes = found.astype(complex)
-        damping = shapes.conj().T @ (C @ shapes)
+        everywhere = T @ shapes
+        damping = everywhere.conj().T @ (structure.damping @ everywhere)
         stiffening, damped = np.zeros((2, *damping.shape), dtype=complex)
         if structure.aerodynamics is not None:
             directions = structure.aerodynamics.directions
-            q = directions.T @ (structure.expansion(nodal_diameter) @ shapes)
+            q = directions.T @ everywhere
             stiffening, damped = (
                 q.conj().T @ each @ q
                 for each in structure.aerodynamics.of_diameter(structure.angle(nodal_diameter))
@@ -207,6 +209,32 @@ class DiameterModes:
         kept, stiffness = self._others(frequency, without)
         psi = self.contact_motion[:, kept]
         return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
+
+    def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
+        """Return how far each mode moves a contact at a harmonic of its force, (..., modes).
+
+        It is relative to the displacement of the contact at the carrier,
+
+            max_c k_ref |psi_c|^2 / (|D(nu)| h^2).
+
+        Harmonics of the force deficit of a contact that sticks and slides are at most
+        0.7 to 0.95 k_ref |x| / h^2 (tests/rom/cyclic/test_internal_resonance.py).
+
+        Parameters
+        ----------
+        springs : (N_c,) ndarray
+            k_ref [N/m].
+        frequency : (...) array_like
+            nu of the harmonic [rad/s].
+        order : int
+            h.
+        """
+        nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
+        stiffness = self.frequency**2 + np.diag(self.aerodynamic_stiffness)
+        damping = np.diag(self.damping + self.aerodynamic_damping)
+        dynamic = np.abs(stiffness - nu**2 + 1j * nu * damping)
+        moved = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
+        return np.asarray(moved / (order**2 * np.maximum(dynamic, np.finfo(float).tiny)))
 
     @cached_property
     def past_flexibility(self) -> Complexes:

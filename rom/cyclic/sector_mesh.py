@@ -9,7 +9,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.structure import CyclicStructure, checked_sectors
+from slipmode.rom.cyclic.structure import CyclicStructure, checked_sectors, distinct
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
 from slipmode.rom.structure.structure import Structure
@@ -65,12 +65,13 @@ class SectorMesh:
             raise SlipmodeError(f"axis: must be one of x, y, z, got {in_one_line(axis)}")
         self.coordinates, self.dofs, self.axis = points, table.astype(np.intp), axis
         self.left, self.right = (
-            _nodes(name, given, len(points)) for name, given in (("left", left), ("right", right))
+            distinct(name, nodes, len(points), "nodes")
+            for name, nodes in (("left", left), ("right", right))
         )
-        if self.left.size != self.right.size:
+        if self.left.size != self.right.size or not self.left.size:
             raise SlipmodeError(
-                f"left, right: must be as many nodes on either side, got {self.left.size} and "
-                f"{self.right.size}"
+                f"left, right: must be as many nodes on either side, at least one, got "
+                f"{self.left.size} and {self.right.size}"
             )
 
     def cyclic(
@@ -202,12 +203,3 @@ class SectorMesh:
 def _symmetric(matrix: Any) -> Any:
     """Return a matrix without the asymmetry of rounding."""
     return 0.5 * (matrix + matrix.T)
-
-
-def _nodes(name: str, given: ArrayLike, size: int) -> NDArray[np.intp]:
-    nodes = np.asarray(given)
-    if nodes.ndim != 1 or nodes.size == 0 or nodes.dtype.kind not in "iu":
-        raise SlipmodeError(f"{name}: must be rows of coordinates, got {in_one_line(given)}")
-    if nodes.min() < 0 or nodes.max() >= size or np.unique(nodes).size != nodes.size:
-        raise SlipmodeError(f"{name}: must be different rows of coordinates, 0 to {size - 1}")
-    return nodes.astype(np.intp)

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
 from slipmode.rom.cyclic.aerodynamics import Aerodynamics
-from slipmode.rom.cyclic.condensation import Condensation
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
@@ -24,6 +23,7 @@ from slipmode.rom.structure.matrices import (
     as_matrix,
     as_symmetric,
 )
+from slipmode.rom.structure.solvers.elimination import Elimination, eliminate
 from slipmode.rom.structure.structure import Structure, checked_damping
 
 
@@ -108,7 +108,7 @@ class CyclicStructure:
         beta = 0.0
         if isinstance(C, Rayleigh):
             C, beta = C.alpha * M + C.beta * K, C.beta
-        sides = [_dofs(name, dofs, size) for name, dofs in (("left", left), ("right", right))]
+        sides = [distinct(name, dofs, size) for name, dofs in (("left", left), ("right", right))]
         both = np.intersect1d(sides[0], sides[1]).size
         if len(sides[0]) != len(sides[1]) or both:
             raise SlipmodeError(
@@ -191,13 +191,13 @@ class CyclicStructure:
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
 
     @cached_property
-    def condensed(self) -> Condensation:
-        """The sector condensed to its sides and contacts."""
+    def condensed(self) -> Elimination:
+        """The sector's stiffness, condensed to its sides and contacts."""
         own: Any = abs(self.own_directions)
         motion = own + abs(self.next_directions)
         moving = np.flatnonzero(motion.sum(axis=1))
         boundary = np.unique(np.concatenate((self.left, self.right, moving)))
-        return Condensation.of(self.stiffness, boundary)
+        return eliminate(self.stiffness, boundary)
 
     @property
     def highest_diameter(self) -> int:
@@ -327,21 +327,22 @@ def checked_sectors(sectors: int) -> int:
     return int(sectors)
 
 
-def _dofs(name: str, dofs: Sequence[int], size: int) -> NDArray[np.intp]:
-    given = np.asarray(dofs)
-    if given.size == 0:
+def distinct(name: str, given: ArrayLike, size: int, of: str = "DOFs") -> NDArray[np.intp]:
+    """Return different numbers of DOFs, or of nodes, from 0 to size - 1; refuse others."""
+    found = np.asarray(given)
+    if found.size == 0:
         return np.zeros(0, dtype=np.intp)
-    if given.ndim != 1 or given.dtype.kind not in "iu" or np.unique(given).size != given.size:
-        raise SlipmodeError(f"{name}: must be different DOFs, got {in_one_line(dofs)}")
-    if given.min() < 0 or given.max() >= size:
-        raise SlipmodeError(f"{name}: DOFs must be 0 to {size - 1}, got {in_one_line(dofs)}")
-    return given.astype(np.intp)
+    if found.ndim != 1 or found.dtype.kind not in "iu" or np.unique(found).size != found.size:
+        raise SlipmodeError(f"{name}: must be different {of}, got {in_one_line(given)}")
+    if found.min() < 0 or found.max() >= size:
+        raise SlipmodeError(f"{name}: {of} must be 0 to {size - 1}, got {in_one_line(given)}")
+    return found.astype(np.intp)
 
 
 def _directions(name: str, contact: MatrixLike, size: int) -> Any:
     given: Any = contact if scipy.sparse.issparse(contact) else np.asarray(contact)
     if given.ndim == 1:
-        dofs = _dofs(name, given.tolist(), size)
+        dofs = distinct(name, given, size)
         ones = np.ones(dofs.size)
         return scipy.sparse.csc_array((ones, (dofs, np.arange(dofs.size))), (size, dofs.size))
     W = as_csc(as_matrix(name, contact))

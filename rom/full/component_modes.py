@@ -34,20 +34,20 @@ from slipmode.rom.structure.structure import Structure
 
 @frozen
 class ComponentModes:
-    """A structure on its component modes.
+    """Hold a structure in the coordinates of its component modes.
 
     Attributes
     ----------
     projection : Projection
-        `structure`, `basis`, `to_coordinates`; `excitation` and `state` convert forces and states
-        to the coordinates.
+        Structure and basis of the coordinates. Its methods `excitation` and `state` convert forces
+        and states to the coordinates.
     frequency : (modes,) ndarray
-        Frequencies of the modes with held contacts [rad/s].
+        Natural frequencies with held contacts [rad/s].
     receptance_error : float
-        Bound of the truncation error of the linear receptances at contacts and forces, up to the
-        frequency `highest`, relative to their static value: of the undamped structure with held
-        contacts. For bonded contacts: of their dynamic stiffness, relative to its parts by
-        stiffness and inertia. inf if the modes end below that frequency.
+        Bound of the truncation error of the undamped linear receptances at contacts and forces, up
+        to the frequency `highest`, relative to their static value [-]. For bonded contacts it
+        bounds the error of their dynamic stiffness, relative to its parts due to stiffness and
+        inertia. Infinite if the modes end below that frequency.
     """
 
     projection: Projection
@@ -56,7 +56,7 @@ class ComponentModes:
 
     @property
     def structure(self) -> Structure:
-        """M = I, K, C, W of the coordinates."""
+        """Structure in these coordinates, with a unit mass matrix."""
         return self.projection.structure
 
 
@@ -74,21 +74,31 @@ def component_modes(
     Parameters
     ----------
     structure : Structure
-        Dense or sparse. It is factorised once, with contacts held as `rom.reduce` holds them for
-        this law; the factorisation of an earlier reduction is used.
-    law : Tanh or Coulomb, or an elastic law
-        Rigid friction: contacts are bonded. Elastic: held by the springs of stuck contacts.
+        Dense or sparse structure. Its stiffness with held contacts is factorised once; a
+        factorisation by `rom.reduce` with this law is used again.
+    law : Tanh, Coulomb, or an elastic law
+        Contacts are bonded for rigid laws, and held by the springs of stuck contacts for elastic
+        laws.
     forces : sequence of {DOF: amplitude} or (n,) array_like
-        Where forces act, in any scale; for example `Excitation.patterns`.
+        Distribution of the forces, in any scale, for instance `Excitation.patterns`.
     highest : float
-        Frequency up to which receptances are to be accurate [rad/s]: the highest relevant harmonic
-        of the forcing, for example the seventh of the fastest.
+        Frequency [rad/s] up to which receptances are accurate: the highest relevant harmonic of
+        the forcing, for instance the seventh harmonic of the fastest force.
     modes : int, optional
-        Number of modes. Default: as few as keep the bound of the receptance error below the
-        tolerance, at least 1 and at most 256.
+        Number of modes. Default: the smallest number that meets the tolerance, 1 to 256.
     tolerance : float, default 1e-3
-        Of that bound. Signals change far less if high harmonics are weak: compare with half as
-        many modes.
+        Bound of the relative receptance error [-], between 0 and 1. Signals have a far smaller
+        error if high harmonics are weak. Compare with half as many modes.
+
+    Returns
+    -------
+    ComponentModes
+        Structure in the coordinates of the modes, and the error bound that is reached.
+
+    Raises
+    ------
+    SlipmodeError
+        If `highest`, `tolerance` or `modes` is outside its range, or there is no force.
 
     References
     ----------
@@ -97,8 +107,6 @@ def component_modes(
 
     Examples
     --------
-    >>> from slipmode import rom
-    >>> from slipmode.rom import full
     >>> structure, law = rom.two_mass(), rom.Tanh(limit=2.0, alpha=0.02)
     >>> excitation = full.Excitation.harmonic(structure, ({0: 0.15},), (0.98,))
     >>> small = full.component_modes(structure, law, excitation.patterns, 7 * 0.98)

@@ -19,17 +19,18 @@ from slipmode.rom.structure.structure import Structure
 
 @frozen
 class Converged:
-    """The motion at half the step, and its difference from the motion at the step.
+    """Hold the motion at half a time step, and its difference from the motion at the full step.
 
     Attributes
     ----------
     motion : FullMotion
-        Of the finer run.
+        Motion of the finer run.
     displacement_error, velocity_error : (outputs,) ndarray
-        RMS of the difference relative to the RMS of the signal. It bounds the error of the finer
-        run if halving the step halves the error at least; for a motion that is smooth over a step
-        it is about 15 times too large.
+        RMS of the difference relative to the RMS of the signal [-]. It bounds the error of the
+        finer run if halving the step at least halves the error. For motion that is smooth over a
+        step it is about 15 times the error.
     contact_displacement_error, contact_velocity_error : (N_c,) ndarray
+        RMS of the difference of contact motion, relative to the RMS of the signal [-].
     """
 
     motion: FullMotion
@@ -50,14 +51,37 @@ def converged(
     outputs: Sequence[int] | ArrayLike | None = None,
     start: State | None = None,
 ) -> Converged:
-    """Integrate at a step and at half of it.
+    """Return the motion at half a time step, and its difference from the motion at the full step.
 
     Parameters
     ----------
-    structure, law, excitation, times, outputs, start
-        As for `integrate`; samples at every step are at the steps of the coarser run.
-    steps_per_period, step
-        Of the coarser run.
+    structure : Structure
+        Structure with free contacts.
+    law : Tanh, Coulomb, or an elastic law
+        Law of the contacts.
+    excitation : Excitation
+        Harmonic forces.
+    times : (samples,) array_like or float
+        Increasing times of the samples [s]. A number is the end, with samples at all steps of the
+        coarser run.
+    steps_per_period : float, default 64
+        Smallest number of steps per period of the fastest forcing, in the coarser run.
+    step : float, optional
+        Largest time step of the coarser run [s], instead of `steps_per_period`.
+    outputs : sequence of int, or (outputs, n) array_like, optional
+        DOFs whose displacement is returned, or rows that combine DOFs. Default: all DOFs.
+    start : State, optional
+        Initial state. Default: undeformed and at rest.
+
+    Returns
+    -------
+    Converged
+        Motion of the finer run, and relative differences.
+
+    Raises
+    ------
+    SlipmodeError
+        If an argument is not allowed, or the motion grows without bound.
     """
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     coarse = integrator.run(times, start)

@@ -18,22 +18,27 @@ from slipmode.rom.structure.structure import Structure
 
 @frozen
 class Excitation:
-    """f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
+    """Hold harmonic forces f(t) = sum_j patterns_j amplitude_j(t) cos(theta_j(t) + phase_j(t)).
 
-    theta_j' = frequency_j(t), theta_j continuous and 0 at the first start. Amplitude, frequency
-    and phase are linear in time on each segment and may jump between segments; the last segment
-    has no end.
+    The carrier phase has the rate theta_j' = frequency_j(t). It is continuous, and 0 at the first
+    start. Amplitude, frequency and phase are linear in time on each segment and may jump between
+    segments. The last segment has no end. See source Eq. (2).
 
     Attributes
     ----------
     patterns : (modes, n) ndarray
-        Force on every DOF per unit of amplitude; one or two rows.
+        Force on every DOF per unit of amplitude [-], one or two rows.
     start : (segments,) ndarray
-        Increasing times at which the segments start [s].
+        Start times of the segments [s], increasing.
     amplitude, frequency, phase : (segments, modes) ndarray
-        At the start of each segment: [N] if a pattern is a unit force; [rad/s], > 0; [rad].
+        Values at the start of each segment: amplitude [N], frequency [rad/s] > 0, phase [rad].
     amplitude_rate, frequency_rate, phase_rate : (segments, modes) ndarray
-        Their rates during the segment, per second.
+        Their rates in each segment [N/s], [rad/s^2], [rad/s].
+
+    Raises
+    ------
+    SlipmodeError
+        If an array has a wrong shape or is not finite, or a frequency is not positive.
     """
 
     patterns: Floats
@@ -73,23 +78,34 @@ class Excitation:
         frequency: ArrayLike,
         phase: ArrayLike = 0.0,
     ) -> Self:
-        """Return constant forcing from t = 0.
+        """Return forces with constant amplitude, frequency and phase from t = 0 on.
 
         Parameters
         ----------
+        structure : Structure
+            Structure on which the forces act.
         force : sequence of {DOF: amplitude} or (n,) array_like
-            Force amplitudes [N] of each mode, one or two.
+            Force amplitudes [N] of one or two harmonic forces.
         frequency : (modes,) array_like
-            Omega_j [rad/s].
-        phase : (modes,) array_like or float, default 0
-            [rad]
+            Forcing frequencies Omega_j [rad/s].
+        phase : (modes,) array_like or float, default 0.0
+            Phases of the forces [rad].
+
+        Returns
+        -------
+        Excitation
+            One segment.
+
+        Raises
+        ------
+        SlipmodeError
+            If there are not one or two forces, or an array has a wrong shape.
 
         Examples
         --------
-        >>> from slipmode import rom
         >>> structure = rom.two_mass()
         >>> forces = ({0: 0.15}, {1: 0.25})
-        >>> excitation = Excitation.harmonic(structure, forces, (0.98, 1.65))
+        >>> excitation = full.Excitation.harmonic(structure, forces, (0.98, 1.65))
         """
         if not isinstance(force, Sequence | np.ndarray) or len(force) not in (1, 2):
             raise SlipmodeError("force: must be one or two forces, one per mode")
@@ -119,19 +135,45 @@ class Excitation:
 
     @property
     def is_constant(self) -> bool:
-        """Whether amplitudes, frequencies and phases never change."""
+        """Whether amplitudes, frequencies and phases are constant."""
         rates = (self.amplitude_rate, self.frequency_rate, self.phase_rate)
         return self.start.size == 1 and not any(np.any(rate) for rate in rates)
 
     def fastest(self, until: float) -> float:
-        """Return the largest frequency [rad/s] up to a time, which is not before the start."""
+        """Return the largest forcing frequency up to a time.
+
+        Parameters
+        ----------
+        until : float
+            Time [s], not before the first start.
+
+        Returns
+        -------
+        float
+            Largest frequency [rad/s].
+        """
         end = np.minimum(np.append(self.start[1:], until), until)
         duration = np.clip(end - self.start, 0.0, None)[:, np.newaxis]
         reached = np.maximum(self.frequency, self.frequency + duration * self.frequency_rate)
         return float(reached[self.start <= until].max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return carrier angles and frequencies and the forces, after jumps; each (n, modes)."""
+        """Return the forces and their carriers at given times, after jumps.
+
+        Parameters
+        ----------
+        times : (n,) ndarray
+            Times [s].
+
+        Returns
+        -------
+        angle : (n, modes) ndarray
+            Carrier phases theta_j [rad].
+        frequency : (n, modes) ndarray
+            Frequencies [rad/s].
+        force : (n, modes) ndarray
+            amplitude_j cos(theta_j + phase_j) [N].
+        """
         k = np.maximum(np.searchsorted(self.start, times, side="right") - 1, 0)
         since = (times - self.start[k])[:, np.newaxis]
         frequency = self.frequency[k] + since * self.frequency_rate[k]
@@ -142,7 +184,13 @@ class Excitation:
         return angle, frequency, amplitude * np.cos(angle + phase)
 
     def inputs(self) -> np.ndarray:
-        """Return the segments as the core reads them, (segments,)."""
+        """Return the segments as the compiled core reads them.
+
+        Returns
+        -------
+        (segments,) structured ndarray
+            Forces, frequencies, phases and their rates.
+        """
         duration = np.diff(self.start)[:, np.newaxis]
         turned = duration * (self.frequency[:-1] + 0.5 * duration * self.frequency_rate[:-1])
         inputs = kernel.inputs(self.start.size)

@@ -30,47 +30,59 @@ def integrate(
     outputs: Sequence[int] | ArrayLike | None = None,
     start: State | None = None,
 ) -> FullMotion:
-    """Integrate the full-order equations of motion.
+    """Return the motion of a structure by time integration of all equations of motion.
 
     Parameters
     ----------
     structure : Structure
-    law : Tanh or Coulomb, or an elastic law
-        Jenkins, Iwan, Sliders, FrictionalContact or Contacts, on the structure with free contacts:
-        the stiffness of the structure does not include theirs.
+        Structure with free contacts: its stiffness does not include the contacts.
+    law : Tanh, Coulomb, or an elastic law
+        Elastic laws are Jenkins, Iwan, Sliders, FrictionalContact and Contacts.
     excitation : Excitation
+        Harmonic forces with amplitudes, frequencies and phases over time.
     times : (samples,) array_like or float
-        Increasing times of the samples [s]; or the end, for a sample at every step. Evenly spaced
-        times are the fastest.
+        Increasing times of the samples [s]. A number is the end, with a sample at every step.
+        Evenly spaced times are the fastest.
     steps_per_period : float, default 64
-        Least number of steps per period of the fastest forcing. On the two-mass structure with
-        both modes slipping, 20 give the elastic displacements to 1e-3, those of the contacts to
-        1e-2 and their velocities to 0.2; 64 give 5e-5, 1e-3 and 3e-2. Elastic contacts: 24 give
-        the displacements of a blade with 12 Jenkins contacts to 5e-4, 64 to 1e-4.
+        Smallest number of steps per period of the fastest forcing.
     step : float, optional
-        Largest time step [s], instead of `steps_per_period`. Steps are the longest that fit
-        between samples and starts of segments.
+        Largest time step [s], instead of `steps_per_period`. Steps are as long as fits between
+        samples and starts of segments.
     outputs : sequence of int, or (outputs, n) array_like, optional
-        DOFs whose displacement is returned, or rows that combine them; all DOFs by default.
+        DOFs whose displacement is returned, or rows that combine DOFs. Default: all DOFs.
     start : State, optional
-        Default: at rest, undeformed, when the excitation starts.
+        Initial state. Default: undeformed and at rest when the excitation starts.
+
+    Returns
+    -------
+    FullMotion
+        Displacements, velocities and contact forces at the samples, and the final state.
 
     Raises
     ------
     SlipmodeError
-        If an argument does not fit, or the motion grows without bound.
+        If an argument is not allowed, or the motion grows without bound.
 
     Notes
     -----
-    Rigid friction: the six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_, L-stable, of
-    fourth order for friction that is smooth over a step, of about second order for exact Coulomb
-    friction. Each stage is a convex minimisation over the contact velocities, so that a step
-    cannot fail. A stage costs O(n N_c) with modal damping, O(n^2) otherwise.
+    Rigid friction uses the L-stable six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_. It
+    is of fourth order for friction that is smooth over a step, and of about second order for exact
+    Coulomb friction. Each stage is a convex minimisation over the contact velocities, which always
+    has a solution. A stage costs O(n N_c) with modal damping, otherwise O(n^2).
 
-    Elastic contacts are return maps. Each step consists of four steps of the trapezoidal rule
-    (Newmark's average acceleration), prewarped [2]_ so that motion at the forcing frequencies is
-    exact at any step, of second order otherwise, O(n N_c). Modes that turn by more than 1 rad in
-    such a part follow by backward Euler and do not ring.
+    Elastic contacts are return maps. Each step has four substeps of the trapezoidal rule
+    (Newmark's average acceleration), at a cost of O(n N_c). It is prewarped [2]_: motion at the
+    forcing frequencies is exact at any step, other motion is of second order. Modes that turn by
+    more than 1 rad in a substep use backward Euler and do not oscillate numerically.
+
+    Relative errors on the two-mass structure with two slipping modes::
+
+        steps_per_period   elastic displacement   contact displacement   contact velocity
+        20                 1e-3                   1e-2                   0.2
+        64                 5e-5                   1e-3                   3e-2
+
+    On a blade with 12 Jenkins contacts, displacements have an error of 5e-4 with 24 steps and of
+    1e-4 with 64 steps. `full.converged` measures the error of a given case.
 
     References
     ----------
@@ -78,6 +90,14 @@ def integrate(
        convection-diffusion-reaction equations, Applied Numerical Mathematics 44 (2003).
     .. [2] A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.1: the
        bilinear transformation.
+
+    Examples
+    --------
+    >>> structure = rom.two_mass()
+    >>> excitation = full.Excitation.harmonic(structure, [{0: 0.15}], [0.98])
+    >>> motion = full.integrate(structure, rom.Coulomb(2.0), excitation, [0.0, 50.0, 100.0])
+    >>> motion.displacement.shape
+    (3, 4)
     """
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     return integrator.run(times, start)

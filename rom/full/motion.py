@@ -8,20 +8,20 @@ from slipmode.rom.short_repr import frozen
 
 @frozen
 class State:
-    """The state in which a motion starts or ends.
+    """Hold the state in which a motion starts or ends.
 
     Attributes
     ----------
     time : float
-        [s]
+        Time [s].
     displacement, velocity : (n,) ndarray
-        Of every DOF of the structure [m], [m/s].
+        Displacement [m] and velocity [m/s] of every DOF.
     contact_force : (N_c,) ndarray, optional
-        Force of rigid friction [N]; by default the law's force at this velocity. For a contact at
-        rest under exact Coulomb friction that is 0, which the first step corrects.
+        Forces of rigid friction [N]. Default: the force of the law at this velocity. For a contact
+        at rest with exact Coulomb friction this is 0, which the first step corrects.
     contact_memory : ndarray, optional
-        Memory of elastic contacts and their sliders [m], of an end state. By default they moved
-        monotonically from rest to here.
+        Memory of elastic contacts and their sliders [m], from a final state. Default: contacts
+        that moved monotonically from rest to the present displacement.
     """
 
     time: float
@@ -33,23 +33,24 @@ class State:
 
 @frozen
 class FullMotion:
-    """A motion at the sample times.
+    """Hold a motion at the sample times.
 
     Attributes
     ----------
     time : (samples,) ndarray
-        [s]
+        Times of the samples [s].
     displacement, velocity : (samples, outputs) ndarray
-        [m], [m/s]
+        Displacements [m] and velocities [m/s] of the outputs.
     contact_displacement, contact_velocity, contact_force : (samples, N_c) ndarray
-        x_c = W^T x [m], x_c' [m/s], friction force [N]; along a normal direction N - N0.
+        Contact displacements x_c = W^T x [m], velocities [m/s] and forces [N]. Along a normal
+        direction the force is N - N0.
     dissipated : (samples,) ndarray
-        Work done on the contacts since the start [J]: energy lost to friction, and the change of
-        the energy in the springs of elastic contacts, which is 0 over a cycle.
+        Work done on the contacts since the start [J]. It is the energy dissipated by friction
+        plus the change of energy in the springs of elastic contacts, which is 0 over a cycle.
     end : State
-        From which `integrate` continues.
+        Final state, from which `full.integrate` continues.
     steps : int
-        Time steps taken.
+        Number of time steps.
     """
 
     time: Floats

@@ -24,16 +24,16 @@ _REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction th
 
 @frozen
 class SteadyAmplitude:
-    """x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
+    """Hold steady amplitudes of x = sum_j 2 Re(amplitude_j exp(i theta_j)) + other harmonics.
 
     Attributes
     ----------
     amplitude : (modes, outputs) complex ndarray
-        Of each carrier in each output [m].
+        Amplitude of each carrier in each output [m].
     error : (modes, outputs) ndarray
-        Estimate: change on halving the time step, plus the change between the last windows [m].
+        Estimated error [m]: change on halving the time step, plus change between the last windows.
     end : State
-        A state on the steady motion.
+        State of the steady motion.
     """
 
     amplitude: Complexes
@@ -54,30 +54,38 @@ def steady_amplitude(
     most_windows: int = 100,
     periods: float | None = None,
 ) -> SteadyAmplitude:
-    """Integrate until the carrier amplitudes no longer change.
+    """Return the steady carrier amplitudes, by time integration until they are constant.
 
     Parameters
     ----------
     structure : Structure
-    law : Friction or elastic law
+        Structure with free contacts.
+    law : Tanh, Coulomb, or an elastic law
         Law of the contacts.
     excitation : Excitation
-        Constant.
+        Constant harmonic forces.
     outputs : sequence of int, or (outputs, n) array_like, optional
-        DOFs, or rows that combine them, like mode shapes times mass; all DOFs by default.
+        DOFs, or rows that combine DOFs, for instance mode shapes times mass. Default: all DOFs.
     tolerance : float, default 1e-5
         Largest change from one window to the next, relative to the largest amplitude of the
-        carrier among the outputs (of both carriers where one is not forced).
-    steps_per_period, step
-        Largest time step, as in `integrate`.
+        carrier among the outputs [-]. If a carrier has no force, relative to the largest amplitude
+        of both carriers.
+    steps_per_period : float, default 64
+        Smallest number of steps per period of the fastest forcing.
+    step : float, optional
+        Largest time step [s], instead of `steps_per_period`.
     start : State, optional
-        A state near the steady motion, with its time, shortens the transient; by default at rest.
+        State near the steady motion, which shortens the transient. Default: undeformed and at
+        rest.
     most_windows : int, default 100
-        Windows per time step after which the call is refused.
+        Largest number of windows for each time step.
     periods : float, optional
-        Length of a window in periods of the slowest carrier, instead of the length in the notes.
-        Strong contacts cause lines of higher order: a line close to a carrier makes its amplitude
-        beat from window to window, unless a window is several beats long.
+        Length of a window in periods of the slowest carrier. Default: see Notes.
+
+    Returns
+    -------
+    SteadyAmplitude
+        Complex amplitudes with an error estimate, and a state of the steady motion.
 
     Raises
     ------
@@ -86,9 +94,12 @@ def steady_amplitude(
 
     Notes
     -----
-    By default a window is so long that every line n Omega_A + m Omega_B, |n| + |m| <= 7, lies 12
-    resolution widths from the carriers, at most 1000 periods. Lines that coincide with a carrier
-    (commensurate frequencies) are part of its amplitude.
+    By default, every line n Omega_A + m Omega_B with |n| + |m| <= 7 is at least 12 resolution
+    widths of the window from the carriers; a window has at most 1000 periods. Lines that coincide
+    with a carrier (commensurate frequencies) are part of its amplitude.
+
+    Strong contacts cause lines of higher order. A line close to a carrier makes its amplitude beat
+    from window to window, unless `periods` is several beats long.
     """
     if not excitation.is_constant:
         raise SlipmodeError("excitation: must be constant for a steady amplitude")

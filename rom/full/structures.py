@@ -123,18 +123,26 @@ def orthonormal(inertia: Floats, mass: Floats) -> Floats:
 def aeroelastic(
     structure: Structure, reduced: Reduced, mode_shapes: Floats | None = None
 ) -> Structure:
-    """Return the structure with the aerodynamics of its reduced model; it may be self-excited.
+    """Return the structure with the aerodynamic forces of its reduced model.
 
-    Each mode adds M phi Re(c) phi^T M to the stiffness and M phi Im(c) / omega phi^T M to the
-    damping; omega is the natural frequency of the structure alone.
+    Each mode phi adds M phi Re(c) phi^T M to the stiffness. It adds M phi Im(c) / omega phi^T M to
+    the damping, with the natural frequency omega of the structure alone. The result may be
+    self-excited.
 
     Parameters
     ----------
     structure : Structure
+        Structure without aerodynamics.
     reduced : Reduced
-        Of this structure. Without `aerodynamics` the structure is returned unchanged.
+        Reduced model of this structure. Without `aerodynamics` the structure is returned
+        unchanged.
     mode_shapes : (n, modes) ndarray, optional
-        The retained modes in the coordinates of `structure`. Default: its DOFs were reduced.
+        Retained modes in the coordinates of `structure` [kg^-1/2]. Default: `reduced.mode_shapes`.
+
+    Returns
+    -------
+    Structure
+        Structure with additional stiffness and damping, dense.
     """
     c = reduced.aerodynamics
     if c is None:

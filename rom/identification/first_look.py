@@ -38,18 +38,18 @@ class Envelope:
 
 @frozen
 class LocalRates:
-    """Frequency and damping of a mode in windows of a record.
+    """Hold frequency and damping of a mode in windows of a record.
 
     Attributes
     ----------
     times : (windows,) ndarray
         Centres of the windows [s].
     amplitude : (windows,) ndarray
-        [sensor unit]
+        Amplitudes |a| [sensor unit].
     delta : (windows,) ndarray
         Damping rates [1/s].
     omega : (windows,) ndarray
-        Angular frequencies [rad/s].
+        Frequencies [rad/s].
     """
 
     times: Floats

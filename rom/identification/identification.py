@@ -67,18 +67,19 @@ class Source:
 
 @frozen
 class Identification(IdentifiedLaw):
-    """A law of the slow flow identified from decays.
+    """Hold a law of the slow flow identified from decays.
 
-    It has the attributes of `IdentifiedLaw`, and these.
+    An identification has all attributes of `IdentifiedLaw`, and the following.
 
     Attributes
     ----------
     records : tuple of RecordReport
-    errors : dict
-        Mean normalised error of each law in the prediction of loud records that it was not
-        fitted to; empty if only one law was allowed.
+        Report for each record.
+    errors : dict of LawForm to float
+        Mean normalised error of each form of the law [-], in the prediction of loud records that
+        were not fitted. Empty if only one form was allowed.
     source : Source
-        What these and further results are computed from.
+        Data from which further results are computed.
     """
 
     records: tuple[RecordReport, ...]
@@ -86,20 +87,26 @@ class Identification(IdentifiedLaw):
     source: Source = field(repr=False)
 
     def predict(self, record: str | int | Record, extrapolate: bool = False) -> Prediction:
-        """Return the prediction of a decay from its first window alone.
+        """Return the prediction of a decay from its first window.
 
         Parameters
         ----------
         record : str, int or Record
-            A name or number in the measurement, fitted or not, or a record of the same channels.
-        extrapolate : bool
-            Whether it may start beyond the measured amplitudes.
+            Name or number of a record of the measurement, or a record with the channels of the
+            measurement.
+        extrapolate : bool, default False
+            Allow a decay that starts above the measured amplitudes.
+
+        Returns
+        -------
+        Prediction
+            Predicted signals, amplitudes and phases with their standard deviations.
 
         Raises
         ------
         SlipmodeError
-            If there is no such record, it has other channels, it cannot be used, or it starts
-            beyond the measured amplitudes.
+            If there is no such record, it has other channels or is not usable, or it starts above
+            the measured amplitudes.
         """
         given = record if isinstance(record, Record) else self.source.measurement[record]
         if len(given.signal) != len(self.shapes):
@@ -131,39 +138,52 @@ def identify(
     cross: bool | Literal["auto"] = "auto",
     hold_out: Sequence[str | int] = (),
 ) -> Identification:
-    """Identify frequency and damping of one or two modes against their amplitudes from decays.
+    """Return a law of frequency and damping against amplitude, identified from measured decays.
 
-    The slow flow of the modes is fitted to the raw signals of all records: one law, and initial
-    amplitudes for each record. See `rom.identification.slow_laws` for the laws.
+    The slow flow of one or two modes is fitted to the raw signals of all records, with one law,
+    and initial amplitudes for each record.
 
     Parameters
     ----------
     data : Measurement
-        Free decays, see `read_measurement`. The start and the usable part of each record are
-        found; records with defects are excluded and named in `Identification.records`.
+        Free decays, see `rom.read_measurement`. The start and the usable part of each record are
+        detected. Records with defects are excluded and named in `Identification.records`.
     bands : sequence of (float, float)
-        Lower and upper end of a band around each of one or two modes [Hz], in which it is the
-        only mode.
-    law : {"auto", "linear", "iwan", "power", "quadratic"}
-        "auto" chooses the law that predicts the loudest records best from a fit to the others.
-        Fewer than three records cannot show effects of a mode on the other.
-        "iwan" is the power law of friction alone, "quadratic" the power law with the quadratic
-        coupling of two modes near 1:2. "auto" tries it if the frequency of B differs from twice
-        that of A by at most three times the fastest rate of change of the amplitudes.
-    cross : {"auto", True, False}
-        Whether the rates of a mode depend on the amplitude of the other mode.
+        Frequency band [Hz] of each of one or two modes. Each band contains one mode.
+    law : {"auto", "linear", "iwan", "power", "quadratic"}, default "auto"
+        Form of the law, see Notes. "auto" chooses the form that predicts the loudest records best
+        after a fit to the others.
+    cross : {"auto", True, False}, default "auto"
+        Whether the rates of a mode depend on the amplitude of the other mode. At least three
+        records are needed for "auto" to choose True.
     hold_out : sequence of str or int
-        Names or numbers of records that are predicted, not fitted.
+        Names or numbers of records that are predicted and not fitted.
 
     Returns
     -------
     Identification
+        Law with its uncertainty, and a report for each record.
 
     Raises
     ------
     SlipmodeError
-        If no record can be used, a band has no or two modes, bands overlap, the sampling rate is
-        too low, or there are fewer data than parameters.
+        If no record is usable, a band has no mode or two modes, or bands overlap. If the sampling
+        rate is too low, or there are fewer data than parameters.
+
+    Notes
+    -----
+    With the complex amplitude a_j of mode j in sensor units::
+
+        a_j' = (-delta_j + i omega_j) a_j + q_j(a),
+        delta_j = delta_0 + g (s_j / R_j)^p,    omega_j = omega_0 - h (s_j / R_j)^p,
+        s_A^2 = |a|^2 + kappa_A |b|^2,          s_B^2 = |b|^2 + kappa_B |a|^2.
+
+    - "linear" has constant rates, g = h = 0.
+    - "iwan" is the power law of friction alone: h follows from g by Masing's rule.
+    - "power" has free g, h and p.
+    - "quadratic" adds q_A = q_1 conj(a) b and q_B = q_2 a^2, for two modes near 1:2. "auto" tries
+      it if the frequency of B differs from twice the frequency of A by at most three times the
+      fastest rate of change of the amplitudes.
 
     References
     ----------

@@ -14,31 +14,32 @@ from slipmode.rom.short_repr import frozen
 
 @frozen
 class Prediction:
-    """A decay predicted by a law from the first window of a record.
+    """Hold a decay that a law predicts from the first window of a record.
 
     Attributes
     ----------
     record : Record
         Usable part of the record.
     window : float
-        Length of the window that the initial amplitudes were taken from [s].
+        Length of the window from which the initial amplitudes are taken [s].
     signal : (channels, samples) ndarray
         Predicted signals at `record.times` [sensor unit].
     error : float
-        Norm of the difference in a window that moves along the record, mean over time, relative to
-        the largest norm of the measured signal in the window [-].
+        Normalised error [-]. It is the norm of the difference from the measured signal in a
+        moving window, as a mean over time. It is relative to the largest norm of the measured
+        signal in a window.
     times : (n,) ndarray
-        Times of the amplitudes from the start of the record [s].
+        Times of the amplitudes after the start of the record [s].
     amplitude : (n, modes) ndarray
-        |a| in the reference channel [sensor unit].
+        Amplitudes |a| in the reference channel [sensor unit].
     phase : (n, modes) ndarray
-        arg a [rad], continuous.
+        Phases arg a [rad], continuous.
     amplitude_deviation, phase_deviation : (n, modes) ndarray
-        Standard deviations of the two in a further record [sensor unit], [rad]: by the scatter
-        between records, laws that predict equally well, the misfit of the law and the error of
-        the initial amplitudes. Infinite for fewer than three records.
+        Standard deviations of amplitude [sensor unit] and phase [rad] in a further record. They
+        include the scatter between records, laws that predict equally well, the misfit of the law
+        and the error of the initial amplitudes. Infinite with fewer than three records.
     beyond : str
-        Modes that start beyond the amplitudes of the identification, in words; empty if none.
+        Modes that start above the amplitudes of the identification, in words; empty if none.
     """
 
     record: Record

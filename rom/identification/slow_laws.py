@@ -146,12 +146,15 @@ def complex_rates(own: Floats, square: Floats, reference: Floats) -> Complexes:
 
 @frozen
 class SlowLaw:
-    """An identified law of the slow flow.
+    """Hold an identified law of the slow flow.
+
+    The rates are delta_j = delta_0 + g (s_j / R_j)^p and omega_j = omega_0 - h (s_j / R_j)^p, see
+    `rom.identify`.
 
     Attributes
     ----------
     form : LawForm
-        Its terms.
+        Terms of the law.
     values : (parameters,) ndarray
         Values of `form.names`: delta_0, g [1/s], omega_0, h [rad/s], p, kappa [-] of each mode,
         and q_1, q_2 [1/s per sensor unit].
@@ -165,9 +168,9 @@ class SlowLaw:
 
     @property
     def friction_shift(self) -> Floats:
-        """The h that friction with this damping has by Masing's rule, (modes,) [rad/s].
+        """Part of h due to friction with this damping by Masing's rule, (modes,) [rad/s].
 
-        The rest of h is elastic.
+        The remaining part of h is elastic.
         """
         own = parts(self.values, self.form.modes)[0]
         shift: Floats = masing_ratio(own[4]) * own[2]
@@ -175,21 +178,51 @@ class SlowLaw:
 
     @property
     def coupling(self) -> Complexes:
-        """q_1 and q_2 of the quadratic coupling, (2,) [1/s per sensor unit]."""
+        """Coefficients q_1, q_2 of the quadratic coupling, (2,) [1/s per sensor unit]."""
         return parts(self.values, self.form.modes)[1]
 
     def damping_rates(self, *amplitudes: Floats) -> Floats:
-        """Return delta_j(|a|, |b|), (modes, ...) [1/s], for amplitudes in sensor units."""
+        """Return the damping rates delta_j at given amplitudes.
+
+        Parameters
+        ----------
+        *amplitudes : (...) ndarray
+            Amplitudes |a|, and |b| of the second mode [sensor unit].
+
+        Returns
+        -------
+        (modes, ...) ndarray
+            Damping rates [1/s].
+        """
         return -self._rates(amplitudes).real
 
     def frequencies(self, *amplitudes: Floats) -> Floats:
-        """Return omega_j(|a|, |b|), (modes, ...) [rad/s], for amplitudes in sensor units."""
+        """Return the frequencies omega_j at given amplitudes.
+
+        Parameters
+        ----------
+        *amplitudes : (...) ndarray
+            Amplitudes |a|, and |b| of the second mode [sensor unit].
+
+        Returns
+        -------
+        (modes, ...) ndarray
+            Frequencies [rad/s].
+        """
         return self._rates(amplitudes).imag
 
     def logarithmic_rates(self, a: Complexes) -> Complexes:
-        """Return a_j' / a_j, (modes,) [1/s], for complex amplitudes (modes,) [sensor unit].
+        """Return the logarithmic rates a_j' / a_j of the complex amplitudes.
 
-        The quadratic coupling is left out where a mode is at rest.
+        Parameters
+        ----------
+        a : (modes,) complex ndarray
+            Amplitudes [sensor unit]. The quadratic coupling is neglected if a mode is at rest.
+
+        Returns
+        -------
+        (modes,) complex ndarray
+            -delta_j + i omega_j + q_j / a_j [1/s].
         """
         rates = self._rates(tuple(np.abs(a)))
         if len(a) == 2 and np.all(a != 0.0):

@@ -17,12 +17,18 @@ ElasticLaw = Jenkins | Iwan | Sliders | FrictionalContact
 
 @dataclass(frozen=True)
 class Contacts:
-    """Groups of contacts, each with its law.
+    """Assign laws to groups of contacts.
 
     Parameters
     ----------
     groups : sequence of (law, contact DOFs)
-        Contact DOFs (columns of W) of each law; each DOF is in exactly one group.
+        Elastic law and contact DOFs (columns of W) of each group. Each contact DOF is in exactly
+        one group.
+
+    Raises
+    ------
+    SlipmodeError
+        If there is no group, or a law is not elastic.
     """
 
     groups: Sequence[tuple[ElasticLaw, Sequence[int]]]
@@ -38,7 +44,23 @@ class Contacts:
         object.__setattr__(self, "groups", groups)
 
     def elements(self, contacts: int) -> Elements:
-        """Return the elements of all groups on `contacts` contact DOFs."""
+        """Return the laws of all groups as the compiled core reads them.
+
+        Parameters
+        ----------
+        contacts : int
+            Number of contact DOFs N_c.
+
+        Returns
+        -------
+        Elements
+            Elements of all groups.
+
+        Raises
+        ------
+        SlipmodeError
+            If a contact DOF is in no group or in several groups.
+        """
         columns = [column for _, group in self.groups for column in group]
         if sorted(columns) != list(range(contacts)):
             wrong = {

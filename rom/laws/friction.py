@@ -18,15 +18,24 @@ from slipmode.rom.short_repr import short_repr
 
 @dataclass(frozen=True)
 class Tanh:
-    """Regularised Coulomb friction g = mu N tanh(v / alpha), Eq. (28).
+    """Describe regularised Coulomb friction g = mu N tanh(v / alpha), source Eq. (28).
 
     Parameters
     ----------
     limit : float or sequence of float
-        Friction limit mu N [N], one value or one per contact, >= 0.
+        Friction limit mu N [N], >= 0, one value or one per contact.
     alpha : float
-        Regularisation velocity [m/s], > 0, small against the sliding velocities. A stuck contact
-        creeps at about alpha K x / (mu N).
+        Regularisation velocity [m/s], > 0, small relative to the sliding velocities.
+
+    Raises
+    ------
+    SlipmodeError
+        If a limit is negative or not finite, or alpha is not positive.
+
+    Notes
+    -----
+    The law has no stick: under a constant force K x below the limit, a contact creeps with a
+    velocity of about alpha K x / (mu N). `Coulomb` has an exact stick state.
     """
 
     limit: float | Sequence[float]
@@ -46,12 +55,19 @@ class Tanh:
 
 @dataclass(frozen=True)
 class Coulomb:
-    """Exact Coulomb friction, set-valued at v = 0: |g| <= mu N, g = mu N sign(v) in slip.
+    """Describe exact Coulomb friction: g = mu N sign(v) in slip, |g| <= mu N in stick.
+
+    The force is set-valued at v = 0 and is computed without regularisation.
 
     Parameters
     ----------
     limit : float or sequence of float
-        Friction limit mu N [N], one value or one per contact, >= 0.
+        Friction limit mu N [N], >= 0, one value or one per contact.
+
+    Raises
+    ------
+    SlipmodeError
+        If a limit is negative or not finite.
     """
 
     limit: float | Sequence[float]

@@ -17,24 +17,36 @@ from slipmode.rom.short_repr import short_repr
 
 @dataclass(frozen=True)
 class FrictionalContact:
-    """An elastic surface under a normal load N = N0 + k_n (x_n - gap) that slides and opens.
+    """Describe an elastic contact with normal force, friction and lift-off.
 
-    The tangential force is k_t (x_t - s), at most mu N. The contact is open if N would be
-    negative, and its slider restarts at touch-down. Contact DOFs of each contact are its
-    tangential directions, then its normal, positive as it closes.
+    The normal force is N = max(0, N0 + k_n (x_n - gap)). The tangential force is k_t (x_t - s), at
+    most mu N in magnitude. The contact is open where N = 0, and the slider s starts again at
+    touch-down.
 
     Parameters
     ----------
     mu : float or sequence of float
-        Coefficient of friction, one value or one per contact, >= 0.
+        Coefficient of friction [-], >= 0, one value or one per contact.
     preload : float or sequence of float
-        N0, normal force at rest [N], >= 0, in balance with loads that are not modelled.
+        Normal force at rest N0 [N], >= 0. It is in equilibrium with loads that the model does
+        not contain.
     tangential_stiffness, normal_stiffness : float or sequence of float
-        k_t, k_n [N/m], > 0.
-    gap : float or sequence of float
-        Normal displacement at which the contact touches [m], >= 0; with a gap, preload is 0.
-    tangents : {1, 2}
-        Number of tangential directions of each contact; with two the limit is a disk.
+        Contact stiffnesses k_t and k_n [N/m], > 0.
+    gap : float or sequence of float, default 0.0
+        Normal displacement at which the contact touches [m], >= 0. A contact with a gap has no
+        preload.
+    tangents : {1, 2}, default 1
+        Number of tangential directions of each contact. With two, the friction limit is a circle.
+
+    Raises
+    ------
+    SlipmodeError
+        If a value is outside its range, or a contact has a gap and a preload.
+
+    Notes
+    -----
+    The contact DOFs of each contact are its tangential directions and then its normal direction,
+    which is positive as the contact closes.
     """
 
     mu: float | Sequence[float]
@@ -71,18 +83,39 @@ class FrictionalContact:
         gap: ArrayLike = 0.0,
         tangents: int = 2,
     ) -> Self:
-        """Return the law of contacts with areas, from stiffness per area and pressure.
+        """Return the law of contacts with given areas, from stiffnesses per area and a pressure.
 
         Parameters
         ----------
         area : (contacts,) array_like
-            [m^2], as in `ContactPairs`.
-        mu, gap, tangents
-            As in the law itself.
+            Contact areas [m^2], > 0, for instance `ContactPairs.area`.
+        mu : float or sequence of float
+            Coefficient of friction [-], >= 0, one value or one per contact.
         tangential_stiffness, normal_stiffness : float or (contacts,) array_like
-            Per area [N/m^3], > 0.
-        pressure : float or (contacts,) array_like
+            Contact stiffnesses per area [N/m^3], > 0.
+        pressure : float or (contacts,) array_like, default 0.0
             Normal pressure at rest [Pa], >= 0.
+        gap : float or (contacts,) array_like, default 0.0
+            Normal displacement at which a contact touches [m], >= 0.
+        tangents : {1, 2}, default 2
+            Number of tangential directions of each contact.
+
+        Returns
+        -------
+        FrictionalContact
+            Law with the stiffnesses [N/m] and preloads [N] of these areas.
+
+        Raises
+        ------
+        SlipmodeError
+            If a value is outside its range, or a contact has a gap and a pressure.
+
+        Examples
+        --------
+        >>> stiffness = {"tangential_stiffness": 1e12, "normal_stiffness": 2e12}
+        >>> law = rom.FrictionalContact.on_areas([1e-4, 2e-4], mu=0.3, pressure=1e6, **stiffness)
+        >>> law.preload
+        (100.0, 200.0)
         """
         A = np.asarray(checked("area", np.asarray(area).tolist(), "[m^2]", positive=True))
         given = {
@@ -99,7 +132,23 @@ class FrictionalContact:
         return cls(mu=mu, gap=gaps, tangents=tangents, **forces)
 
     def elements(self, contacts: int) -> Elements:
-        """Return the elements on `contacts` contact DOFs, `tangents` + 1 for each contact."""
+        """Return the law as the compiled core reads it.
+
+        Parameters
+        ----------
+        contacts : int
+            Number of contact DOFs N_c, a multiple of `tangents` + 1.
+
+        Returns
+        -------
+        Elements
+            One element for each contact.
+
+        Raises
+        ------
+        SlipmodeError
+            If N_c is no multiple of `tangents` + 1, or a parameter has another number of values.
+        """
         columns = self.tangents + 1
         count, left = divmod(contacts, columns)
         if left:

@@ -17,14 +17,21 @@ LARGEST_CHI = 1.0
 
 @dataclass(frozen=True)
 class Jenkins:
-    """A spring and a slider s in series: f = k_t (x - s), |f| <= mu N.
+    """Describe a Jenkins element: a spring and a slider s in series.
+
+    The force is f = k_t (x - s) with |f| <= mu N.
 
     Parameters
     ----------
     limit : float or sequence of float
-        Friction limit mu N [N], one value or one per contact, >= 0.
+        Friction limit mu N [N], >= 0, one value or one per contact DOF.
     stiffness : float or sequence of float
-        k_t [N/m], > 0: the stiffness in stick.
+        Stiffness in stick k_t [N/m], > 0, one value or one per contact DOF.
+
+    Raises
+    ------
+    SlipmodeError
+        If a value is not allowed.
     """
 
     limit: float | Sequence[float]
@@ -38,7 +45,23 @@ class Jenkins:
         object.__setattr__(self, "stiffness", stiffness)
 
     def elements(self, contacts: int) -> Elements:
-        """Return one element on each of `contacts` contact DOFs."""
+        """Return the law as the compiled core reads it.
+
+        Parameters
+        ----------
+        contacts : int
+            Number of contact DOFs N_c.
+
+        Returns
+        -------
+        Elements
+            One Jenkins element for each contact DOF.
+
+        Raises
+        ------
+        SlipmodeError
+            If the number of limits or stiffnesses is neither 1 nor N_c.
+        """
         limit = per_contact("limit", self.limit, contacts)
         stiffness = per_contact("stiffness", self.stiffness, contacts)
         return sliders_on(limit[:, np.newaxis], stiffness[:, np.newaxis])
@@ -46,24 +69,31 @@ class Jenkins:
 
 @dataclass(frozen=True)
 class Iwan:
-    """Jenkins elements in parallel, with the distribution of Segalman's four parameters.
+    """Describe Segalman's four-parameter Iwan model: Jenkins elements in parallel.
 
-    Sliders slip from zero force on, with a density ~ phi^chi of the displacement phi at which they
-    slip, up to macro-slip, at which the rest slips at once. At small amplitudes the dissipation
-    per cycle is ~ |x|^(chi + 3).
+    A slider slips at its displacement phi. The density of the sliders is proportional to phi^chi
+    up to macro-slip, where the remaining sliders slip together. At small amplitudes the
+    dissipation per cycle is proportional to |x|^(chi + 3).
 
     Parameters
     ----------
     force : float
-        F_S, force of macro-slip [N], > 0.
+        Force of macro-slip F_S [N], > 0.
     stiffness : float
-        K_T, tangential stiffness in stick [N/m], > 0.
+        Tangential stiffness in stick K_T [N/m], > 0.
     chi : float
-        -1 < chi <= 1. Segalman has chi <= 0; 0.6 was measured on a beam with a bolted joint.
+        Exponent of the density [-], -1 < chi <= 1. Segalman has chi <= 0; 0.6 was measured on a
+        beam with a bolted joint.
     beta : float
-        Stiffness of the sliders that slip at macro-slip, relative to the others, >= 0.
-    sliders : int
-        Number of sliders that represent the distribution, evenly spaced in log phi.
+        Stiffness of the sliders that slip at macro-slip, relative to the stiffness of all other
+        sliders [-], >= 0.
+    sliders : int, default 72
+        Number of sliders that represent the distribution, evenly spaced in log phi, 2 to 1000.
+
+    Raises
+    ------
+    SlipmodeError
+        If a parameter is outside its range.
 
     References
     ----------
@@ -93,9 +123,17 @@ class Iwan:
             raise SlipmodeError(f"sliders: must be 2 to 1000, got {self.sliders}")
 
     def distribution(self) -> tuple[Floats, Floats]:
-        """Return limit [N] and stiffness [N/m] of each slider, in the order in which they slip.
+        """Return the friction limit and the stiffness of each slider, in the order of slip.
 
-        Each has the stiffness and the limit of its part of the density, so K_T and F_S are exact.
+        Each slider has the stiffness and the limit of its interval of the density. The sums K_T
+        and F_S are therefore exact.
+
+        Returns
+        -------
+        limit : (sliders,) ndarray
+            Friction limits [N].
+        stiffness : (sliders,) ndarray
+            Stiffnesses [N/m].
         """
         chi, beta = self.chi, self.beta
         share = beta + (chi + 1.0) / (chi + 2.0)
@@ -111,21 +149,37 @@ class Iwan:
         return limit, stiffness
 
     def elements(self, contacts: int) -> Elements:
-        """Return the distribution on each of `contacts` contact DOFs."""
+        """Return the law as the compiled core reads it.
+
+        Parameters
+        ----------
+        contacts : int
+            Number of contact DOFs N_c.
+
+        Returns
+        -------
+        Elements
+            All sliders of the distribution on each contact DOF.
+        """
         limit, stiffness = self.distribution()
         return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))
 
 
 @dataclass(frozen=True)
 class Sliders:
-    """A list of Jenkins elements in parallel, the same on each contact.
+    """Describe several Jenkins elements in parallel, with equal parameters at all contacts.
 
     Parameters
     ----------
     limit : sequence of float
-        Friction limit of each [N], >= 0.
+        Friction limit of each element [N], >= 0.
     stiffness : sequence of float
-        Stiffness of each [N/m], > 0. With a large limit it is a spring.
+        Stiffness of each element [N/m], > 0. An element with a large limit is a spring.
+
+    Raises
+    ------
+    SlipmodeError
+        If the sequences differ in length, or a value is not allowed.
     """
 
     limit: Sequence[float]
@@ -144,6 +198,17 @@ class Sliders:
         object.__setattr__(self, "stiffness", tuple(stiffness.tolist()))
 
     def elements(self, contacts: int) -> Elements:
-        """Return the sliders on each of `contacts` contact DOFs."""
+        """Return the law as the compiled core reads it.
+
+        Parameters
+        ----------
+        contacts : int
+            Number of contact DOFs N_c.
+
+        Returns
+        -------
+        Elements
+            All Jenkins elements on each contact DOF.
+        """
         limit, stiffness = np.array(self.limit), np.array(self.stiffness)
         return sliders_on(np.tile(limit, (contacts, 1)), np.tile(stiffness, (contacts, 1)))

@@ -12,7 +12,10 @@ from slipmode.rom.laws.elements import Elements, sliders_on
 
 @dataclass(frozen=True)
 class NoContacts:
-    """No contact law: the friction terms of the model follow from `rom.model_of_rates`."""
+    """Mark a model that has no contacts.
+
+    The friction terms of such a model come from `rom.model_of_rates`.
+    """
 
     def elements(self, contacts: int) -> Elements:
         """Return no elements; refuse a structure that has contacts."""

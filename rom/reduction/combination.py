@@ -28,19 +28,19 @@ CARRIERS: tuple[Order, ...] = ((1, 0), (0, 1))  # harmonics of modes A and B
 
 @dataclass(frozen=True)
 class CombinationResonance:
-    """Harmonic (n, m) of the contacts near the carrier of a mode.
+    """Name a harmonic (n, m) of the contact forces near the carrier of a mode.
 
     Attributes
     ----------
     mode : int
-        0 for A, 1 for B.
+        Mode near the harmonic: 0 for A, 1 for B.
     n, m : int
-        Of the frequency n Omega_A + m Omega_B; -31 to 31.
+        Orders of the frequency n Omega_A + m Omega_B, -31 to 31.
 
     Raises
     ------
     SlipmodeError
-        If one of them is not allowed, or (n, m) is the carrier of the mode itself.
+        If a value is outside its range, or (n, m) is the carrier of the mode itself.
     """
 
     mode: int
@@ -63,7 +63,7 @@ class CombinationResonance:
 
     @property
     def stored_order(self) -> Order:
-        """The one of +-(n, m) whose coefficient is computed; the other has the conjugate."""
+        """Order (n, m) or (-n, -m) whose coefficient is computed; the other has the conjugate."""
         order = (self.n, self.m)
         return order if order > (0, 0) else (-self.n, -self.m)
 
@@ -98,21 +98,36 @@ def separation(order: Order) -> float:
 def combination_resonances(
     frequencies: ArrayLike, until: ArrayLike | None = None, even: bool = False
 ) -> tuple[CombinationResonance, ...]:
-    """Return harmonics near a carrier at any of several pairs of forcing frequencies.
+    """Return harmonics n Omega_A + m Omega_B near a carrier, for pairs of forcing frequencies.
+
+    A harmonic is near within 10 % of the carrier up to |n| + |m| = 7, and within 1 % up to 9.
 
     Parameters
     ----------
     frequencies : (points, modes) array_like
-        Forcing frequencies [rad/s].
+        Forcing frequencies [rad/s], > 0.
     until : (points, modes) array_like, optional
-        End points of straight sweeps from `frequencies`; carriers that they pass count as near.
-    even : bool
-        Include even harmonics.
+        End points of straight sweeps that begin at `frequencies` [rad/s]. A harmonic that crosses
+        a carrier during a sweep is included.
+    even : bool, default False
+        Include harmonics with even n + m, for contacts with varying normal force.
 
     Returns
     -------
     tuple of CombinationResonance
-        Lowest orders first, at most 8; empty for one mode.
+        At most 8, of lowest order first; empty for one mode.
+
+    Raises
+    ------
+    SlipmodeError
+        If a frequency is not positive, or an array has a wrong shape.
+
+    Examples
+    --------
+    With frequencies 1:3, the third harmonic of A is at the carrier of B:
+
+    >>> rom.combination_resonances([[1.0, 3.0]])[0]
+    CombinationResonance(mode=1, n=3, m=0)
     """
     start = np.atleast_2d(as_floats("frequencies", frequencies))
     end = start if until is None else np.atleast_2d(as_floats("until", until))

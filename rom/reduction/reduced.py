@@ -40,58 +40,63 @@ _ROUNDING = 1e-12  # work that is rounding, relative to the work of the forces o
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """One or two modes coupled to the contact problem.
+    """Hold one or two modes coupled to the contact problem.
 
-    x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, q_j = a_j exp(i theta_j) + c.c.,
-    and mass x_c'' + damping x_c' + stiffness x_c + g(x_c') = -2 Re sum_j L_j a_j exp(i theta_j)
-    with L_j(nu) = spring_j + i nu damper_j at the frequency nu of the motion, and the response of
-    the modes to each harmonic of x_c. Nonresonant modes have no slow flow. All other modes follow
-    the contacts statically, with the inertia carried_mass.
+    The displacements are x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, with the
+    retained modes q_j = a_j exp(i theta_j) + c.c. and the nonresonant modes p. The contacts obey::
+
+        mass x_c'' + damping x_c' + stiffness x_c + g = r - 2 Re sum_j L_j a_j exp(i theta_j)
+
+    with the contact forces g, L_j(nu) = spring_j + i nu damper_j, and the response r of the modes
+    to each harmonic of x_c. All other modes follow the contacts statically, with the inertia
+    `carried_mass`. See "The contact problem" in docs/theory.md, source Eqs. (8), (12) and (13).
 
     Attributes
     ----------
     formulation : {"consistent", "paper"}
+        Formulation, as given to `rom.reduce`.
     modes : tuple of int
-        Indices of the retained modes, as given to `reduce`.
+        Indices of the retained modes, as given to `rom.reduce`.
     frequency : (modes,) ndarray
         Natural frequencies omega_j with stuck contacts and aerodynamics [rad/s].
     carrier : (modes,) ndarray
-        Frequencies at which the contact problem is solved [rad/s].
+        Reference frequencies at which the contact problem is solved [rad/s].
     modal_damping : (modes,) ndarray
         phi_j^T C phi_j plus aerodynamic damping [1/s]; negative for a self-excited mode.
     mode_shapes : (n, modes) ndarray
-        Mass-normalised modes [kg^-1/2].
+        Mass-normalised mode shapes [kg^-1/2].
     contact_shapes : (n, N_c) ndarray
-        X, motion of the structure per unit contact displacement: constraint modes, with residual
-        flexibility in the consistent formulation [-].
+        Displacements X of the structure per unit contact displacement [-]: constraint modes, with
+        residual flexibility in the consistent formulation.
     mass, damping, stiffness : (N_c, N_c) ndarray
-        Of the contact problem, Eq. (13) [kg], [N s/m], [N/m]; the mass is (W^T M^-1 W)^-1. The
-        paper has stiffness alone.
+        Matrices of the contact problem [kg], [N s/m], [N/m]; the mass is (W^T M^-1 W)^-1. The
+        formulation "paper" has the stiffness alone.
     contact_motion : (modes, N_c) complex ndarray
-        Carrier of the contacts per a_j [kg^-1/2]: without friction, or in a tabulated model at
-        its largest amplitudes, unless it knows the force patterns. By reciprocity it weighs the
-        effect of a force on each contact on the mode.
+        Contact displacement at the carrier of mode j per amplitude a_j [kg^-1/2], without
+        friction; in a table without force patterns, at its largest amplitudes. By reciprocity it
+        weights the effect of a force at each contact on the mode.
     carried_mass : (N_c, N_c) ndarray
-        Inertia that follows the contacts at the harmonics that modes respond to [kg].
+        Inertia that follows the contacts at the harmonics of the modal response [kg].
     spring, damper : (modes, N_c) ndarray
-        Coupling of the modes to the contacts. The paper has springs alone.
+        Coupling of the retained modes to the contacts [N/m kg^-1/2], [N s/m kg^-1/2]. The
+        formulation "paper" has springs alone.
     nonresonant_frequency, nonresonant_damping : (nonresonant,) ndarray
         Natural frequencies [rad/s] and modal damping [1/s] of the nonresonant modes.
     nonresonant_shapes : (n, nonresonant) ndarray
-        Like mode_shapes.
+        Mass-normalised shapes of the nonresonant modes [kg^-1/2].
     nonresonant_spring, nonresonant_inertia, nonresonant_damper : (nonresonant, N_c) ndarray
-        Their coupling to the contacts by springs, by phi^T M X and by phi^T C X.
+        Coupling of the nonresonant modes to the contacts by springs [N/m kg^-1/2], by phi^T M X
+        [kg^1/2] and by phi^T C X [N s/m kg^-1/2].
     damping_coupling : (modes + nonresonant, modes + nonresonant) ndarray
-        phi_j^T C phi_k between different modes [1/s]; 0 on the diagonal.
+        Modal damping couplings phi_j^T C phi_k [1/s]; 0 on the diagonal.
     contacts : Elements or None
-        Elastic contacts, stuck in the modes: the contact problem is the dual one, see
-        `slipmode.rom.reduction.stuck`. None: rigid contacts, bonded in the modes.
+        Elastic contacts, stuck in the modes. The contact problem is then the dual one, see
+        "Elastic contacts" in docs/theory.md. None: rigid contacts, bonded in the modes.
     force_patterns : (modes, n) ndarray or None
-        Patterns of the forces that hold the modes steady [-], in any scale. The contact problem
-        includes their effect besides the excitation of their mode (`steady_force`).
+        Distribution of the force on each mode [-], in any scale, whose quasi-static response the
+        contact problem includes.
     aerodynamics : (modes,) complex ndarray or None
-        Coefficients c_j of the aerodynamic forces on the modes [rad^2/s^2]; see
-        `slipmode.rom.reduce`.
+        Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
     """
 
     formulation: Formulation
@@ -131,40 +136,43 @@ class Reduced:
 
     @property
     def n_dofs(self) -> int:
-        """Number of DOFs of the structure."""
+        """Number n of DOFs of the structure."""
         return int(self.mode_shapes.shape[0])
 
     @property
     def n_contacts(self) -> int:
-        """Number of contact DOFs N_c."""
+        """Number N_c of contact DOFs."""
         return int(self.stiffness.shape[0])
 
     @property
     def even(self) -> bool:
-        """Whether the contacts move at even harmonics too, the mean among them."""
+        """Whether the contact motion has even harmonics, including a mean."""
         return self.contacts is not None and not self.contacts.odd
 
     @cached_property
     def all_shapes(self) -> Floats:
-        """Shapes of the retained and of the nonresonant modes, (n, modes + nonresonant)."""
+        """Shapes of the retained and the nonresonant modes, (n, modes + nonresonant) [kg^-1/2]."""
         return np.hstack((self.mode_shapes, self.nonresonant_shapes))
 
     @property
     def structural_frequency(self) -> Floats:
-        """Natural frequencies without aerodynamics [rad/s], (modes,)."""
+        """Natural frequencies without aerodynamics, (modes,) [rad/s]."""
         if self.aerodynamics is None:
             return self.frequency
         return np.asarray(np.sqrt(self.frequency**2 - self.aerodynamics.real))
 
     @property
     def aerodynamic_damping(self) -> Floats:
-        """Modal damping due to aerodynamics [1/s], (modes,)."""
+        """Modal damping due to aerodynamics, (modes,) [1/s]."""
         if self.aerodynamics is None:
             return np.zeros(len(self.modes))
         return np.asarray(self.aerodynamics.imag / self.structural_frequency)
 
     def held(self, structure: Structure) -> Held:
-        """Return the structure with its contacts held as in the modes: bonded or stuck."""
+        """Return the structure with its contacts bonded (rigid laws) or stuck (elastic laws).
+
+        `structure` is the `Structure` from which this model was reduced.
+        """
         if self.contacts is None:
             return bonded(structure)
         return stuck(structure, self.contacts.reference)
@@ -172,10 +180,20 @@ class Reduced:
     # Frequency-dependent matrices of all modes
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
-        """Return D(nu), (..., modes + nonresonant, modes + nonresonant), at frequencies nu (...).
+        """Return the dynamic stiffness D(nu) of the modes.
 
-        omega_j^2 - nu^2 + i gamma_j nu on the diagonal, dampers between the modes off it. A
-        rigid-body mode, which contacts do not move, gets a unit static stiffness.
+        D has omega_j^2 - nu^2 + i gamma_j nu on its diagonal and modal damping couplings
+        elsewhere. A rigid-body mode has a unit static stiffness, because contacts do not move it.
+
+        Parameters
+        ----------
+        frequency : (...) array_like
+            Frequencies nu [rad/s].
+
+        Returns
+        -------
+        (..., modes + nonresonant, modes + nonresonant) complex ndarray
+            D(nu) [rad^2/s^2].
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         at_rest, unit, free, dampers = self._modal_parts
@@ -192,9 +210,20 @@ class Reduced:
         return np.diag(omega**2), unit, (omega == 0.0) * unit, own + self.damping_coupling
 
     def modal_coupling(self, frequency: ArrayLike) -> Complexes:
-        """Return B(nu), (..., modes + nonresonant, N_c), at frequencies nu (...) [rad/s].
+        """Return the coupling B(nu) of the modes to the contacts.
 
-        The modes respond to x_c exp(i nu t) by q = -D^-1 B x_c, and react by -B^T q.
+        The modal response to x_c exp(i nu t) is q = -D^-1 B x_c; the force on the contacts is -B^T
+        q.
+
+        Parameters
+        ----------
+        frequency : (...) array_like
+            Frequencies nu [rad/s].
+
+        Returns
+        -------
+        (..., modes + nonresonant, N_c) complex ndarray
+            B(nu) [N/m kg^-1/2].
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         springs, inertia, dampers = self.coupling_parts
@@ -202,7 +231,7 @@ class Reduced:
 
     @cached_property
     def coupling_parts(self) -> tuple[Floats, Floats, Floats]:
-        """Coupling of every mode to the contacts by springs, inertia and dampers, (..., N_c)."""
+        """Coupling of all modes to the contacts by springs, inertia, dampers, (all modes, N_c)."""
         return (
             np.vstack((self.spring, self.nonresonant_spring)),
             np.vstack((np.zeros_like(self.spring), self.nonresonant_inertia)),
@@ -212,9 +241,21 @@ class Reduced:
     def response(
         self, frequency: ArrayLike, force: Complexes | Floats, held: ArrayLike = False
     ) -> Complexes:
-        """Return displacements (..., modes + nonresonant, forces) due to modal forces at nu (...).
+        """Return modal displacements due to modal forces.
 
-        `held` (..., modes) are retained modes whose displacement is 0.
+        Parameters
+        ----------
+        frequency : (...) array_like
+            Frequencies nu [rad/s].
+        force : (..., modes + nonresonant, forces) array
+            Modal forces [N kg^-1/2].
+        held : (..., modes) array_like of bool, default False
+            Retained modes whose displacement is 0.
+
+        Returns
+        -------
+        (..., modes + nonresonant, forces) complex ndarray
+            Modal displacements [kg^1/2 m].
         """
         D = self.modal_stiffness(frequency)
         all_held = np.zeros(D.shape[:-1], dtype=bool)
@@ -225,26 +266,40 @@ class Reduced:
         return np.asarray(np.linalg.solve(stiffness, on_others), dtype=complex)
 
     def others_response(self, force: Complexes | Floats) -> Complexes:
-        """Return displacements of all modes but j due to modal forces at carrier j.
+        """Return displacements of all modes except j due to modal forces at carrier j, for each j.
 
-        Forces and displacements are (modes, modes + nonresonant, forces).
+        Forces [N kg^-1/2] and displacements [kg^1/2 m] are (modes, modes + nonresonant, forces)
+        arrays; the first axis is j.
         """
         return self.response(self.carrier, force, np.eye(len(self.modes), dtype=bool))
 
     def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
-        """Return the force on the contacts per x_c exp(i nu t), (..., N_c, N_c), at nu (...).
+        """Return the reaction H(nu) of the modes to contact motion x_c exp(i nu t).
 
-        It is due to all modes but the `held` ones (..., modes), and to the inertia that follows
-        the contacts.
+        It is the force on the contacts due to all modes that are not held, and due to
+        `carried_mass`.
+
+        Parameters
+        ----------
+        frequency : (...) array_like
+            Frequencies nu [rad/s].
+        held : (..., modes) array_like of bool, default False
+            Retained modes that are omitted.
+
+        Returns
+        -------
+        (..., N_c, N_c) complex ndarray
+            H(nu) [N/m].
         """
         B = self.modal_coupling(frequency)
         response = self.response(frequency, B, held)
         return np.asarray(B.swapaxes(-1, -2) @ response + self.following(frequency))
 
     def following(self, frequency: ArrayLike) -> Complexes:
-        """Return the part of `reaction` due to the carried mass, (..., N_c, N_c).
+        """Return the part of `reaction` due to the carried mass, (..., N_c, N_c) [N/m].
 
-        For elastic contacts, whose march has no dampers, also due to `damping`.
+        For elastic contacts, whose contact problem has no dampers, it includes `damping`.
+        `frequency` (...) are frequencies nu [rad/s].
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         dampers = 0.0 if self.contacts is None else 1j * nu * self.damping
@@ -261,20 +316,20 @@ class Reduced:
 
     @cached_property
     def response_by_dampers(self) -> Complexes:
-        """Response of the other modes per a_j, by dampers; (modes, modes + nonresonant)."""
+        """Response of the other modes per a_j by dampers, (modes, modes + nonresonant)."""
         return self.others_response(-self._at_carriers[0][..., np.newaxis])[..., 0]
 
     @cached_property
     def response_to_contacts(self) -> Complexes:
-        """Response of all modes but j to forces B_j, (modes, modes + nonresonant, N_c).
+        """Response of all modes except j to modal forces B_j, (modes, modes + nonresonant, N_c).
 
-        Transposed: forces on the contacts per forces on these modes.
+        Its transpose gives the forces on the contacts per force on these modes.
         """
         return self.others_response(self._at_carriers[1])
 
     @cached_property
     def coupling(self) -> Complexes:
-        """L_j at the carrier of its mode, (modes, N_c), including other modes moved by dampers."""
+        """L_j at its carrier with the response of the other modes, (modes, N_c) [N/m kg^-1/2]."""
         _, B = self._at_carriers
         retained = np.arange(len(self.modes))
         through_others = np.einsum("jm,jmc->jc", self.response_by_dampers, B)
@@ -282,7 +337,7 @@ class Reduced:
 
     @cached_property
     def coupling_coefficients(self) -> Complexes:
-        """c_k, (modes, 2): L(nu) is nearest to (1 + c_0 + i nu c_1) L(carrier)."""
+        """Coefficients c (modes, 2) that fit L(nu) = (1 + c_0 + i nu c_1) L(carrier) best."""
         L = self.coupling
         rotated = 1j * self.carrier[:, np.newaxis] * self.damper
         parts = np.stack((-rotated, self.damper), axis=1)
@@ -292,13 +347,29 @@ class Reduced:
 
     @cached_property
     def indirect_damping(self) -> Complexes:
-        """Force on mode j per a_j that returns through dampers from the other modes, (modes,)."""
+        """Force on mode j per a_j through the damping couplings, (modes,) [rad^2/s^2]."""
         return np.asarray(np.sum(self.response_by_dampers * self._at_carriers[0], axis=1))
 
     # Other models of the same structure
 
     def at_carrier(self, carrier: Sequence[float]) -> Reduced:
-        """Return the model with its contact problem at other carrier frequencies [rad/s]."""
+        """Return the model with its contact problem at other reference frequencies.
+
+        Parameters
+        ----------
+        carrier : sequence of float
+            Reference frequencies [rad/s], one per mode.
+
+        Returns
+        -------
+        Reduced
+            Model with these carriers.
+
+        Raises
+        ------
+        SlipmodeError
+            If the formulation is "paper", or a frequency is not positive.
+        """
         if self.formulation == "paper":
             raise SlipmodeError(
                 'carrier: the "paper" formulation solves contacts at the natural frequencies; '
@@ -315,7 +386,10 @@ class Reduced:
         return replace(self, carrier=frequencies)
 
     def moving(self, contact_motion: Complexes) -> Self:
-        """Return the same model, and its computed properties, with another `contact_motion`."""
+        """Return the model with another `contact_motion`, without computing its properties again.
+
+        `contact_motion` (modes, N_c) are the contact displacements per a_j [kg^-1/2].
+        """
         other = copy(self)
         object.__setattr__(other, "contact_motion", contact_motion)
         return other
@@ -323,11 +397,25 @@ class Reduced:
     # Forces
 
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
-        """Return the modal force phi_j^T f on the `mode`-th retained mode [N kg^-1/2].
+        """Return the modal force phi_j^T f on a retained mode.
 
-        A force that does no work on its mode has a tiny modal force instead of 0, because its
-        other effects are stated per unit of modal force. `mode` is 0 for A, 1 for B; `force` are
-        amplitudes [N].
+        Parameters
+        ----------
+        mode : int
+            0 for A, 1 for B.
+        force : {DOF: amplitude} or (n,) array_like
+            Force amplitudes f [N].
+
+        Returns
+        -------
+        float
+            Modal force [N kg^-1/2]. A force that does no work on the mode has a tiny value instead
+            of 0, because its other effects are stated per unit of modal force.
+
+        Raises
+        ------
+        SlipmodeError
+            If a DOF does not exist, or a force is not finite.
         """
         vector = force_vector(force, self.n_dofs)
         modal = float(self.mode_shapes[:, mode] @ vector)
@@ -335,7 +423,21 @@ class Reduced:
         return modal if abs(modal) > least else least
 
     def is_moved_by(self, mode: int, force: Mapping[int, float] | ArrayLike) -> bool:
-        """Return whether a force does work on a mode, or (consistent) on contacts of the mode."""
+        """Return whether a force acts on a mode, directly or through its contacts.
+
+        Parameters
+        ----------
+        mode : int
+            0 for A, 1 for B.
+        force : {DOF: amplitude} or (n,) array_like
+            Force amplitudes f [N].
+
+        Returns
+        -------
+        bool
+            True if the force does work on the mode. In the consistent formulation also if it moves
+            contacts that are coupled to the mode.
+        """
         f = force_vector(force, self.n_dofs)
         largest, shape = float(np.abs(f).max()), self.mode_shapes[:, mode]
         rounding = max(_ROUNDING * float(np.abs(shape) @ np.abs(f)), _NO_WORK * largest)

@@ -43,55 +43,67 @@ def reduce(
     warned: bool = True,
     progress: bool = False,
 ) -> Reduced:
-    """Project a structure on one or two modes with stuck contacts, and on its contacts.
+    """Return a structure reduced to one or two modes with stuck contacts, and its contact DOFs.
 
     Parameters
     ----------
     structure : Structure
-    modes : sequence of one or two int
-        Modes with stuck contacts to retain: A, or A and B.
+        Structure with n DOFs and N_c contact DOFs.
+    modes : sequence of one or two int, default (0, 1)
+        Modes with stuck contacts to retain: A, or A and B, numbered from 0 as in `rom.modes`.
     formulation : {"consistent", "paper"}
-        "paper": constraint modes alone, without damping and inertia of the contacts, Eqs. (13),
-        (20). "consistent": with residual flexibility, with inertia and damping of the contacts,
-        and with the nonresonant response of all modes that do not follow statically.
+        "consistent" includes residual flexibility, inertia and damping of the contacts, and the
+        nonresonant response of modes that do not follow statically. "paper" has constraint modes
+        alone, without inertia and damping of the contacts, source Eqs. (13) and (20).
     carrier : sequence of float, optional
-        Frequencies at which the contact problem is solved [rad/s], one per mode; the nearer to
-        the forcing the better. Not with "paper". Default: the natural frequencies.
+        Reference frequencies [rad/s] at which the contact problem is solved, one per mode. They
+        should be near the forcing frequencies. Not allowed with "paper". Default: the natural
+        frequencies.
     law : elastic law, optional
         Jenkins, Iwan, Sliders, FrictionalContact or Contacts: stuck contacts are its springs.
         Default: rigid friction (Tanh, Coulomb), whose stuck contacts are bonded.
     force_patterns : one {DOF: amplitude} or (n,) array_like per mode, optional
-        Where the forces act, as in `fmu.Component`. The contact problem then includes their effect
-        on contacts and other modes, as in a steady state. Default: it only shifts the amplitudes
-        (`AppliedForces.shift`).
+        Distribution of the force on each mode, in any scale. The contact problem then includes
+        the quasi-static response of contacts and other modes to the forces, as in a steady state.
+        Default: forces shift the effective amplitudes only.
     aerodynamics : sequence of complex, optional
-        Aerodynamic influence coefficients c_j [rad^2/s^2], one per mode: a modal force
-        -c_j q_j while q_j moves at the natural frequency omega_j of the structure alone. The
-        real part is a stiffness, the imaginary part the damping Im c_j / omega_j [1/s], both kept
-        at other frequencies. A mode with negative total damping is self-excited (flutter): see
-        `limit_cycles`.
-    smallest_response : float
-        Force of another mode on the contacts, relative to theirs, below which the mode follows
-        statically. A table takes fewer modes, as many as its tolerance needs, and states the error
-        due to the others (`Accuracy.neglected_modes`).
-    warned : bool
-        Warn of contact directions and implausible frequencies; a scene has these warnings in its
-        plan instead.
+        Aerodynamic influence coefficients c_j [rad^2/s^2], one per mode, for modal forces -c_j
+        q_j. The real part adds the modal stiffness Re c_j. The imaginary part adds the modal
+        damping Im c_j / omega_j [1/s] with the natural frequency omega_j of the structure alone. A
+        mode with negative total damping is self-excited (flutter), see `rom.limit_cycles`.
+    smallest_response : float, default 1e-5
+        Threshold of the nonresonant modes [-]: their dynamic force on the contacts relative to
+        the contact forces. Modes below it follow statically. A table neglects further modes if
+        its tolerance allows it, see `Accuracy.neglected_modes`.
+    warned : bool, default True
+        Warn of contact directions and implausible frequencies. A scene reports them in its plan
+        instead.
     progress : bool, default False
-        Show on standard error the phases of the work on a large structure, with their memory.
+        Print the phases of the computation and their memory on standard error.
+
+    Returns
+    -------
+    Reduced
+        Modes, contact matrices and couplings for `rom.tabulate` and `rom.steady_state`.
 
     Raises
     ------
     SlipmodeError
-        If a mode does not exist, the bonded structure can move without deforming,
-        aerodynamics take away all stiffness of a mode, or a carrier is below 0.62 or above 10
-        times the frequency of its mode.
+        If a mode does not exist, the bonded structure has rigid-body modes, or a mode has no
+        positive stiffness with the aerodynamic coefficients. If a carrier is below 0.62 or above
+        10 times the natural frequency of its mode.
 
     Warns
     -----
     ValidityWarning
-        If directions of a frictional contact seem not to be at right angles or equally long,
-        or the frequency of a mode is outside 1e-3 to 1e6 Hz.
+        If directions of a frictional contact seem not to be orthogonal or of equal length. If the
+        frequency of a mode is outside 1e-3 to 1e6 Hz.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), carrier=(0.98, 1.65))
+    >>> reduced.frequency
+    array([1. , 1.7])
     """
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")

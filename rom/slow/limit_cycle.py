@@ -36,14 +36,14 @@ from slipmode.rom.validity import (
 
 @frozen
 class LimitCycle:
-    """x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) plus the contacts' share.
+    """Hold a limit cycle x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) + contact_shapes x_c.
 
     Attributes
     ----------
     amplitude : (modes,) complex ndarray
-        a_j [kg^1/2 m]; of a self-excited mode real, for its phase is arbitrary.
+        Amplitudes a_j [kg^1/2 m]; real for a self-excited mode, whose phase is arbitrary.
     frequency : (modes,) ndarray
-        Omega_j [rad/s]: of the force, or of its own.
+        Frequencies Omega_j of the vibration [rad/s]; the forcing frequency for a forced mode.
     growth : float
         Largest growth rate of small deviations [1/s].
     """
@@ -54,7 +54,7 @@ class LimitCycle:
 
     @property
     def stable(self) -> bool:
-        """Whether motion nearby tends to the limit cycle."""
+        """Whether small deviations from the limit cycle decay."""
         return self.growth < 0.0
 
 
@@ -64,29 +64,26 @@ def limit_cycles(
     force: Forces | None = None,
     phase: ArrayLike = 0.0,
 ) -> tuple[LimitCycle, ...]:
-    """Return every limit cycle within the friction table, by ascending amplitude.
-
-    Friction that slips freely no longer grows with the amplitude: past a stable limit cycle there
-    often is an unstable one, beyond which the mode grows without bound.
+    """Return the limit cycles of self-excited modes within the friction table.
 
     Parameters
     ----------
     model : Model
-        With an unforced self-excited mode: reduced with `aerodynamics`. Its carrier should be
-        near the frequency of the limit cycle: `rom.reduce(..., carrier=)`.
+        Model with an unforced self-excited mode, from `rom.reduce` with `aerodynamics`. Its
+        carrier should be near the frequency of the limit cycle.
     frequency : sequence of float, optional
-        Forcing frequencies [rad/s], one per mode; ignored for unforced modes.
+        Forcing frequencies [rad/s], one per mode, ignored for unforced modes.
     force : one {DOF: amplitude} or (n,) array_like per mode, optional
-        Force amplitudes [N] as in `steady`; {} of an unforced mode. Default: nothing is forced.
-    phase : float or (modes,) array_like
+        Force amplitudes [N]; {} for an unforced mode. Default: no mode is forced.
+    phase : float or (modes,) array_like, default 0.0
         Phases of the forces [rad].
 
     Returns
     -------
     tuple of LimitCycle
-        If two modes are self-excited, also limit cycles with one of them at rest. A forced mode
-        with several steady states has the one that is reached from rest. Empty if none is inside
-        the table.
+        Limit cycles by ascending amplitude; empty if none is inside the table. With two
+        self-excited modes, limit cycles with one mode at rest are included. A forced mode is in
+        the steady state that is reached from rest.
 
     Raises
     ------
@@ -96,7 +93,14 @@ def limit_cycles(
     Warns
     -----
     ValidityWarning
-        Where friction or the force violates an assumption of the method.
+        If friction or a force violates an assumption of the method.
+
+    Notes
+    -----
+    The limit cycles solve omega_j^2 - Omega_j^2 + i gamma_j Omega_j = Q_j, see "Self-excited
+    modes" in docs/theory.md. The damping of sliding friction decreases with the amplitude. Above a
+    stable limit cycle there is therefore often an unstable one, beyond which the amplitude grows
+    without bound.
     """
     force = [{}] * model.modes if force is None else force
     applied = AppliedForces.of(model.reduced, force)

@@ -32,20 +32,22 @@ SPIN_UP_PERIODS = 10.0
 
 @frozen
 class Motion:
-    """Fast motion at given times.
+    """Hold the fast motion of contacts and modes at given times.
 
     Attributes
     ----------
     time : (n,) ndarray
-        [s]
+        Times [s].
     displacement, velocity, force : (n, N_c) ndarray
-        Of the contacts: x_c [m], x_c' [m/s], friction force [N].
+        Contact displacements x_c [m], velocities [m/s] and friction forces [N].
     modal : (n, modes + nonresonant) ndarray
-        Modal displacements q_j [kg^1/2 m], nonresonant modes last.
+        Modal displacements q_j [kg^1/2 m]; nonresonant modes are last. For travelling waves the
+        coordinates of `Model.dof_response` follow.
     load : (n, modes) ndarray
-        Modal forces F_j cos(theta_j + phase_j) [N kg^-1/2].
+        Modal forces F_j cos(theta_j + psi_j) [N kg^-1/2].
     static : (n_dofs, modes) ndarray
-        Displacement of the structure per unit of load besides modes and contacts.
+        Quasi-static displacement of each DOF per modal force [kg^1/2 m/N], without modes and
+        contacts.
     """
 
     time: Floats
@@ -57,12 +59,25 @@ class Motion:
     static: Floats
 
     def elastic(self, model: Model, dofs: Sequence[int]) -> Floats:
-        """Return the displacement of DOFs of the structure, (n, dofs) [m]."""
+        """Return the displacement of DOFs of the structure.
+
+        Parameters
+        ----------
+        model : Model
+            Model of the simulation.
+        dofs : sequence of int
+            Indices of the DOFs.
+
+        Returns
+        -------
+        (n, dofs) ndarray
+            Displacements x [m].
+        """
         rows, reduced = list(dofs), model.reduced
         moved = self.displacement
         if reduced.contacts is not None:  # the contact shapes belong to the force deficit
             moved = reduced.contacts.reference * self.displacement - self.force
-        x = self.modal @ reduced.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
+        x = self.modal @ model.all_shapes[rows].T + moved @ reduced.contact_shapes[rows].T
         return np.asarray(x + self.load @ self.static[rows].T)
 
 
@@ -74,26 +89,39 @@ def reconstruct(
     steps_per_period: int | None = None,
     spin_up: float = SPIN_UP_PERIODS,
 ) -> Motion:
-    """March contact and modal motion at increasing times inside a slow trajectory.
+    """Return the fast motion along a slow trajectory, by time integration of the contacts.
+
+    The contact equation, source Eq. (12), is integrated with the amplitudes of the trajectory.
 
     Parameters
     ----------
     model : Model
+        Model of the simulation.
     trajectory : SlowTrajectory
-        Of that model.
+        Slow trajectory of this model.
     times : (n,) array_like
-        [s]
+        Times of the samples [s], increasing, within the trajectory.
     steps_per_period : int, optional
-        Least number of time steps per period of the faster carrier. Default: 128, or 64 for
+        Smallest number of time steps per period of the faster carrier. Default: 128, or 64 for
         elastic contacts.
-    spin_up : float
-        Periods of the slower carrier that are marched before the first of the times, at most
-        from the trajectory's start, where the contacts rest.
+    spin_up : float, default 10.0
+        Periods of the slower carrier that are integrated before the first sample. The start of the
+        trajectory, where the contacts are at rest, limits them.
+
+    Returns
+    -------
+    Motion
+        Contact and modal motion at these times.
 
     Raises
     ------
     SlipmodeError
-        If the times are not increasing or lie outside the trajectory.
+        If the times are not increasing, or outside the trajectory.
+
+    Notes
+    -----
+    The response of the modes to harmonics of the contacts is included if the model stores
+    harmonics (`harmonics` of `rom.tabulate`).
     """
     sample = _sample_times(trajectory, times)
     slowest = trajectory.between(sample[0], sample[-1]).frequency.min()
@@ -121,23 +149,34 @@ def reconstruct(
 
 
 def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) -> Motion:
-    """Sum the harmonics of contact and modal motion at increasing times inside a slow trajectory.
+    """Return the fast motion along a slow trajectory, by a sum of tabulated harmonics.
 
-    `model.harmonics.truncation` states the error of the displacement. The errors of velocity and
-    force, which have corners, are larger.
+    The contacts are not integrated in time. `rom.reconstruct` integrates them.
 
     Parameters
     ----------
     model : Model
+        Model that stores harmonics, from `rom.tabulate` with `harmonics` > 0.
     trajectory : SlowTrajectory
-        Of that model.
+        Slow trajectory of this model.
     times : (n,) array_like
-        [s]
+        Times of the samples [s], increasing, within the trajectory.
+
+    Returns
+    -------
+    Motion
+        Contact and modal motion at these times.
 
     Raises
     ------
     SlipmodeError
-        As `reconstruct`, and if the model keeps no harmonics.
+        If the times are not increasing, or outside the trajectory. If the model stores no
+        harmonics.
+
+    Notes
+    -----
+    `model.harmonics.truncation` returns the error of the displacement. The errors of velocity and
+    force, which have corners, are larger.
     """
     if model.harmonics is None:
         raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")

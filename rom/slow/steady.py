@@ -32,14 +32,16 @@ if TYPE_CHECKING:
 
 @frozen
 class ResonanceCurve:
-    """Forcing frequencies at which a mode vibrates with given amplitudes, Eq. (23) or (25).
+    """Hold the forcing frequencies at which a mode vibrates with given amplitudes.
+
+    See source Eqs. (23) for mode A and (25) for mode B.
 
     Attributes
     ----------
     amplitude : (n,) ndarray
-        |a_j| [kg^1/2 m].
+        Amplitudes |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
-        Frequency on the branch below and above the peak [rad/s]; NaN where the force does not
+        Frequency on the branch below and above the peak [rad/s]. NaN where the force does not
         reach the amplitude, the slow flow cannot follow the frequency, or the amplitude is
         outside the friction table.
     """
@@ -51,19 +53,20 @@ class ResonanceCurve:
 
 @frozen
 class ResonanceSurface:
-    """Steady amplitudes over a grid of both forcing frequencies.
+    """Hold steady amplitudes over a grid of both forcing frequencies.
 
     Attributes
     ----------
     frequency_A : (n_A,) ndarray
+        Forcing frequencies of mode A [rad/s].
     frequency_B : (n_B,) ndarray
-        [rad/s]
+        Forcing frequencies of mode B [rad/s].
     amplitude : (n_A, n_B, 2) complex ndarray
-        a_A and a_B [kg^1/2 m].
+        Amplitudes a_A and a_B [kg^1/2 m].
     mode_shapes : (n_dofs, 2) ndarray
-        [kg^-1/2]
+        Mass-normalised mode shapes [kg^-1/2].
     motion : SteadyMotion
-        At the points of the grid, one after the other.
+        Motion of all DOFs at the points of the grid, in the order of the flattened grid.
     """
 
     frequency_A: Floats
@@ -74,11 +77,22 @@ class ResonanceSurface:
 
     @property
     def euclidean(self) -> Floats:
-        """sqrt(|a_A|^2 + |a_B|^2), (n_A, n_B)."""
+        """Euclidean norm sqrt(|a_A|^2 + |a_B|^2) of the amplitudes, (n_A, n_B) [kg^1/2 m]."""
         return np.asarray(np.linalg.norm(self.amplitude, axis=-1))
 
     def displacement(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF at each carrier, (n_A, n_B, 2) [m]."""
+        """Return the displacement amplitude of a DOF at each carrier.
+
+        Parameters
+        ----------
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (n_A, n_B, 2) ndarray
+            Displacement amplitudes [m].
+        """
         return self.motion.displacement(dof).reshape(self.amplitude.shape)
 
     def plot(
@@ -87,7 +101,22 @@ class ResonanceSurface:
         dof: int | None = None,
         units: Units = SI,
     ) -> Any:
-        """Draw |a_A| and |a_B|, or the amplitude of a DOF, as colours over both frequencies."""
+        """Plot the amplitudes as colours over both frequencies.
+
+        Parameters
+        ----------
+        axes : pair of Axes, optional
+            Matplotlib axes for A and B. Default: a new figure.
+        dof : int, optional
+            DOF whose displacement amplitudes are plotted. Default: |a_A| and |a_B|.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        pair of Axes
+            Axes of the plots.
+        """
         if axes is None:
             shared = {"sharex": True, "sharey": True, "layout": "constrained"}
             axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
@@ -102,7 +131,20 @@ class ResonanceSurface:
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
+        """Return the surface as named columns, one row for each pair of frequencies.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitudes are added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n_A n_B,) ndarray
+            Frequencies, and real and imaginary parts of the amplitudes.
+        """
         found = {
             units.named(f"frequency_{mode}"): units.of_frequency(frequency)
             for mode, frequency in zip("AB", self.motion.frequency.T, strict=True)
@@ -116,7 +158,20 @@ class ResonanceSurface:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return a table with a row per pair of frequencies; see `columns`."""
+        """Return the surface as a pandas DataFrame, one row for each pair of frequencies.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitudes are added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
         return dataframe(self.columns(dof, units))
 
 
@@ -126,33 +181,41 @@ def steady(
     force: Forces,
     phase: ArrayLike = 0.0,
 ) -> Complexes:
-    """Return steady complex amplitudes under constant forcing, on the branch reached from rest.
+    """Return steady complex amplitudes under constant forces, on the branch reached from rest.
 
     Parameters
     ----------
     model : Model
+        Model with one or two modes.
     frequency : (..., modes) array_like
-        Forcing frequencies [rad/s].
+        Forcing frequencies Omega_j [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N] on the DOFs.
-    phase : float or (modes,) array_like
-        Phases of the forces [rad].
+        Force amplitudes [N].
+    phase : float or (modes,) array_like, default 0.0
+        Phases of the forces psi_j [rad].
 
     Returns
     -------
     (..., modes) complex ndarray
-        x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) plus the contacts' share.
+        Amplitudes a_j [kg^1/2 m]. Modes and contacts move as
+        x = 2 Re(sum_j mode_shape_j a_j exp(i Omega_j t)) + contact_shapes x_c.
 
     Raises
     ------
     SlipmodeError
-        If the slow flow cannot follow the frequency of a forced mode, an amplitude leaves the
-        table, or the slow flow does not come to rest: the force must hold a self-excited mode.
+        If the slow flow cannot follow the frequency of a forced mode, or an amplitude leaves the
+        friction table. If the amplitudes do not become constant, for instance because the force
+        does not hold a self-excited mode.
 
     Warns
     -----
     ValidityWarning
-        Where friction, the force or its frequency violates an assumption of the method.
+        If friction, a force or its frequency violates an assumption of the method.
+
+    Notes
+    -----
+    The amplitudes solve (omega_j^2 - Omega_j^2 + i gamma_j Omega_j - Q_j) a_j = F_j exp(i psi_j) /
+    2, see "Steady states" in docs/theory.md.
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
@@ -182,12 +245,24 @@ def resonance(
     Parameters
     ----------
     model : Model
-        Of two modes.
+        Model with two modes.
     force : one {DOF: amplitude} or (n,) array_like per mode
         Force amplitudes [N].
     frequency_A : (n_A,) array_like
+        Forcing frequencies of mode A [rad/s].
     frequency_B : (n_B,) array_like
-        [rad/s]
+        Forcing frequencies of mode B [rad/s].
+
+    Returns
+    -------
+    ResonanceSurface
+        Amplitudes at all n_A n_B pairs of frequencies.
+
+    Raises
+    ------
+    SlipmodeError
+        If the model has one mode, a frequency axis is not one-dimensional, or `rom.steady` refuses
+        a pair of frequencies.
     """
     axes = {"frequency_A": frequency_A, "frequency_B": frequency_B}
     if model.modes != 2:
@@ -213,18 +288,27 @@ def resonance(
 def resonance_curve(
     model: Model, mode: int, force: Mapping[int, float] | ArrayLike, amplitudes: ArrayLike
 ) -> ResonanceCurve:
-    """Solve the amplitude equation for the frequency instead of the amplitude.
+    """Return the forcing frequencies at which a mode vibrates with given amplitudes.
+
+    The amplitude equation is solved for the frequency, below and above the peak, source Eqs. (23)
+    and (25). See "Steady states" in docs/theory.md.
 
     Parameters
     ----------
     model : Model
+        Model with one or two modes.
     mode : int
         0 for A, 1 for B.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N] on this mode; their direct effect on the contacts is neglected.
+        Force amplitudes on this mode [N]. Their direct effect on the contacts is neglected.
     amplitudes : (n, modes) array_like
-        Amplitudes of all modes [kg^1/2 m]: > 0 of this mode, >= 0 of the other. With one mode
-        (n,) is allowed too.
+        Amplitudes |a_j| of all modes [kg^1/2 m]: > 0 for this mode, >= 0 for the other mode. For a
+        model with one mode, (n,) is allowed.
+
+    Returns
+    -------
+    ResonanceCurve
+        Two frequencies for each amplitude.
 
     Raises
     ------

@@ -52,7 +52,7 @@ class SteadyMotion:
         reduced, response = self.model.reduced, self._response
         if not 0 <= dof < reduced.n_dofs:
             raise SlipmodeError(f"dof: must be 0 to {reduced.n_dofs - 1}, got {dof}")
-        moved = response.modal @ reduced.all_shapes[dof]
+        moved = response.modal @ self.model.all_shapes[dof]
         moved += response.contact @ reduced.contact_shapes[dof]
         x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
         if (forces := self._forces) is not None:

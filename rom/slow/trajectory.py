@@ -23,28 +23,32 @@ _ORDER = 3  # least order at which the deviation falls with the number of parts
 
 @frozen
 class SlowTrajectory:
-    """Amplitudes, carriers and forcing at successive times; straight-line inputs in between.
+    """Hold amplitudes, carriers and forces of a simulation in slow time.
+
+    Inputs are linear between successive times.
 
     Attributes
     ----------
     time : (steps + 1,) ndarray
-        [s]
+        Times [s], ascending.
     amplitude : (steps + 1, modes) complex ndarray
+        Amplitudes a_j [kg^1/2 m].
     angle : (steps + 1, modes) ndarray
-        Carrier angles theta_j [rad]; whole turns do not matter.
+        Carrier phases theta_j [rad], modulo 2 pi.
     frequency, frequency_rate : (steps, modes) ndarray
-        At the start of each step [rad/s], [rad/s^2].
+        Carrier frequencies [rad/s] and their rates [rad/s^2] at the start of each step.
     force, force_rate : (steps, modes) complex ndarray
-        Modal F_j exp(i phase_j) at the start of each step [N kg^-1/2], and its rate.
+        Modal forces F_j exp(i psi_j) [N kg^-1/2] and their rates [N kg^-1/2 s^-1] at the start of
+        each step.
     force_response : AppliedForces, optional
-        The forces, in any scale, for their effects besides the excitation of their own mode.
-        Default: none.
+        Force patterns, in any scale, for the quasi-static response of contacts and other modes.
+        Default: no such response.
     discontinuity : (steps, modes) complex ndarray, optional
-        Jumps of the amplitudes at the start of each step, due to jumps of the forces. Default:
-        none.
+        Jumps of the amplitudes at the start of each step due to jumps of the forces [kg^1/2 m].
+        Default: none.
     scale, scale_rate : (steps,) ndarray, optional
-        Limits and preloads relative to the model's at the start of each step, and their rate
-        [1/s]. Default: those of the model.
+        Factor on friction limits and preloads of the model [-] and its rate [1/s], at the start of
+        each step. Default: constant 1.
     """
 
     time: Floats
@@ -61,42 +65,64 @@ class SlowTrajectory:
 
     @property
     def amplitude_start(self) -> Complexes:
-        """Amplitudes at the start of each step, after its discontinuity, (steps, modes)."""
+        """Amplitudes at the start of each step, after its jump, (steps, modes) [kg^1/2 m]."""
         before = self.amplitude[:-1]
         return before if self.discontinuity is None else before + self.discontinuity
 
     @property
     def shift(self) -> Complexes | float:
-        """Shift of the effective amplitudes at the contacts per unit of force."""
+        """Shift s_j of the effective amplitudes per modal force, (modes,) [s^2], or 0."""
         return self.force_response.shift if self.force_response else 0.0
 
     @property
     def point_force(self) -> Complexes:
-        """Modal forces at every time, (steps + 1, modes)."""
+        """Modal forces F_j exp(i psi_j) at all times, (steps + 1, modes) [N kg^-1/2]."""
         last = self.force[-1] + self.force_rate[-1] * (self.time[-1] - self.time[-2])
         return np.vstack((self.force, last))
 
     @property
     def point_frequency(self) -> Floats:
-        """Forcing frequencies at every time, (steps + 1, modes)."""
+        """Carrier frequencies at all times, (steps + 1, modes) [rad/s]."""
         last = self.frequency[-1] + self.frequency_rate[-1] * (self.time[-1] - self.time[-2])
         return np.vstack((self.frequency, last))
 
     @property
     def limit_scale(self) -> tuple[Floats, Floats]:
-        """Limits and preloads relative to the model's at the start of each step; their rate."""
+        """Factor on limits and preloads [-] at the start of each step, and its rate [1/s]."""
         steps = self.time.size - 1
         scale = np.ones(steps) if self.scale is None else self.scale
         return scale, np.zeros(steps) if self.scale_rate is None else self.scale_rate
 
     def scale_at(self, times: Floats) -> Floats:
-        """Return limits and preloads relative to the model's at times (n,), after jumps."""
+        """Return the factor on friction limits and preloads at given times, after jumps.
+
+        Parameters
+        ----------
+        times : (n,) ndarray
+            Times [s].
+
+        Returns
+        -------
+        (n,) ndarray
+            Factor [-].
+        """
         scale, rate = self.limit_scale
         k = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, scale.size - 1)
         return np.asarray(scale[k] + rate[k] * (times - self.time[k]))
 
     def between(self, start: float, end: float) -> SlowTrajectory:
-        """Return the steps that overlap [start, end]."""
+        """Return the part of the trajectory whose steps overlap an interval.
+
+        Parameters
+        ----------
+        start, end : float
+            Ends of the interval [s].
+
+        Returns
+        -------
+        SlowTrajectory
+            Whole steps that overlap the interval.
+        """
         steps = self.time.size - 1
         first = min(max(int(np.searchsorted(self.time, start, side="right")) - 1, 0), steps - 1)
         last = min(max(int(np.searchsorted(self.time, end, side="left")), first + 1), steps)
@@ -109,7 +135,18 @@ class SlowTrajectory:
         return replace(self, **parts)
 
     def amplitude_rates(self, model: Model) -> tuple[Complexes, Complexes]:
-        """Return da/dt at the start and at the end of each step, (steps, modes)."""
+        """Return the rates of the amplitudes by the slow flow.
+
+        Parameters
+        ----------
+        model : Model
+            Model of the simulation.
+
+        Returns
+        -------
+        start, end : (steps, modes) complex ndarray
+            da_j/dt at the start and at the end of each step [kg^1/2 m/s].
+        """
         flow = shifted_flow(model, self.shift)
         return (
             rates(flow, self._inputs(0.0), self.amplitude_start),
@@ -133,9 +170,20 @@ class SlowTrajectory:
         return inputs
 
     def resolved(self, model: Model) -> SlowTrajectory:
-        """Return the trajectory with more points where cubics deviate from the slow flow.
+        """Return the trajectory with more points where it changes within a step.
 
-        They do near a combination resonance, whose beat may be shorter than a step.
+        Steps are divided where cubic interpolation deviates from the slow flow. This happens near
+        a combination resonance, whose beat may be shorter than a step.
+
+        Parameters
+        ----------
+        model : Model
+            Model of the simulation.
+
+        Returns
+        -------
+        SlowTrajectory
+            Trajectory whose cubics deviate by at most 3e-4 of the largest amplitude.
         """
         flow, allowed = shifted_flow(model, self.shift), 3e-4 * np.abs(self.amplitude).max()
         deviation = self._deviation(flow)
@@ -226,12 +274,34 @@ class SlowTrajectory:
         )
 
     def effective(self, model: Model) -> Complexes:
-        """Return effective amplitudes at the contacts at every time, (steps + 1, modes)."""
+        """Return the effective amplitudes at the contacts, r_j (a_j + s_j F_j exp(i psi_j)).
+
+        Parameters
+        ----------
+        model : Model
+            Model of the simulation.
+
+        Returns
+        -------
+        (steps + 1, modes) complex ndarray
+            Effective amplitudes z_j at all times [kg^1/2 m].
+        """
         factor = coupling_factor(model.reduced, self.point_frequency)
         return np.asarray(factor * (self.amplitude + self.shift * self.point_force))
 
     def segments(self, model: Model) -> np.ndarray:
-        """Return the steps as the core reads them."""
+        """Return the steps as the compiled core reads them.
+
+        Parameters
+        ----------
+        model : Model
+            Model of the simulation.
+
+        Returns
+        -------
+        (steps,) structured ndarray
+            Start, duration, amplitudes, phases and frequencies of each step.
+        """
         duration = np.diff(self.time)
         segments = np.zeros(duration.size, dtype=kernel.SEGMENT)
         segments["start"], segments["duration"] = self.time[:-1], duration
@@ -250,11 +320,23 @@ class SlowTrajectory:
         return segments
 
     def contact_segments(self, segments: np.ndarray, reaction: Complexes) -> np.ndarray:
-        """Return the steps with effective amplitudes, relative to the scale of the limits.
+        """Return the steps with effective amplitudes, relative to the factor on friction limits.
 
-        `reaction` (steps + 1, orders, N_c), which must outlive them, is divided by the scale too:
-        the motion is the scale times the motion of this result. After a jump of the scale,
-        contacts need a few periods to forget their displacement.
+        The contact motion is the factor times the motion computed from this result. After a jump
+        of the factor, contacts need a few periods to forget their displacement.
+
+        Parameters
+        ----------
+        segments : (steps,) structured ndarray
+            Result of `segments`.
+        reaction : (steps + 1, orders, N_c) complex ndarray
+            Forces of the modes on the contacts [N]. They are divided by the factor in place. The
+            result refers to this array.
+
+        Returns
+        -------
+        (steps,) structured ndarray
+            Steps for the integration of the contact motion.
         """
         segments = segments.copy()
         modes = slice(0, self.amplitude.shape[1])

@@ -19,7 +19,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.validity.friction import elastic_force
 
 
@@ -125,5 +125,5 @@ class _FrictionParts:
 
 def said_error(modes: Sequence[str], error: Floats) -> str:
     """Return the largest relative errors (modes,) in words."""
-    each = ", ".join(f"|{m}| {100 * part:.2g} %" for m, part in zip(modes, error, strict=True))
+    each = ", ".join(f"|{m}| {percentage(part)}" for m, part in zip(modes, error, strict=True))
     return f"estimated transient error: {each}"

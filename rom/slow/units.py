@@ -23,13 +23,14 @@ MODAL = "kg$^{1/2}$ m"
 
 @dataclass(frozen=True)
 class Units:
-    """Units of pictures and tables.
+    """Choose the units of plots and tables.
 
     Attributes
     ----------
     frequency : {"rad/s", "Hz"}
+        Unit of frequencies.
     displacement : {"m", "mm", "um"}
-        Of DOFs; modal amplitudes stay in kg^1/2 m.
+        Unit of displacements of DOFs. Modal amplitudes stay in kg^1/2 m.
     """
 
     frequency: FrequencyUnit = "rad/s"
@@ -81,6 +82,11 @@ class Shown:
         if self.dof is None:
             return np.abs(motion.amplitude)
         return self.units.of_displacement(motion.displacement(self.dof))
+
+    @property
+    def unit(self) -> str:
+        """The unit of an amplitude."""
+        return self.modal if self.dof is None else self.units.displacement
 
     def named(self, name: str) -> str:
         """Return the name of an amplitude with its unit."""

@@ -15,14 +15,21 @@ from slipmode.rom.representable import ALLOWED, fits
 
 @dataclass(frozen=True)
 class Rayleigh:
-    """Damping C = alpha M + beta K: a damping ratio (alpha / omega + beta omega) / 2 at omega.
+    """Describe proportional damping C = alpha M + beta K.
+
+    At the angular frequency omega the damping ratio is (alpha / omega + beta omega) / 2.
 
     Parameters
     ----------
     alpha : float
-        [1/s], >= 0.
+        Factor of the mass matrix [1/s], >= 0.
     beta : float
-        [s], >= 0.
+        Factor of the stiffness matrix [s], >= 0.
+
+    Raises
+    ------
+    SlipmodeError
+        If a factor is negative or not finite.
     """
 
     alpha: float
@@ -39,15 +46,30 @@ class Rayleigh:
     def from_ratios(
         cls, ratio: float | Sequence[float], frequency: float | Sequence[float]
     ) -> Self:
-        """Return the damping with given ratios [-] at one or two frequencies [rad/s].
+        """Return Rayleigh damping with given damping ratios at one or two frequencies.
 
-        One frequency gives C = beta K.
+        Parameters
+        ----------
+        ratio : float or sequence of one or two float
+            Damping ratios [-], >= 0, one for each frequency.
+        frequency : float or sequence of one or two float
+            Frequencies [rad/s], > 0. One frequency gives C = beta K.
+
+        Returns
+        -------
+        Rayleigh
+            Damping with these ratios at these frequencies.
 
         Raises
         ------
         SlipmodeError
-            If no alpha, beta >= 0 have these ratios: they may differ at most by the factor
-            between the frequencies.
+            If no alpha, beta >= 0 have these ratios. Two ratios may differ at most by the quotient
+            of the two frequencies.
+
+        Examples
+        --------
+        >>> rom.Rayleigh.from_ratios(0.01, 400.0)
+        Rayleigh(alpha=0.0, beta=5e-05)
         """
         given = {"ratio": ratio, "frequency": frequency}
         zeta, omega = (np.atleast_1d(as_floats(key, value)) for key, value in given.items())
@@ -75,13 +97,27 @@ class Rayleigh:
 
     @classmethod
     def from_loss_factor(cls, loss_factor: float, frequency: float | Sequence[float]) -> Self:
-        """Return the damping with the losses of a hysteretic loss factor [-] near the carriers.
+        """Return Rayleigh damping equivalent to a hysteretic loss factor.
 
-        K (1 + i eta) dissipates as much per cycle, at resonance, as the damping ratio eta / 2.
+        At resonance, the complex stiffness K (1 + i eta) dissipates as much energy per cycle as
+        the damping ratio eta / 2.
 
         Parameters
         ----------
+        loss_factor : float
+            Loss factor eta [-], >= 0.
         frequency : float or sequence of one or two float
-            Frequencies of the carriers [rad/s], at which the losses are exact.
+            Frequencies [rad/s] at which the dissipation is exact, for instance the frequencies of
+            the retained modes.
+
+        Returns
+        -------
+        Rayleigh
+            Damping with the ratio eta / 2 at these frequencies.
+
+        Raises
+        ------
+        SlipmodeError
+            If the frequencies are equal or not positive, or the loss factor is negative.
         """
         return cls.from_ratios([0.5 * loss_factor] * np.size(frequency), frequency)

@@ -18,19 +18,20 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 @frozen
 class Labels:
-    """Nodes and directions of the DOFs.
+    """Name the node and the direction of each DOF.
 
     Parameters
     ----------
     node : (n,) array of int
-        Numbers of nodes.
+        Node number of each DOF.
     direction : (n,) array of int
-        1, 2, 3 for x, y, z; 4, 5, 6 for rotations about them; other numbers are kept.
+        Direction of each DOF: 1, 2, 3 for displacements along x, y, z; 4, 5, 6 for rotations about
+        x, y, z. Other numbers are allowed and have no meaning for slipmode.
 
     Raises
     ------
     SlipmodeError
-        If two DOFs have the same node and direction.
+        If two DOFs have one node and direction.
     """
 
     node: NDArray[np.int64]
@@ -44,7 +45,7 @@ class Labels:
 
     @property
     def table(self) -> NDArray[np.int64]:
-        """Node and direction of each DOF, (n, 2)."""
+        """Node and direction of each DOF, (n, 2) ndarray of int."""
         return np.stack((self.node, self.direction), axis=1)
 
     @cached_property
@@ -52,7 +53,26 @@ class Labels:
         return {(int(node), int(k)): dof for dof, (node, k) in enumerate(self.table)}
 
     def dof(self, node: int, direction: str) -> int:
-        """Return the DOF of a node in a direction, one of `DIRECTIONS`; refuse another."""
+        """Return the index of the DOF at a node in a direction.
+
+        Parameters
+        ----------
+        node : int
+            Node number.
+        direction : {"x", "y", "z", "rx", "ry", "rz"}
+            Displacement along an axis, or rotation about an axis.
+
+        Returns
+        -------
+        int
+            Index of the DOF, 0 to n - 1.
+
+        Raises
+        ------
+        SlipmodeError
+            If the direction is not allowed, the node is not in the structure, or the node has no
+            DOF in this direction.
+        """
         if direction not in DIRECTIONS:
             raise SlipmodeError(f"direction: must be {', '.join(DIRECTIONS)}, got {direction!r}")
         dof = self._index.get((int(node), DIRECTIONS.index(direction) + 1))
@@ -69,15 +89,35 @@ class Labels:
         )
 
     def places(self, others: Labels) -> NDArray[np.int64]:
-        """Return the place of each DOF of `others` among these DOFs, -1 if it is not there."""
+        """Return the index of each DOF of other labels in these labels.
+
+        Parameters
+        ----------
+        others : Labels
+            Labels of (m,) DOFs.
+
+        Returns
+        -------
+        (m,) ndarray of int
+            Index of the DOF with equal node and direction, or -1 if there is none.
+        """
         return np.array(
             [self._index.get((int(node), int(k)), -1) for node, k in others.table], dtype=np.int64
         )
 
     def dofs(self, nodes: Sequence[int] | NDArray[np.integer]) -> NDArray[np.int64]:
-        """Return the DOFs of nodes, -1 where they are held or not there.
+        """Return the indices of all DOFs of nodes.
 
-        (nodes, 3) of x, y, z; (nodes, 6) with rotations, if the structure has any.
+        Parameters
+        ----------
+        nodes : sequence of int
+            Node numbers.
+
+        Returns
+        -------
+        (nodes, 3) or (nodes, 6) ndarray of int
+            DOFs in the directions x, y, z, and rx, ry, rz if the structure has rotations. The
+            index is -1 where a node is fixed or not in the structure.
         """
         count = 6 if np.any((self.direction > 3) & (self.direction <= 6)) else 3
         return np.array(
@@ -86,12 +126,23 @@ class Labels:
         )
 
     def directions(self, contacts: Sequence[Sequence[Any]]) -> Any:
-        """Return W (n, N_c), sparse, of contacts named by nodes.
+        """Return the contact directions W of contacts that are named by nodes.
 
         Parameters
         ----------
-        contacts : sequence of (node, direction) or (node, other node, direction)
-            Motion of a node, or of a node relative to another.
+        contacts : sequence of tuple
+            (node, direction) for the displacement of a node, or (node, other node, direction) for
+            the displacement of a node relative to the other node.
+
+        Returns
+        -------
+        (n, N_c) sparse array
+            W [-], with the entry +1 at the node and -1 at the other node.
+
+        Raises
+        ------
+        SlipmodeError
+            If a tuple has another length, or its node or direction is not in the structure.
         """
         entries, rows, columns = [], [], []
         for column, contact in enumerate(contacts):

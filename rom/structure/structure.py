@@ -27,39 +27,55 @@ from slipmode.rom.structure.solvers.mass import is_positive_mass, is_positive_se
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Structure:
-    """Matrices and contact directions of a structure with dry friction, Eq. (1).
+    """Represent a linear structure and its contact directions, source Eq. (1).
 
-    The equation of motion is M x'' + C x' + K x + W g = f, with the contact forces g (N_c,) that
-    a contact law gives for the contact motion x_c = W^T x. The law is not part of the structure.
+    The equation of motion is M x'' + C x' + K x + W g = f. A contact law gives the contact
+    forces g (N_c,) [N] from the contact displacements x_c = W^T x (N_c,) [m]. The structure does
+    not contain the law.
 
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        M [kg], symmetric and positive definite.
+        Mass matrix M [kg], symmetric and positive definite.
     stiffness : (n, n) array or sparse matrix
-        K [N/m] without contacts, symmetric. Rigid-body modes are allowed here. `rom.reduce`
-        refuses those that remain with bonded contacts (Tanh, Coulomb); with the springs of
-        elastic contacts they may remain, but cannot be retained.
+        Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
+        `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
+        Rigid-body modes that remain with the springs of elastic contacts cannot be retained.
     damping : float, Rayleigh, or (n, n) array or sparse matrix, default 0.0
-        beta [s] of C = beta K, `Rayleigh` for C = alpha M + beta K, or C itself [N s/m],
-        symmetric and positive semidefinite.
+        A number is beta [s] of C = beta K. `Rayleigh` stands for C = alpha M + beta K. A matrix is
+        C [N s/m] itself, symmetric and positive semidefinite.
     contact : sequence of int, or (n, N_c) array or sparse matrix
-        Indices of the contact DOFs, or the directions W [-], with 1 <= N_c <= n columns, no two
-        of them parallel; of rigid contacts (Tanh, Coulomb) linearly independent. A column with +1
-        and -1 is the relative displacement of two nodes.
+        Indices of the contact DOFs, or the matrix W [-] of contact directions, 1 <= N_c <= n.
+        A column of W with entries +1 and -1 is the relative displacement of two nodes. No two
+        columns may be parallel. For rigid laws (Tanh, Coulomb) all columns must be linearly
+        independent.
     labels : Labels, optional
         Node and direction of each DOF.
 
     Attributes
     ----------
     mass, stiffness, damping : (n, n) matrix
-        M, K and C. Read-only ndarrays, or CSC arrays if mass or stiffness was given sparse.
+        M [kg], K [N/m] and C [N s/m]: read-only ndarrays, or CSC arrays if mass or stiffness was
+        sparse.
     beta : float or None
-        The factor of C = beta K [s]. None for any other damping.
+        Factor beta [s] of C = beta K. None for any other damping.
     directions : (n, N_c) matrix
-        W, dense or CSC like the other matrices.
+        Contact directions W [-], dense or CSC like the other matrices.
     labels : Labels or None
         Node and direction of each DOF.
+
+    Raises
+    ------
+    SlipmodeError
+        If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
+        not positive definite, or the damping matrix is not positive semidefinite.
+
+    Examples
+    --------
+    One mass on a spring, with a friction contact between the mass and the ground:
+
+    >>> rom.Structure([[1.0]], [[4.0]], rom.Rayleigh.from_ratios(0.01, 2.0), contact=[0])
+    Structure(1 DOFs, 1 contacts, dense)
     """
 
     mass: Matrix
@@ -106,18 +122,28 @@ class Structure:
 
     @property
     def n_dofs(self) -> int:
-        """The number n of degrees of freedom."""
+        """Number n of degrees of freedom."""
         return int(self.mass.shape[0])
 
     @property
     def n_contacts(self) -> int:
-        """The number N_c of contact directions."""
+        """Number N_c of contact DOFs, the columns of W."""
         return int(self.directions.shape[1])
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
-        """Return the structure, dense, under external linear forces -K x - C x'.
+        """Return the structure with additional linear forces -K_e x - C_e x'.
 
-        K and C are symmetric; unlike those of a structure they may feed energy in.
+        Parameters
+        ----------
+        stiffness : (n, n) ndarray
+            Additional stiffness K_e [N/m], symmetric. It need not be positive.
+        damping : (n, n) ndarray
+            Additional damping C_e [N s/m], symmetric. It may supply energy to the structure.
+
+        Returns
+        -------
+        Structure
+            Structure with the matrices K + K_e and C + C_e, stored dense.
         """
         other = copy(self)
         _set(
@@ -132,7 +158,10 @@ class Structure:
 
     @property
     def damping(self) -> Matrix:
-        """C (n, n) [N s/m]; computed at every access if it is alpha M + beta K."""
+        """Damping matrix C (n, n) [N s/m].
+
+        The matrix alpha M + beta K of `Rayleigh` is computed again at each access.
+        """
         given = self._damping
         if not isinstance(given, Rayleigh):
             return given
@@ -142,11 +171,25 @@ class Structure:
         return _read_only(C) if isinstance(C, np.ndarray) else C
 
     def partition(self) -> Partition:
-        """Split the matrices into elastic and contact coordinates, Eq. (3)."""
+        """Return the matrices in elastic and contact coordinates, source Eq. (3).
+
+        Returns
+        -------
+        Partition
+            Blocks M_ee, M_ec, M_cc and the corresponding blocks of C and K.
+        """
         return Partition.of(self.mass, self.damping, self.stiffness, self.directions)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write a .npz file that `load_structure` reads back to the last bit."""
+        """Write the structure to a .npz file.
+
+        `load_structure` reads the file back without rounding.
+
+        Parameters
+        ----------
+        path : path
+            Name of the file, which ends in .npz.
+        """
         matrices: dict[str, Any] = {
             "mass": self.mass,
             "stiffness": self.stiffness,
@@ -165,29 +208,43 @@ def load_structure(
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
 ) -> Structure:
-    """Read a structure from a file of slipmode or of another program.
+    """Read a structure from a file of slipmode or of a finite element program.
 
     Parameters
     ----------
     path : path
-        - A .npz file with arrays mass, stiffness, contact (DOF indices or W) and optionally
-          damping (C, or the number beta); a sparse matrix is stored as mass_data,
-          mass_indices, mass_indptr and mass_shape (CSR).
-        - A folder with mass.mtx, stiffness.mtx, optionally damping.mtx (Matrix Market), and
-          contact.mtx (W) or contact.txt (indices).
-        - Of the stiffness: .mtx of Matrix Market or of Abaqus (*MATRIX GENERATE), .sti of
-          CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix) of Ansys and others.
-        - Of all matrices: .mat of MATLAB (mass or M, stiffness or K, ...); .op4, .pch of Nastran
-          (KGG, MGG, ...; with `pip install 'slipmode[nastran]'`); .full of Ansys (with
-          `slipmode[ansys]`).
+        One of the following:
+
+        - A .npz file with the arrays mass, stiffness, contact (DOF indices or W) and optionally
+          damping (C, or the number beta). A sparse matrix is stored in CSR form as mass_data,
+          mass_indices, mass_indptr and mass_shape.
+        - A folder with the Matrix Market files mass.mtx, stiffness.mtx and optionally
+          damping.mtx. Contacts are in contact.mtx (W) or contact.txt (indices).
+        - A file with the stiffness alone: .mtx of Matrix Market or Abaqus (*MATRIX GENERATE),
+          .sti of CalculiX, or Harwell-Boeing (.hb, .rsa, .rua, .matrix), for instance of Ansys.
+        - A file with all matrices: .mat of MATLAB with mass or M, stiffness or K, and so on;
+          .op4 or .pch of Nastran with KGG, MGG, and so on (needs `slipmode[nastran]`); .full of
+          Ansys (needs `slipmode[ansys]`).
     damping : float, Rayleigh or (n, n) matrix, optional
-        Replaces the stored damping; by default the stored damping or none.
+        Damping as of `Structure`. Default: the damping in the file, or none.
     mass : path, optional
-        File of the mass, if it is a separate one. The file of the same job of Abaqus
-        (JOB_MASS1.mtx of JOB_STIF1.mtx) or CalculiX (.mas) is found by itself.
-    contact : as of Structure, or sequence of (node, direction) or (node, node, direction)
-        Replaces the stored contacts. Nodes have the numbers of the other program, directions are
-        "x", "y", "z", "rx", "ry", "rz"; two nodes stand for their relative motion.
+        File of the mass matrix, if it is separate. For Abaqus (JOB_STIF1.mtx) and CalculiX (.sti)
+        the default is the mass file of the job, JOB_MASS1.mtx or .mas.
+    contact : as of Structure, or sequence of tuple, optional
+        Contacts instead of the contacts in the file. Tuples are (node, direction) for an absolute
+        displacement, or (node, other node, direction) for a relative one. Node numbers belong to
+        the finite element program. Directions are "x", "y", "z", "rx", "ry" and "rz".
+
+    Returns
+    -------
+    Structure
+        Structure with the matrices of the file, and with `labels` if the file has node numbers.
+
+    Raises
+    ------
+    SlipmodeError
+        If the file cannot be read, contacts are missing, a node is not in the file, or a matrix is
+        refused by `Structure`.
     """
     file = as_path("path", path)
     if file.is_dir() or file.suffix not in READERS:
@@ -231,22 +288,31 @@ def two_mass(
     k_c2: float = 40.0,
     k_p: float = 5.0,
 ) -> Structure:
-    """Return two modal masses on a common friction contact: Eq. (26), values of Table 1.
+    """Return the two-mass structure of source Eq. (26), with the values of Table 1.
 
-    DOFs are x_e1, x_e2, x_c1, x_c2; the last two are the contact. Bonded natural
-    frequencies are sqrt(k1/m1) = 1 and sqrt(k2/m2) = 1.7 rad/s.
+    Two modal masses are connected to a common friction contact. The DOFs are x_e1, x_e2, x_c1 and
+    x_c2; the last two are the contact DOFs. The natural frequencies with bonded contact are
+    sqrt(k1 / m1) = 1 rad/s and sqrt(k2 / m2) = 1.7 rad/s.
 
     Parameters
     ----------
-    beta : float
-        Stiffness-proportional damping [s], C = beta K.
-    m1, m2, contact_mass : float
-        Modal masses, and mass of each contact DOF [kg], positive.
-    k1, k2 : float
-        Stiffness between each mass and its contact DOF [N/m].
-    k_c1, k_c2, k_p : float
-        Stiffness of the contact DOFs to the ground, and off-diagonal entry that couples them, with
-        the sign of Eq. (26) [N/m].
+    beta : float, default 0.01
+        Factor of stiffness-proportional damping, C = beta K [s].
+    contact_mass : float, default 0.01
+        Mass of each contact DOF [kg], positive.
+    m1, m2 : float, default 1.0
+        Modal masses [kg], positive.
+    k1, k2 : float, default 1.0 and 2.89
+        Stiffness between each modal mass and its contact DOF [N/m].
+    k_c1, k_c2 : float, default 20.0 and 40.0
+        Stiffness between each contact DOF and the ground [N/m].
+    k_p : float, default 5.0
+        Off-diagonal stiffness between the contact DOFs, with the sign of source Eq. (26) [N/m].
+
+    Returns
+    -------
+    Structure
+        Structure with n = 4 DOFs and N_c = 2 contact DOFs.
     """
     mass = np.diag([m1, m2, contact_mass, contact_mass])
     stiffness = np.array(

@@ -11,43 +11,41 @@ from slipmode.rom.errors import Finding
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What the table was measured to be worth, in terms of `ErrorNorm`.
+    """Hold the measured errors of a friction table.
 
     Errors are relative to |S_j| + gamma_j Omega_j |a_j|, friction and structural damping in the
-    amplitude equation, at amplitudes from 1e-3 of the range on. Of two modes they are relative to
-    the largest |S_j| at that distance from rest, if that is more.
+    amplitude equation, at amplitudes above 1e-3 of the range. With two modes this scale is at
+    least the largest |S_j| times rho = max_k |a_k| / range_k.
 
     Attributes
     ----------
     tolerance : float
-        Tolerance of the table.
+        Requested relative error of the table [-].
     interpolation : float
-        Largest error between the nodes, from those found at points where most is expected; half
-        the tolerance if that is more, for less is not looked for. Above the tolerance where
-        friction jumps: contacts have two motions there, or none that repeats.
+        Largest interpolation error [-], measured between the nodes where the error indicator is
+        largest, and at least half the tolerance. It exceeds the tolerance where friction jumps:
+        the contact problem has two periodic solutions there, or none.
     resolution : float
-        Change on doubling steps and lines of the contact problem. Of `rom.model_of_rates`: error
-        of free vibration, because the slow flow is of first order in its rates.
+        Relative change on doubling steps and lines of the contact problem [-]. For
+        `rom.model_of_rates`: relative error of free vibration, because the slow flow is of first
+        order in its rates.
     periodicity : float
-        Largest distance from a periodic contact motion.
+        Largest relative deviation from a periodic contact motion [-].
     neglected_response : float
-        Relative change of S_j by the response of modes to higher-order harmonics that the table
-        leaves out, the largest at a few amplitudes. Where the contact motion does not converge
-        with that response: the largest motion due to one harmonic, relative to the motion without
-        friction; infinity if none converges. 0 if the table has every harmonic that counts.
+        Largest relative change of S_j by the neglected harmonic response of modes to higher-order
+        harmonics [-], measured at a few amplitudes. If the contact motion does not converge with
+        this response: largest motion due to one harmonic, relative to the motion without friction.
+        Infinite if none converges, and 0 if the table has every relevant harmonic.
     neglected_modes : float
-        Estimated relative change of S_j by the modes of the reduction that the table neglects: sum
-        of their forces on the contacts, relative to those of the contact stiffness.
+        Estimated relative change of S_j by the nonresonant modes that the table neglects [-].
     detuning : float or None
-        Error of forcing 5 % from the carriers, the largest of some trials.
-        It grows with the square of that distance where the table has dS_j / dOmega_k, else in
-        proportion. 0 in the paper's formulation, which has no other frequencies. None where
-        friction was not to follow them, and nothing was tried.
+        Largest relative error due to forcing 5 % from the carriers [-], of some trials. It grows
+        with the square of this distance if the table has dS_j / dOmega_k, otherwise in proportion.
+        0 in the formulation "paper". None if `detuning=False` was given.
     steps, lines : int
-        Discretisation of the torus; 0 without contacts.
+        Time steps per period and phase lines of the contact problem; 0 without contacts.
     solved : int
-        Contact problems solved for the nodes and for measuring the interpolation; of
-        `rom.model_of_rates` the amplitudes sampled for both.
+        Number of contact problems solved. For `rom.model_of_rates`: number of sampled amplitudes.
     """
 
     tolerance: float
@@ -63,12 +61,18 @@ class Accuracy:
 
     @property
     def total(self) -> float:
-        """Stated error of S_j at the carriers; a neglected response is left out if unknown."""
+        """Stated relative error of S_j at the carriers [-], without a response of unknown size."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
         return self.interpolation + self.resolution + harmonics + self.neglected_modes
 
     def findings(self) -> list[Finding]:
-        """Return warnings of a table that misses its tolerance or neglects a response of modes."""
+        """Return warnings about a missed tolerance or a neglected harmonic response.
+
+        Returns
+        -------
+        list of Finding
+            Empty if the table meets its tolerance.
+        """
         found = []
         if self.interpolation > self.tolerance:
             reason = (

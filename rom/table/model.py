@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from dataclasses import asdict, astuple, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,14 +21,15 @@ from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.combination import CombinationResonance
+from slipmode.rom.reduction.combination import CARRIERS, CombinationResonance
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 24  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 25  # of the file; raised whenever tables computed before must not be used any more
 
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
@@ -35,18 +37,27 @@ TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Everything that a simulation in slow time needs.
+    """Hold a reduced structure and its friction table, for simulation in slow time.
+
+    `rom.tabulate` and `rom.model_of_rates` return a model.
 
     Attributes
     ----------
     reduced : Reduced
+        Reduced structure.
     law : contact law
+        Law of the contacts.
     table : Table
+        Friction terms S_j over the amplitude plane.
     harmonics : Harmonics or None
-        Of the contact displacement, if harmonics are kept; of elastic contacts, of the
-        difference between their force and the force of their reference springs [N].
+        Harmonics of the contact displacement [m], or of the force deficit of elastic contacts [N],
+        if the model stores them.
     combinations : tuple of CombinationResonance
+        Harmonics that drive the slow flow.
     accuracy : Accuracy
+        Measured errors of the table.
+    dof_response : DofResponse or None
+        Response of the DOFs of travelling waves, whose contact DOFs are not part of the model.
     """
 
     reduced: Reduced
@@ -55,6 +66,7 @@ class Model:
     harmonics: Harmonics | None
     combinations: tuple[CombinationResonance, ...]
     accuracy: Accuracy
+    dof_response: DofResponse | None = None
 
     def __repr__(self) -> str:
         reduced = self.reduced
@@ -71,47 +83,114 @@ class Model:
         """Number of modes, 1 or 2."""
         return len(self.reduced.modes)
 
+    @cached_property
+    def all_shapes(self) -> Floats:
+        """Shapes of all modes, then shapes of `dof_response`, (n, modes + nonresonant + q)."""
+        if self.dof_response is None:
+            return self.reduced.all_shapes
+        return np.hstack((self.reduced.all_shapes, self.dof_response.shapes.T))
+
     @property
     def hash(self) -> str:
-        """Hexadecimal content hash: equal for equal models."""
+        """Hexadecimal hash of the content, equal for equal models."""
         return digest(self._header(), self._content())
 
     def check_mode(self, mode: int) -> None:
-        """Raise a SlipmodeError if the model has no mode of this index."""
+        """Check that the model has a mode.
+
+        Parameters
+        ----------
+        mode : int
+            0 for A, 1 for B.
+
+        Raises
+        ------
+        SlipmodeError
+            If the model has no such mode.
+        """
         if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
             raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
 
     def friction_error(self, amplitudes: Floats) -> Floats:
-        """Return the stated error of S_j at the carriers, (..., modes) [N kg^-1/2].
+        """Return the stated error of S_j at the carriers: `Accuracy.total` times `error_scale`.
 
-        It is `Accuracy.total` of `error_scale`, at amplitudes (..., modes) [kg^1/2 m].
+        Parameters
+        ----------
+        amplitudes : (..., modes) ndarray
+            Amplitudes a_j, or |a_j| [kg^1/2 m].
+
+        Returns
+        -------
+        (..., modes) ndarray
+            Error of S_j [N kg^-1/2].
         """
         return np.asarray(self.accuracy.total * self.error_scale(np.abs(amplitudes)))
 
     def error_scale(self, modulus: Floats) -> Floats:
-        """Return the scale of errors of S_j, see `ErrorNorm`, (..., modes) [N kg^-1/2].
+        """Return the scale of relative errors of S_j.
 
-        At amplitudes |a_j| (..., modes) [kg^1/2 m].
+        The scale is max(|S_j| + gamma_j Omega_j |a_j|, f rho max |S_j|), see "Friction functions"
+        in docs/theory.md.
+
+        Parameters
+        ----------
+        modulus : (..., modes) ndarray
+            Amplitudes |a_j| [kg^1/2 m].
+
+        Returns
+        -------
+        (..., modes) ndarray
+            Scale [N kg^-1/2].
         """
         norm = ErrorNorm.of(self.reduced, self.table.amplitude_range).known(self.table.nodes())
         return norm.scale(modulus, self.table(modulus))
 
     def contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
-        """Return the contact problem as the table resolves it; see `ContactProblem.on`."""
+        """Return the contact problem with the steps and lines of the table.
+
+        Parameters
+        ----------
+        smallest_amplitude : (modes,) ndarray
+            Smallest amplitudes |a_j| to be solved [kg^1/2 m].
+
+        Returns
+        -------
+        TorusProblem
+            Discretised contact problem, source Eqs. (13) and (14).
+        """
         stated = self.accuracy
         grid = Discretisation(stated.steps, stated.lines)
         problem = ContactProblem.of(self.reduced, self.law, self.combinations)
         return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
-        """What forcing (..., modes) [rad/s] off the carriers strains; of `forced` modes alone."""
+        """Return warnings about forcing frequencies far from the carriers of the table.
+
+        Parameters
+        ----------
+        frequency : (..., modes) ndarray
+            Forcing frequencies [rad/s].
+        forced : (modes,) ndarray of bool, optional
+            Modes to consider. Default: all.
+
+        Returns
+        -------
+        list of Finding
+            Empty if the error due to detuning is within the tolerance.
+        """
         seen = slice(None) if forced is None else forced
         apart = (np.asarray(frequency) / self.reduced.carrier - 1.0)[..., seen]
         stated, corrected = self.accuracy, self.table.detuning is not None
         return detuning_findings(stated.tolerance, stated.detuning, corrected, apart)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the model to one file (an .npz archive), with its content hash."""
+        """Write the model and its hash to a .npz file.
+
+        Parameters
+        ----------
+        path : path
+            Name of the file.
+        """
         header = self._header()
         content = self._content()
         stored = json.dumps(header | {"hash": digest(header, content)})
@@ -120,13 +199,22 @@ class Model:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Model:
-        """Read a model.
+        """Return a model from a file written by `Model.save`.
+
+        Parameters
+        ----------
+        path : path
+            Name of the file.
+
+        Returns
+        -------
+        Model
+            Model that was saved, without rounding.
 
         Raises
         ------
         SlipmodeError
-            If the file is missing, of another version, damaged (its hash does not fit), or no
-            model all the same.
+            If the file is missing, of another format version, damaged, or not a model.
         """
         path = as_path("path", path)
         try:
@@ -168,7 +256,13 @@ class Model:
             orders = tuple((n, m) for n, m in header["orders"])
             P, left_out = content["P"], content["left_out"]
             harmonics = Harmonics(table.axes, orders, P, left_out)
-        return cls(reduced, law, table, harmonics, combinations, accuracy)
+        dof_response = None
+        if "dof_shapes" in content:
+            P, by_force = content["dof_coordinates"], content["dof_by_force"]
+            left_out = np.zeros((*P.shape[:-2], P.shape[-1]))
+            coordinates = Harmonics(table.axes, CARRIERS[: len(reduced.modes)], P, left_out)
+            dof_response = DofResponse(content["dof_shapes"], coordinates, by_force)
+        return cls(reduced, law, table, harmonics, combinations, accuracy, dof_response)
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -188,6 +282,9 @@ class Model:
                 arrays[name] = array
         if self.harmonics:
             arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+        if (response := self.dof_response) is not None:
+            arrays |= {"dof_shapes": response.shapes, "dof_by_force": response.by_force}
+            arrays["dof_coordinates"] = response.coordinates.P
         for name in TABLE_ARRAYS:
             if (array := getattr(self.table, name)) is not None:
                 arrays[name] = array

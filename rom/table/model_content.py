@@ -18,6 +18,8 @@ from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Formulation
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 
+_COMPLEX = ("contact_motion", "aerodynamics", "P", "dof_coordinates", "dof_by_force")
+
 
 def check_header(header: Mapping[str, Any]) -> None:
     """Refuse a header that no model is saved with.
@@ -57,7 +59,7 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     # Axes besides: a and b nodes, o orders, k columns, l columns of the corrections. These arrays
     # say how long some axes are.
     measured = {"n": "mode_shapes", "c": "stiffness", "p": "nonresonant_frequency"}
-    measured |= {"a": "node_a", "b": "node_b"}
+    measured |= {"a": "node_a", "b": "node_b", "d": "dof_shapes"}
     sizes = {
         axis: len(content[name])
         for axis, name in measured.items()
@@ -71,10 +73,13 @@ def check_arrays(header: Mapping[str, Any], content: Mapping[str, np.ndarray]) -
     table = {"node_a": "a", "node_b": "b", "values": "ab4k"}
     if orders:
         table |= {"P": f"{'ab'[:modes]}oc", "left_out": f"{'ab'[:modes]}c"}
+    if "dof_shapes" in content:
+        table |= {"dof_shapes": "dn", "dof_by_force": "md"}
+        table |= {"dof_coordinates": f"{'ab'[:modes]}md"}
     for name, layout in (REDUCED_ARRAYS | table | optional).items():
         if name not in content:
             raise SlipmodeError(f"{name}: is missing")
-        is_complex = name in ("contact_motion", "aerodynamics", "P")
+        is_complex = name in _COMPLEX
         array, kind = content[name], complex if is_complex else float
         shape = tuple(sizes.get(axis, -1) for axis in layout)
         if array.dtype != kind or array.shape != shape:

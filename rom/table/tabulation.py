@@ -63,56 +63,77 @@ def tabulate(
     progress: bool = False,
     warned: bool = True,
 ) -> Model:
-    """Precompute the friction functions over a range of amplitudes.
+    """Return a model with the friction terms S_j tabulated over the amplitude plane.
+
+    The contact problem is solved at nodes |a_A|, |a_B| on the torus of both phases, source
+    Eqs. (13), (14) and (20). Nodes are added until the interpolation meets the tolerance.
 
     Parameters
     ----------
     reduced : Reduced
+        Reduced structure from `rom.reduce`. Its carriers are the reference frequencies of the
+        table.
     law : contact law
         Tanh or Coulomb if `reduced` has rigid contacts. Otherwise the elastic law that
-        `rom.reduce` received (Jenkins, Iwan, Sliders, FrictionalContact or Contacts), or one with
-        the same stiffness of stuck contacts.
+        `rom.reduce` received, or an elastic law with equal stiffness in stick.
     amplitude : sequence of float
         Largest amplitude |a_j| of each mode [kg^1/2 m].
-    tolerance : float
-        Relative error of the amplitude equation: of S_j = Q_j |a_j|, relative to |S_j| and the
-        structural damping gamma_j Omega_j |a_j| together, at amplitudes from 1e-3 of the range
-        on, so that frequency and damping of a backbone have this accuracy. Of two modes relative
-        to the largest |S_j| at that distance from rest, if that is more. See `Accuracy`.
+    tolerance : float, default 0.001
+        Relative error of the amplitude equation [-], see Notes.
     combinations : sequence of CombinationResonance, optional
-        Combination frequencies that the slow flow is to treat as resonant. Default: those near
-        the carriers of `reduced`; none in the paper's formulation.
-    harmonics : int
-        Order up to which harmonics of the contact motion are kept, for the reconstruction of fast
-        motion; 0: none. A march needs those that the modes respond to, `RESPONSE_ORDER`.
-    headroom : float
-        Margin of the amplitude range: the table ends at `headroom` times `amplitude`. At least 1.
+        Harmonics that drive the slow flow. Default: the combination resonances near the carriers
+        of `reduced`; none in the formulation "paper".
+    harmonics : int, default 0
+        Largest order |n| + |m| of the harmonics of the contact motion that the model stores for
+        fast motion. 0 stores none. `rom.sum_harmonics` needs them, for instance up to 7. With them
+        `rom.reconstruct` includes the response of the modes to the harmonics.
+    headroom : float, default 1.0
+        Margin of the amplitude range: the table ends at `headroom` times `amplitude` [-], >= 1.
     detuning : bool, optional
-        Whether friction follows the forcing frequencies off the carriers of `reduced`, to first
-        order; `Model.accuracy.detuning` says what is left. False where they stay at the
-        carriers: it is not looked at. Default: where the carriers are the natural frequencies;
-        elsewhere what is left is stated alone. Not in the paper's formulation.
+        True: friction depends on the forcing frequencies to first order about the carriers. False:
+        this dependence is neglected and its error is not estimated. Default: True where the
+        carriers are the natural frequencies; otherwise only the error is estimated.
+        `Accuracy.detuning` states the remaining error. Not available in the formulation "paper".
     budget : float, optional
-        Seconds that it may take, about; the refusal says what can be in that time. Default: as
-        many as it takes.
+        Approximate limit of the computing time [s]. Default: no limit.
     threads : int, optional
-        Default: one per processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on work longer than a second.
-    warned : bool
-        Warn of strained assumptions; a scene has them in its plan instead.
+        Number of threads, without effect on the result. Default: one for each processor.
+    progress : bool, default False
+        Show a progress bar if the computation takes longer than 1 s.
+    warned : bool, default True
+        Warn of violated assumptions. A scene reports them in its plan instead.
+
+    Returns
+    -------
+    Model
+        Reduced structure and friction table, with the measured errors in `Model.accuracy`.
 
     Raises
     ------
     SlipmodeError
-        If the tolerance cannot be reached, or not within the budget; if a carrier of `reduced` is
-        below 0.62 or above 10 times the frequency of its mode.
+        If an argument is outside its range, or the law does not fit `reduced`. If the tolerance
+        cannot be reached, or not within the budget; the message states the reachable tolerance.
+        If a carrier is below 0.62 or above 10 times the natural frequency of its mode.
 
     Warns
     -----
     ValidityWarning
-        Where contacts or friction strain what the method assumes, over that range; where a carrier
-        is far from its mode.
+        If contacts or friction violate an assumption within the amplitude range, a carrier is far
+        from its mode, or the table misses its tolerance.
+
+    Notes
+    -----
+    Errors of S_j are relative to |S_j| + gamma_j Omega_j |a_j|, friction and structural damping
+    together, at amplitudes above 1e-3 of the range. Frequency and damping of a backbone
+    have this accuracy. With two modes the scale is at least the largest |S_j| times
+    rho = max_k |a_k| / range_k. See "Friction functions" in docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), carrier=(0.98, 1.65))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(4.0, 2.0), tolerance=0.01)
+    >>> abs(rom.steady(model, (0.98, 1.65), [{0: 0.15}, {1: 0.15}])).round(2)
+    array([3.19, 0.53])
     """
     amplitude_range = extended_range(amplitude, headroom)
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)

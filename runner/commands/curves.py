@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
-from slipmode.rom.extras import extra
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
 from slipmode.runner.curves.scene_curves import (
     scene_backbone,
     scene_performance,
     scene_response_curve,
 )
+from slipmode.runner.pictures import page_figure
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
@@ -33,7 +35,7 @@ def add_curve_commands(add: AddCommand) -> None:
     add(
         "curve",
         _curve,
-        "steady states against a frequency, a force or the friction limit, with stability",
+        "steady states against a frequency, a force or the friction limit",
         "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
         Argument("--vary", choices=varied, help=vary),
         Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
@@ -51,7 +53,7 @@ def add_curve_commands(add: AddCommand) -> None:
     add(
         "design",
         _design,
-        "resonance peak of a mode against friction limits and preloads, and the best of them",
+        "resonance peak against friction limits or preloads, and the best",
         "design blade --mode A -o logs",
         mode,
         *common,
@@ -64,9 +66,16 @@ def _curve(options: Namespace) -> int:
     if span is not None and (options.vary or "frequency").startswith("frequency"):
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
-    _write(options, "curve", curve, scene)
     shown = _shown(options, scene)
     sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
+    unit, name = Shown(options.dof, scene.units).unit, curve.label(scene.units)
+    peaks = []
+    for mode, size in zip(modes, sizes.points.T, strict=True):
+        top = int(size.argmax())
+        at = curve.in_units(curve.parameter[top], scene.units)
+        where = f" at {name} = {at:.4g}" if 0 < top < size.size - 1 else ""
+        peaks.append(f"|{mode}| up to {size.max():.3g} {unit}{where}")
+    files = _write(options, "curve", curve, scene, "; ".join(peaks))
 
     def listed(row: Floats) -> str:
         named = zip(modes, row, strict=True)
@@ -76,33 +85,47 @@ def _curve(options: Namespace) -> int:
         at = curve.in_units(point.parameter, scene.units)
         print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
     print(f"largest: {listed(sizes.points.max(axis=0))}")
+    print_charts(*files)
     return 0
 
 
 def _backbone(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
-    _write(options, "backbone", curve, scene, panels=2)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
+    damping = 100.0 * np.array([curve.damping.min(), curve.damping.max()])
+    result = (
+        f"Mode {'AB'[curve.mode]}: frequency changes by {percentage(float((high - low) / high))}, "
+        "damping ratio from {:.2g} to {:.2g} %".format(*damping)
+    )
+    files = _write(options, "backbone", curve, scene, result)
     unit = scene.units.frequency
     print(f"frequency {low:.6g} to {high:.6g} {unit}, damping ratio to {curve.damping.max():.3g}")
+    print_charts(*files)
     return 0
 
 
 def _design(options: Namespace) -> int:
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    _write(options, "design", curve, scene)
     shown = _shown(options, scene)
     limit, peak = curve.lowest(shown)
+    ratio = percentage(peak / curve.size(shown)[-1])
+    unit = Shown(options.dof, scene.units).unit
+    result = (
+        f"Lowest peak {peak:.3g} {unit} at {limit:.3g} times the scene's limits: "
+        f"{ratio} of that of stuck contacts"
+    )
+    files = _write(options, "design", curve, scene, result)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
     if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
         print(f"{lowest} where the contacts stick: no limit is better")
-        return 0
-    low, high = curve.within(1.1, shown)
-    equal = "{:.3g} to {:.3g} within the error".format(*curve.lowest_range(shown))
-    print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
-    print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
+    else:
+        low, high = curve.within(1.1, shown)
+        equal = "{:.3g} to {:.3g} within the error".format(*curve.lowest_range(shown))
+        print(f"{lowest} at {limit:.3g} ({equal}) times the scene's limits and preloads;")
+        print(f"at most 10 % above it from {low:.3g} to {high:.3g} times")
+    print_charts(*files)
     return 0
 
 
@@ -116,27 +139,29 @@ def _write(
     kind: str,
     curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,
-    panels: int = 1,
-) -> None:
-    """Write a table of numbers, a picture and a recording, and print their paths."""
+    result: str,
+) -> tuple[Path, Path]:
+    """Write a table of numbers, a picture and a recording, and print their paths.
+
+    Returns the paths of the picture and the recording.
+    """
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts import write_charts
 
     units, folder = scene.units, options.output
     columns = curve.columns(options.dof, units)
-    figure = extra("matplotlib.figure", "pictures").Figure(
-        figsize=(8, 4 + panels), layout="constrained"
-    )
-    curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
+    panels = 2 if isinstance(curve, rom.Backbone) else 1
     folder.mkdir(parents=True, exist_ok=True)
     table, picture, recording = (
         folder / f"{scene.name}.{kind}.{ending}" for ending in ("csv", "png", "rrd")
     )
     numbers = np.column_stack(list(columns.values()))
     np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
-    figure.savefig(picture, dpi=120)
+    with page_figure(picture, result, 3.0 + panels) as figure:
+        curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
     title = f"{scene.title or scene.name}: {kind}"
     rows = curve_charts(curve, _shown(options, scene))
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)
+    return picture, recording

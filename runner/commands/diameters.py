@@ -9,10 +9,10 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument
+from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
+from slipmode.runner.pictures import page_figure
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.scene import Scene, load_scene
 
@@ -23,7 +23,7 @@ def add_diameters_command(add: AddCommand) -> None:
     add(
         "diameters",
         _diameters,
-        "frequencies of a bladed disk by nodal diameter, and a Campbell diagram",
+        "frequencies of a bladed disk by nodal diameter; Campbell diagram",
         "diameters bladed-disk --orders 2 3 4 5 --speed 3000 6000 -o logs",
         Argument("-n", "--families", type=int, default=3, help="modes of each diameter (3)"),
         Argument("--orders", nargs="+", type=int, help="engine orders (the scene's)"),
@@ -47,10 +47,6 @@ def _diameters(options: Namespace) -> int:
     law = cast(Elastic, law_of(scene, disk.n_contacts))
     diagram = rom.nodal_diameter_diagram(disk, law, options.families)
     campbell = diagram.campbell(*_range(options, scene))
-    figure = extra("matplotlib.figure", "pictures").Figure(figsize=(11, 5), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
-    diagram.plot(left, scene.units)
-    campbell.plot(right, scene.units)
     options.output.mkdir(parents=True, exist_ok=True)
     table, picture, recording = (
         options.output / f"{scene.name}.diameters.{ending}" for ending in ("csv", "png", "rrd")
@@ -58,8 +54,11 @@ def _diameters(options: Namespace) -> int:
     columns = diagram.columns(scene.units)
     numbers = np.column_stack(list(columns.values()))
     np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
-    figure.savefig(picture, dpi=120)
     title = f"{scene.title or scene.name}: nodal diameters"
+    with page_figure(picture, _result(campbell), 4.0) as figure:
+        left, right = figure.subplots(1, 2)
+        diagram.plot(left, scene.units).set_title("Nodal diameters")
+        campbell.plot(right, scene.units).set(title="Engine orders (EO)")
     charts = disk_charts(campbell, scene.units)
     write_charts(recording, title, [charts], {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
@@ -71,7 +70,21 @@ def _diameters(options: Namespace) -> int:
             f"engine order {each.engine_order} excites nodal diameter {each.nodal_diameter}, "
             f"mode {each.mode} ({frequency:.6g} {unit}), at {each.rotor_speed:.5g} rpm"
         )
+    print_charts(picture, recording)
     return 0
+
+
+def _result(campbell: rom.CampbellDiagram) -> str:
+    """Return how many resonances there are in the range of the rotor speed, and the slowest."""
+    low, high = campbell.rotor_speed
+    found = sorted(campbell.crossings, key=lambda each: each.rotor_speed)
+    if not found:
+        return f"No resonance from {low:g} to {high:g} rpm"
+    number = "One resonance" if len(found) == 1 else f"{len(found)} resonances"
+    return (
+        f"{number} from {low:.0f} to {high:.0f} rpm, the slowest of engine order "
+        f"{found[0].engine_order} at {found[0].rotor_speed:.0f} rpm"
+    )
 
 
 def _range(options: Namespace, scene: Scene) -> tuple[tuple[float, float], list[int]]:

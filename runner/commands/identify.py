@@ -13,7 +13,7 @@ from slipmode.rom.extras import extra
 from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
 from slipmode.rom.identification.slow_laws import LAWS
 from slipmode.rom.progress import phase, phases
-from slipmode.runner.commands import AddCommand, Argument
+from slipmode.runner.commands import AddCommand, Argument, print_next
 
 LONG = 20_000  # samples that take about a second
 
@@ -32,7 +32,7 @@ def add_identify_command(add: AddCommand) -> None:
     add(
         "identify",
         _identify,
-        "frequency and damping against amplitude from decays or sine tests: law, model and FMU",
+        "law, model and FMU from measured decays or sine tests",
         "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
         Argument("files", nargs="+", metavar="FILES", help=files),
         Argument(
@@ -73,6 +73,7 @@ def _identify(options: Namespace) -> int:
     print(text, end="\n\n")
     for path in write_files(found, text, options.output, options.modal_mass):
         print(path)
+    print_next("slipmode", "run", options.output / "scene.toml")
     return 0
 
 

@@ -14,6 +14,11 @@ from slipmode.runner.scene.contacts import loaded_law
 from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
 
+def is_scene(file: str) -> bool:
+    """Return whether a word of the command line names a scene, not a file of matrices."""
+    return file in shipped_scenes() or Path(file).suffix == ".toml"
+
+
 def mode_table(
     file: str,
     mass: Path | None = None,
@@ -26,7 +31,7 @@ def mode_table(
     Contacts are DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION; without a stiffness [N/m]
     they are rigid.
     """
-    if file in shipped_scenes() or Path(file).suffix == ".toml":
+    if is_scene(file):
         if mass or contact or stiffness:
             raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
         scene = load_scene(file)

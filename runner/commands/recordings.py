@@ -11,7 +11,7 @@ from math import inf
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import AddCommand, Argument
+from slipmode.runner.commands import AddCommand, Argument, print_next
 from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.export import export
 from slipmode.runner.recording.load import Selection
@@ -50,12 +50,18 @@ def add_recording_commands(add: AddCommand) -> None:
         Argument("--headless", action="store_true", help=headless),
         Argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
     )
-    add("info", _info, "what a recording holds", "info logs/two-mode.mcap", file)
-    add("doctor", _doctor, "whether a recording is sound", "doctor logs/two-mode.mcap", file)
+    add(
+        "info",
+        _info,
+        "channels, units and versions of a recording",
+        "info logs/two-mode.mcap",
+        file,
+    )
+    add("doctor", _doctor, "check a recording for damage", "doctor logs/two-mode.mcap", file)
     add(
         "recover",
         _recover,
-        "make a sound recording of a damaged one",
+        "write what can be read of a damaged recording to a sound one",
         "recover logs/two-mode.mcap -o whole.mcap",
         file,
         Argument("-o", "--output", type=Path, required=True, help="the .mcap to write"),
@@ -64,7 +70,7 @@ def add_recording_commands(add: AddCommand) -> None:
     add(
         "export",
         _export,
-        "write the samples of a recording for other tools",
+        "write the samples of a recording to .npz, .csv or .parquet",
         "export logs/two-mode.mcap -o energy.csv --topics /energy",
         file,
         Argument("-o", "--output", type=Path, required=True, help=written),
@@ -103,11 +109,14 @@ def _replay(options: Namespace) -> int:
         print(note, file=sys.stderr)
     for path in written:
         print(path)
+    if options.save:
+        print_next("rerun", options.save)
     return 0
 
 
 def _info(options: Namespace) -> int:
     print(info(options.file).text())
+    print_next("slipmode", "replay", options.file)
     return 0
 
 
@@ -115,18 +124,23 @@ def _doctor(options: Namespace) -> int:
     complaints = doctor(options.file)
     for complaint in complaints:
         print(f"{options.file}: {complaint}", file=sys.stderr)
-    if not complaints:
-        print(f"{options.file}: sound")
-    return 1 if complaints else 0
+    if complaints:
+        return 1
+    print(f"{options.file}: sound")
+    print_next("slipmode", "replay", options.file)
+    return 0
 
 
 def _recover(options: Namespace) -> int:
     print(recover(options.file, options.output).text())
     print(options.output)
+    print_next("slipmode", "replay", options.output)
     return 0
 
 
 def _export(options: Namespace) -> int:
     for path in export(options.file, options.output, _topics(options)):
         print(path)
+    reader = {".npz": "numpy.load", ".csv": "pandas.read_csv"}
+    print(f"next:  read it with {reader.get(options.output.suffix, 'pandas.read_parquet')}")
     return 0

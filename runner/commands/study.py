@@ -6,7 +6,7 @@ from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import OUTPUT, AddCommand, Argument
+from slipmode.runner.commands import OUTPUT, AddCommand, Argument, print_charts
 from slipmode.runner.study.study import run_study
 
 
@@ -15,7 +15,7 @@ def add_study_command(add: AddCommand) -> None:
     study = add(
         "study",
         _study,
-        "a scene many times with other values, on all cores or a Dask cluster",
+        "a scene with many other values, on all cores or a Dask cluster",
         "study damper.toml -o logs --workers 4",
         Argument("file", type=Path, help="a study file"),
         OUTPUT,
@@ -49,4 +49,6 @@ def _study(options: Namespace) -> int:
     before = f", {done.found} of them before" if done.found else ""
     print(f"{done.study.title}: {done.samples} samples{before}, {done.failed} failed")
     print("\n".join(summarise(done)))
+    if done.failed < done.samples:
+        print_charts(done.path.with_suffix(".png"), done.path.with_suffix(".rrd"))
     return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from argparse import Namespace
 from pathlib import Path
 
@@ -40,4 +41,6 @@ def _explore(options: Namespace) -> int:
         progress=True,
     )
     print(path)
+    if not options.open:
+        print(f"next:  open {shlex.quote(str(path))} in a browser")
     return 0

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from slipmode.runner.commands import SCENE, AddCommand, Argument
+from slipmode.runner.commands import SCENE, AddCommand, Argument, print_next
 
 HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
 
@@ -63,4 +63,6 @@ def _fmu(options: Namespace) -> int:
         progress=True,
     )
     print(path)
+    if not options.ssp:
+        print_next("slipmode", "run", options.scene, "--fmu", path)
     return 0

@@ -10,7 +10,7 @@ from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Archive, Imported
 from slipmode.rom import Model, SlipmodeError
 from slipmode.runner.plan.plan import Plan
-from slipmode.runner.recording.channels import energy
+from slipmode.runner.transients.motion import POWERS
 
 
 def range_of(path: str | PathLike[str], plan: Plan) -> tuple[float, ...]:
@@ -38,7 +38,7 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
     archive.require(schedule.scripted, archive.inputs, "inputs")
     amplitudes = plan.excited.start()
     angles = [f"theta_{mode}" for mode in plan.excited.modes]
-    archive.require([*amplitudes, *angles, *energy().names], archive.outputs, "outputs")
+    archive.require([*amplitudes, *angles, *POWERS], archive.outputs, "outputs")
     (first,) = schedule.inputs(tuple(archive.inputs), slice(1)).tolist()
     start = dict(zip(archive.inputs, first, strict=True)) | amplitudes
     start["tolerance"] = plan.scene.run.tolerance

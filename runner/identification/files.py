@@ -58,9 +58,7 @@ def write_files(
     yield folder / "report.txt"
     _write_backbones(found, folder / "backbone.csv")
     yield folder / "backbone.csv"
-    for name, figure in pictures(found):
-        figure.savefig(folder / f"{name}.png", dpi=120)
-        yield folder / f"{name}.png"
+    yield from pictures(found, folder)
     model = found.model(modal_mass=modal_mass)
     model.save(folder / "model.npz")
     yield folder / "model.npz"

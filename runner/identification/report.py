@@ -8,6 +8,7 @@ from textwrap import wrap
 import numpy as np
 
 from slipmode.rom import Identification, IdentifiedLaw, SineIdentification
+from slipmode.rom.short_repr import percentage
 
 _UNITS = {"delta_0": "1/s", "g": "1/s", "omega_0": "rad/s", "h": "rad/s"}
 
@@ -33,13 +34,13 @@ def _records(found: Identification) -> str:
         line = f"{r.name:{width}}  {r.use:8}"
         if r.use != "excluded":
             sizes = "".join(f"{size:13.4g}" for size in r.amplitude)
-            line += f"  {f'{r.start:.3g} to {r.end:.3g}':>14}{sizes}  {100 * r.error:.2g} %"
+            line += f"  {f'{r.start:.3g} to {r.end:.3g}':>14}{sizes}  {percentage(r.error)}"
         lines += [line, *(f"    {note}" for note in r.notes)]
     for use in ("fitted", "held out"):
         errors = [r.error for r in found.records if r.use == use]
         if errors:
-            mean = 100 * float(np.mean(errors))
-            lines.append(f"{len(errors)} {use}: mean error {mean:.2g} % from the first window")
+            mean = percentage(float(np.mean(errors)))
+            lines.append(f"{len(errors)} {use}: mean error {mean} from the first window")
     return "\n".join(lines)
 
 
@@ -61,7 +62,7 @@ def _levels(found: SineIdentification) -> str:
         f"natural frequencies scatter by {found.frequency_scatter / (2.0 * np.pi):.3g} Hz",
     ]
     for each in found.held_out:
-        line = f"{each.test.name:{width}}  held out: error {100 * each.error:.2g} % of the peak"
+        line = f"{each.test.name:{width}}  held out: error {percentage(each.error)} of the peak"
         lines.append(f"{line}, peak {100 * each.peak_error:+.2g} %")
     return "\n".join(lines)
 
@@ -70,7 +71,7 @@ def _law(found: IdentifiedLaw) -> str:
     form, unit = found.law.form, found.unit
     lines = [f"law: {form}"]
     if isinstance(found, Identification) and found.errors:
-        errors = (f"{each} {100 * error:.2g} %" for each, error in found.errors.items())
+        errors = (f"{each} {percentage(error)}" for each, error in found.errors.items())
         listed = f"errors for loud records from fits to the others: {', '.join(errors)}"
         lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
     if form.law == "linear":

@@ -28,15 +28,18 @@ _FREQUENCIES = 64  # at which internal resonances are sought
 
 @frozen
 class MistunedPlan:
-    """A scene with a mistuned disk, and everything decided about it.
+    """Hold a scene with a mistuned disk and all modelling decisions about it.
 
     Attributes
     ----------
     scene, schedule : Scene, Schedule
+        Scene, and its forces and frequencies in each communication step.
     disk : MistunedDisk
+        Reduced disk with all blades.
     force : (n_s,) ndarray
-        Force on the free DOFs of every sector per unit of the scripted amplitude.
+        Force on the free DOFs of every sector per unit of `forcing.A.amplitude` [-].
     decisions : list of Finding
+        Decisions and warnings with their reasons.
     """
 
     scene: Scene
@@ -47,7 +50,7 @@ class MistunedPlan:
 
     @property
     def warnings(self) -> list[str]:
-        """The decisions that are warnings, each as one line."""
+        """Decisions that are warnings, one line each."""
         return [each.line() for each in self.decisions if each.level != "info"]
 
     @property
@@ -57,34 +60,43 @@ class MistunedPlan:
 
     @property
     def frequency_range(self) -> tuple[float, float]:
-        """The least and the largest forcing frequency [rad/s]."""
+        """Smallest and largest forcing frequency [rad/s]."""
         low, high = self.schedule.frequency_range(("A",))
         return float(low[0]), float(high[0])
 
     @property
     def dof(self) -> int:
-        """DOF that is recorded of every blade: of [output], or where the force is largest."""
+        """DOF of every blade that is recorded: from [output], or where the force is largest."""
         chosen = self.scene.output.elastic
         return chosen[0] if chosen else int(np.abs(self.force).argmax())
 
     @property
     def channels(self) -> list[channels.Channel]:
-        """The channels that a run records."""
+        """Channels that a run records."""
         sectors = self.disk.structure.sectors
         listed = [channels.blades(sectors, self.dof), channels.forcing(("A",))]
         return listed + ([channels.disk(sectors, self.dof)] if self.scene.windows else [])
 
 
 def plan_scene(scene: Scene, *, progress: bool = False) -> Plan | MistunedPlan:
-    """Decide what a run of a scene needs, whether its disk is mistuned or not.
-
-    Raises SlipmodeError if the scene and its structure do not fit together.
+    """Return the plan of a scene, with or without a mistuned disk.
 
     Parameters
     ----------
     scene : Scene
+        Scene from `runner.load_scene`.
     progress : bool, default False
-        Whether to report the work on a large structure on standard error.
+        Print the phases of the computation on standard error.
+
+    Returns
+    -------
+    Plan or MistunedPlan
+        Decisions about the scene.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene and its structure do not fit together.
     """
     return _plan_mistuned(scene) if scene.mistuning else make_plan(scene, progress=progress)
 

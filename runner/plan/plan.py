@@ -40,22 +40,24 @@ from slipmode.runner.scene.structures import Disk
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A scene and everything decided about it.
+    """Hold a scene and all modelling decisions about it, with their reasons.
 
     Attributes
     ----------
     scene, schedule : Scene, Schedule
+        Scene, and its forces and frequencies in each communication step.
     known_structure : Structure or None
-        None if the scene has a saved model.
+        Structure of the scene; None with a saved model or a disk.
     excited : Excited
-        What is modelled: modes, reduced matrices, friction law, force patterns.
+        Retained modes, reduced matrices, contact law and force patterns.
     decisions : list of Finding
+        Decisions and warnings with their reasons.
     amplitude : tuple of float
-        Range of the friction table [kg^1/2 m]; empty if all of the scene is integrated.
+        Amplitude range of the friction table [kg^1/2 m]; empty without a table.
     combinations : tuple of CombinationResonance
-        Combination frequencies that come near a carrier during the scene.
+        Harmonics that come near a carrier during the scene.
     full_order : tuple of (float, float)
-        Start and end [s] of the stretches that are integrated at full order, by the dry run.
+        Start and end of the intervals that are integrated at full order [s], from the dry run.
     """
 
     scene: Scene
@@ -78,17 +80,23 @@ class Plan:
 
     @property
     def structure(self) -> Structure:
-        """The structure of the scene; refused if the scene has a saved model."""
+        """Structure of the scene.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scene has a saved model, or a disk of one sector.
+        """
         return self.scene.build() if self.known_structure is None else self.known_structure
 
     @property
     def warnings(self) -> list[str]:
-        """The decisions that are warnings, each as one line."""
+        """Decisions that are warnings, one line each."""
         return [each.line() for each in self.decisions if each.level != "info"]
 
     @property
     def may_be_integrated(self) -> bool:
-        """Whether the scene has a table, and `model.table = "none"` is possible instead."""
+        """Whether the scene has a table, and `model.table = "none"` is possible as well."""
         scene = self.scene
         fixed = scene.limit_scale is None and scene.saved_model is None and scene.disk is None
         return scene.tabulated and fixed and scene.model.formulation != "paper"
@@ -101,18 +109,30 @@ class Plan:
         detuning: bool = False,
         progress: bool = False,
     ) -> tuple[Model, bool]:
-        """Return the model of the scene, and whether it was not computed: cached or saved.
-
-        A saved model is returned as it is.
+        """Return the model of the scene, from the cache if possible.
 
         Parameters
         ----------
-        contact : bool
-            Include contact motion, even if the scene has no window for it.
-        headroom : float
-            Range of the table relative to `amplitude`.
-        detuning : bool
-            Let friction follow frequencies off the carriers, even if they are constant.
+        contact : bool, default False
+            Include contact motion, even if the scene has no window of it.
+        headroom : float, default 1.0
+            Margin of the table: its range relative to `amplitude` [-], >= 1.
+        detuning : bool, default False
+            Let friction depend on the forcing frequencies, even if they are constant.
+        progress : bool, default False
+            Show a progress bar.
+
+        Returns
+        -------
+        model : Model
+            Reduced structure and friction table; a saved model unchanged.
+        cached : bool
+            Whether the model was not computed, but saved or cached.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scene has no friction table, or its tolerance cannot be reached.
         """
         self.scene.check_tabulated()
         if self.scene.saved_model is not None:
@@ -131,22 +151,45 @@ class Plan:
         )
 
     def component(self, model: Model) -> Component:
-        """Return a component at t = 0 of the scene."""
+        """Return a component at the start of the scene.
+
+        Parameters
+        ----------
+        model : Model
+            Model of the scene.
+
+        Returns
+        -------
+        Component
+            Component at t = 0 with the force patterns of the scene.
+        """
         return self.excited.component(model, self.scene.run.tolerance)
 
 
 def make_plan(scene: Scene, *, structure: Structure | None = None, progress: bool = False) -> Plan:
-    """Decide what the scene needs.
+    """Return the plan of a scene without a mistuned disk.
 
-    Raises SlipmodeError if the scene and its structure do not fit together.
+    The plan states the modes, the reduced model, the range of the friction table and the intervals
+    at full order, with reasons and warnings. `runner.plan_scene` plans mistuned disks as well.
 
     Parameters
     ----------
     scene : Scene
+        Scene from `runner.load_scene`.
     structure : Structure, optional
-        The structure of the scene, if it is built already: it keeps the modes that were solved.
+        Structure of the scene if it is already built. It contains the modes that were computed.
     progress : bool, default False
-        Whether to report the work on a large structure on standard error.
+        Print the phases of the computation on standard error.
+
+    Returns
+    -------
+    Plan
+        Decisions about the scene.
+
+    Raises
+    ------
+    SlipmodeError
+        If the scene and its structure do not fit together, or the disk is mistuned.
     """
     scene.check_tuned()
     modes, mode_decisions = _modes(scene)

@@ -210,9 +210,15 @@ def blades(sectors: int, dof: int) -> Channel:
 
 
 def energy() -> Channel:
-    """Return the channel of the forcing's power and what friction and damping dissipate."""
+    """Return the channel of the energy balance.
+
+    The input power is the sum of the powers that contacts dissipate, that structural damping
+    dissipates, and that the modes store.
+    """
     units = {"input_power": "W", "dissipated_power": "W", "dissipated_energy": "J"}
-    return Channel("/energy", _fields(units), "Energy balance, averaged over the fast cycles")
+    units |= {"structural_power": "W", "stored_power": "W"}
+    words = "input_power = dissipated_power (contacts) + structural_power + stored_power"
+    return Channel("/energy", _fields(units), f"{words}, averaged over the fast cycles")
 
 
 def control() -> Channel:

@@ -31,16 +31,16 @@ from slipmode.runner.recording.record import SCENE_FILE, Header
 
 
 class Signals(NamedTuple):
-    """Samples of one channel; `column` returns one of its fields.
+    """Hold the samples of one channel.
 
     Attributes
     ----------
     channel : Channel
-        Names, units and description.
-    time : ndarray, shape (n,)
-        Simulation time [s].
-    values : ndarray, shape (n, n_fields)
-        One row per sample, in the units of the channel.
+        Topic, description, and names and units of the fields.
+    time : (n,) ndarray
+        Simulation times [s].
+    values : (n, fields) ndarray
+        One row for each sample, in the units of the fields.
     """
 
     channel: Channel
@@ -56,7 +56,23 @@ class Signals(NamedTuple):
         return self.channel.units
 
     def column(self, name: str) -> Floats:
-        """Return the values of a field, shape (n,)."""
+        """Return the samples of one field.
+
+        Parameters
+        ----------
+        name : str
+            Name of the field.
+
+        Returns
+        -------
+        (n,) ndarray
+            Samples, in the unit of the field.
+
+        Raises
+        ------
+        SlipmodeError
+            If the channel has no such field.
+        """
         if name not in self.channel.names:
             raise SlipmodeError(
                 f"{self.channel.topic} has no field {name}: {', '.join(self.channel.names)}"
@@ -146,39 +162,51 @@ class Selection:
 
 
 def load(path: str | PathLike[str]) -> dict[str, Signals]:
-    """Return the samples of a recording by topic: ``load("run.mcap")["/modes"].column("A_abs")``.
+    """Return the samples of an MCAP recording by topic.
 
     Parameters
     ----------
-    path : path-like
-        MCAP file; of a damaged file the part before the damage is read.
+    path : path
+        MCAP file written by slipmode. A damaged file is read up to the damage.
+
+    Returns
+    -------
+    dict of str to Signals
+        Samples by topic. An unknown topic raises a SlipmodeError that lists all topics.
 
     Raises
     ------
     SlipmodeError
-        If `path` is no MCAP file that slipmode has written. A look-up of a topic that is not in it
-        raises it, too, with the names of the topics.
+        If the file is not an MCAP recording of slipmode.
+
+    Examples
+    --------
+    The amplitude of mode A over time::
+
+        modes = runner.load("logs/sweep.mcap")["/modes"]
+        time, amplitude = modes.time, modes.column("A_abs")
     """
     return read(path).channels
 
 
 def read(path: str | PathLike[str]) -> RecordingData:
-    """Read an MCAP recording, or the part of a damaged recording before the damage.
+    """Return an MCAP recording with its header, samples and events.
 
     Parameters
     ----------
-    path : path-like
+    path : path
+        MCAP file written by slipmode. A damaged file is read up to the damage.
 
     Returns
     -------
     RecordingData
-        Its `complete` is false if the file is damaged (the last event has level "warning") or the
-        run stopped early (the last event has level "error").
+        Its `complete` is False if the file is damaged (the last event has the level "warning"), or
+        if the run stopped early (the last event has the level "error").
 
     Raises
     ------
     SlipmodeError
-        If `path` is no MCAP file that slipmode has written.
+        If the file is not an MCAP recording of slipmode.
     """
     inventory, events = Inventory(), list[Event]()
     samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = {}

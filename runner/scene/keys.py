@@ -57,213 +57,217 @@ def _law(name: str, kind: Kind, unit: str, meaning: str, **role: Any) -> Key:
     own = [(law, f) for law, cls in ELASTIC_LAWS.items() for f in fields(cls) if f.name == name]
     (default,) = {f.default for _, f in own}
     laws = ", ".join(f"`{law}`" for law, _ in own)
-    return Key(name, kind, unit, default, f"{meaning} Of {laws}.", **role)
+    return Key(name, kind, unit, default, f"{meaning} Laws: {laws}.", **role)
 
 
 # fmt: off
 # A table: each key in two lines, which formatted code would spread over eight.
 CONTACT_KEYS = (
-    Key("law", choice(*ELASTIC_LAWS), "-", MISSING, "The law of the contacts of the group."),
+    Key("law", choice(*ELASTIC_LAWS), "-", MISSING, "Contact law of the group."),
     Key("contacts", integers(), "-", None,
-        "Their contact DOFs, from 0. A single group may leave it out and has all of them."),
+        "Contact DOFs of the group, from 0. Default for a single group: all contact DOFs."),
     _law("limit", one_or_each(NON_NEGATIVE), "N",
-         "Friction limit mu N; of `sliders` a list.", role="limit"),
+         "Friction limit mu N; a list for `sliders`.", role="limit"),
     _law("stiffness", one_or_each(POSITIVE), "N/m",
-         "Stiffness while the contact sticks; of `sliders` a list, of `iwan` one number."),
+         "Stiffness in stick; a list for `sliders`, one number for `iwan`."),
     _law("force", number(POSITIVE), "N", "Force of macro-slip.", role="limit"),
-    _law("chi", number(), "-", "Exponent of the sliders' density, -1 < chi <= 1."),
+    _law("chi", number(), "-", "Exponent of the slider density, -1 < chi <= 1."),
     _law("beta", number(NON_NEGATIVE), "-",
-         "Stiffness of the sliders that slip at macro-slip, relative to the others."),
+         "Stiffness of the sliders that slip at macro-slip, relative to all other sliders."),
     _law("sliders", integer(), "-", "Number of sliders, 2 to 1000."),
     _law("mu", one_or_each(NON_NEGATIVE), "-", "Coefficient of friction."),
     _law("preload", one_or_each(NON_NEGATIVE), "N", "Normal force at rest.", role="limit"),
-    _law("tangential_stiffness", one_or_each(POSITIVE), "N/m", "Stiffness while it sticks."),
-    _law("normal_stiffness", one_or_each(POSITIVE), "N/m", "Stiffness while it is closed."),
+    _law("tangential_stiffness", one_or_each(POSITIVE), "N/m", "Tangential stiffness in stick."),
+    _law("normal_stiffness", one_or_each(POSITIVE), "N/m", "Normal stiffness in contact."),
     _law("gap", one_or_each(NON_NEGATIVE), "m",
-         "Normal displacement at which the contact closes; 0 if it has a preload."),
+         "Normal displacement at which the contact touches; 0 for a contact with preload."),
     _law("tangents", integer(), "-",
-         "Tangential directions of each contact, 1 or 2; its normal DOF follows them."),
+         "Number of tangential directions of each contact, 1 or 2. The normal DOF is the last."),
 )
 _WINDOW = (
     Key("window", numbers(NON_NEGATIVE, 2), "s", MISSING,
-        "[start, end], up to the scene's duration; start before end."),
+        "[start, end], with start < end <= `run.duration`."),
     Key("samples_per_period", integer(between(8, 4096)), "-", 64,
-        "Samples in a period of the fastest carrier."),
+        "Samples per period of the fastest carrier."),
 )
 
 SCENE = Section("", "At the top of the file, before any table.", (
-    Key("title", text(), "-", "", "The name of recordings and pictures."),
+    Key("title", text(), "-", "", "Title of recordings and pictures."),
     Section("structure",
-        "What vibrates: the model of two masses, with the parameters from `contact_mass` on; "
-        "matrices from files; or a bladed disk of equal sectors, which has travelling waves.", (
+        "The structure: the two-mass model, with the parameters from `contact_mass` on; matrices "
+        "from files; or a bladed disk of equal sectors, whose modes are travelling waves.", (
         Key("model", choice("two-mass", "lumped-disk"), "-", None,
-            "The model of Table 1 of the source paper, or the disk of `rom.lumped_disk`. Exactly "
-            "one of `model` and `matrices`."),
+            "`rom.two_mass`, Table 1 of the source paper, or `rom.lumped_disk`. Give either "
+            "`model` or `matrices`."),
         Key("matrices", text(), "-", None,
-            "File or folder of matrices that `rom.load_structure` reads, relative to the scene; "
-            "with `sectors`, of one sector."),
+            "File or folder of matrices for `rom.load_structure`, relative to the scene. With "
+            "`sectors`: matrices of one sector."),
         Key("damping", number(NON_NEGATIVE), "s", None,
-            "beta of damping proportional to stiffness, C = beta K. Default: that of "
-            "`rom.two_mass` or `rom.lumped_disk`, for matrices the damping in their files."),
+            "Factor beta of C = beta K. Default: as in `rom.two_mass` or `rom.lumped_disk`; for "
+            "matrices the damping in their files."),
         Key("sectors", integer(at_least(3)), "-", None,
-            "Number of sectors of a bladed disk. Default: 24 of the lumped disk; matrices with "
-            "this key are of one sector."),
+            "Number of sectors of a bladed disk, required for matrices of one sector. Default for "
+            "the lumped disk: 24."),
         Key("blade_stiffnesses", numbers(POSITIVE, 2), "N/m", None,
-            "Of the lumped disk: from the disk to the first blade mass, and between the blade "
-            "masses. Default: those of `rom.lumped_disk`."),
+            "Stiffnesses of the lumped disk: between disk and first blade mass, and between the "
+            "blade masses. Default: as in `rom.lumped_disk`."),
         Key("left", integers(), "-", None,
-            "DOFs of the sector on one side; all DOFs but `right` are numbered from 0 elsewhere "
-            "in the scene."),
+            "DOFs on the left side of the sector. Other keys of the scene number all DOFs except "
+            "`right`, from 0."),
         Key("right", integers(), "-", None,
-            "DOFs on the other side, in the order in which they meet `left` of the next sector."),
+            "DOFs on the right side, in the order of the DOFs `left` of the next sector."),
         Key("interface", pairs_of_integers("[left node, right node]"), "-", None,
-            "Instead of `left` and `right`, nodes that meet, in all their directions."),
+            "Instead of `left` and `right`: pairs of nodes. The right node coincides with the "
+            "left node of the next sector."),
         Key("next_contacts", node_dofs("[contact, node, direction]", (3,)), "-", None,
-            "What contacts touch on the next sector: their relative motion is that of the "
-            "contact less that of this node."),
+            "Node of the next sector that each contact touches. The contact displacement is "
+            "relative to this node."),
         Key("mass", text(), "-", None,
-            "File of the mass matrix, if `matrices` has stiffness alone."),
+            "File of the mass matrix, if the file `matrices` has the stiffness alone."),
         Key("contacts", node_dofs("[node, direction] or [node, node, direction]", (2, 3)), "-",
             None,
-            "Contact DOFs by node; of two nodes: their relative motion. Overrides the file's."),
+            "Contact DOFs by node; two nodes give a relative displacement. Default: contacts in "
+            "the file of `matrices`."),
         Key("rayleigh", numbers(NON_NEGATIVE, 2), "1/s, s", None,
             "[alpha, beta] of C = alpha M + beta K, instead of `damping`."),
         _two_mass("contact_mass", "Mass of each contact DOF, > 0.", "kg"),
         _two_mass("m1", "First modal mass, > 0.", "kg"),
         _two_mass("m2", "Second modal mass, > 0.", "kg"),
-        _two_mass("k1", "First mass to its contact DOF."),
-        _two_mass("k2", "Second mass to its contact DOF."),
-        _two_mass("k_c1", "First contact DOF to the ground."),
-        _two_mass("k_c2", "Second contact DOF to the ground."),
-        _two_mass("k_p", "Coupling of the contact DOFs, off the diagonal."),
+        _two_mass("k1", "Stiffness between the first modal mass and its contact DOF."),
+        _two_mass("k2", "Stiffness between the second modal mass and its contact DOF."),
+        _two_mass("k_c1", "Stiffness between the first contact DOF and the ground."),
+        _two_mass("k_c2", "Stiffness between the second contact DOF and the ground."),
+        _two_mass("k_p", "Off-diagonal stiffness between the contact DOFs."),
     )),
     Section("mistuning",
-        "Blades that differ. All nodal diameters respond then, to one engine order. `[modes]` and "
-        "`[model]` are left out, and `slipmode run` and `plan` alone take such a scene.", (
+        "Deviations of the blades of a disk. All nodal diameters respond to one engine order. The "
+        "tables `[modes]` and `[model]` are not allowed. Only `slipmode run`, `plan`, `study` and "
+        "`validate` accept such a scene.", (
         Key("deviation", numbers(between(-0.9, 0.9)), "-", None,
-            "Relative deviation of each blade's stiffness; of matrices, of each sector's. Exactly "
-            "one of `deviation` and `standard_deviation`."),
+            "Relative stiffness deviation of each blade; for matrices, of each sector. Give "
+            "either `deviation` or `standard_deviation`."),
         Key("standard_deviation", number(between(1e-6, 0.2)), "-", None,
             "Standard deviation of normally distributed deviations, see `rom.random_mistuning`."),
-        Key("seed", integer(), "-", 0, "Equal seeds draw equal deviations."),
+        Key("seed", integer(), "-", 0, "Seed of the random deviations."),
     )),
     Section("friction",
-        "Rigid contacts, all of one law. A scene has either this or groups `[[contacts]]`.", (
+        "Rigid contacts with one law. A scene has either `[friction]` or groups `[[contacts]]`.", (
         Key("law", choice(*RIGID_LAWS), "-", MISSING,
-            "Smoothed Coulomb friction mu N tanh(v / alpha), or exact Coulomb friction."),
+            "Regularised Coulomb friction mu N tanh(v / alpha), or exact Coulomb friction."),
         Key("limit", one_or_each(NON_NEGATIVE), "N", MISSING, "Friction limit mu N.", "limit"),
         Key("alpha", number(POSITIVE), "m/s", None,
-            'Velocity that smooths the law; required with `law = "tanh"`, refused with '
-            '"coulomb".'),
+            'Regularisation velocity; required with `law = "tanh"`, not allowed with "coulomb".'),
     )),
     Section("contacts",
-        "Elastic contacts, in groups of one law each. The meaning of a parameter ends with the "
+        "Elastic contacts, in groups with one law each. The meaning of a parameter ends with the "
         "laws that have it.", CONTACT_KEYS, is_array=True,
         hints={key.name: "windows of contact motion are [[contact]]" for key in _WINDOW}),
     Section("preload",
-        "A static force that presses frictional contacts together, or opens them, before "
-        "anything vibrates; it acts in addition to the preloads of their law.", (
+        "A static force that presses frictional contacts together, or opens them, before the "
+        "vibration starts. It acts in addition to the preloads of the contact law.", (
         Key("dof", either(integer(), integers(), "integer, or list of integers"), "-", None,
-            "Where the force acts. Exactly one of `dof` and `vector`."),
-        Key("force", one_or_each(FINITE, "DOF"), "N", None, "The force; required with `dof`."),
+            "DOFs on which the force acts. Give either `dof` or `vector`."),
+        Key("force", one_or_each(FINITE, "DOF"), "N", None, "Force at `dof`; required with it."),
         Key("vector", either(text(), numbers(), "list of numbers, or string"), "N", None,
-            "Force on every DOF, or the .npy file with it."),
+            "Force on every DOF, or a .npy file with these forces."),
     )),
-    Section("limits", "Friction limits and preloads over time. Not under tanh, nor with gaps.", (
+    Section("limits", "Friction limits and preloads over time. Not allowed with `tanh` or gaps.", (
         Key("scale", script(POSITIVE), "-", None, "Factor on all friction limits and preloads.",
             "load"),
     )),
     Section("modes",
-        "Which modes are retained, counted from 0 by frequency, with the contacts stuck. A saved "
-        "model (`model.file`) has its own.", (
+        "Retained modes with stuck contacts, counted from 0 by frequency. Not allowed with a "
+        "saved model (`model.file`), which has its own modes.", (
         Key("A", integer(), "-", MISSING, "Number of the first mode."),
         Key("B", integer(), "-", None,
-            "Number of the second mode, another one; absent: a model of one mode."),
+            "Number of the second mode, different from A. Default: a model with one mode."),
         Key("nodal_diameters", integers(FINITE), "-", None,
-            "Of sectors: nodal diameter of each mode, negative for a backward wave; modes are "
-            "counted from 0 for each. Default: those that the engine orders excite."),
+            "Nodal diameter of each mode of a bladed disk, negative for a backward wave. Modes "
+            "are counted from 0 for each. Default: the diameters that the engine orders excite."),
     )),
     Section("forcing",
-        "The force on a mode, amplitude cos(theta + phase) with theta' = frequency. Exactly one "
-        "of `dof`, `node` and `vector` says where it acts. The table of mode B is `[forcing.B]`.",
+        "Force on mode A, amplitude cos(theta + phase) with theta' = frequency. Give one of "
+        "`dof`, `node` and `vector`. The table for mode B is `[forcing.B]`.",
         tuple(Section(mode, "", (
-            Key("dof", integer(), "-", None, "The DOF that the force acts on."),
+            Key("dof", integer(), "-", None, "DOF on which the force acts."),
             Key("node", integer(FINITE), "-", None,
-                "The node that it acts on, if the matrices name nodes; with `direction`."),
-            Key("direction", choice(*DIRECTIONS), "-", None, "Its direction there."),
-            Key("vector", numbers(), "-", None, "Force on every DOF, per unit of `amplitude`."),
+                "Node on which the force acts, if the matrices have node numbers."),
+            Key("direction", choice(*DIRECTIONS), "-", None, "Direction of the force at `node`."),
+            Key("vector", numbers(), "-", None, "Force on every DOF per unit of `amplitude`."),
             Key("amplitude",
                 script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
                 "N", MISSING, "Force amplitude over time.", "load"),
             Key("frequency", script(POSITIVE), "rad/s", None,
-                "Forcing frequency over time, in `[units]`; sweeps are continuous in phase. "
-                "Either this or `engine_order` is required.", "load"),
+                "Forcing frequency over time, in the unit of `[units]`. Sweeps are continuous in "
+                "phase. Give either `frequency` or `engine_order`.", "load"),
             Key("engine_order", integer(POSITIVE), "-", None,
-                "Forcing frequency in multiples of `rotor_speed`. Of sectors it says which nodal "
-                "diameter is excited; `dof` is then a DOF of every sector."),
+                "Forcing frequency as a multiple of `rotor_speed`. For a bladed disk it "
+                "determines the excited nodal diameter, and `dof` is a DOF of every sector."),
             Key("rotor_speed", script(POSITIVE), "rpm", None,
-                "Rotor speed over time in revolutions a minute; goes with `engine_order`.",
+                "Rotor speed over time in revolutions per minute, with `engine_order`.",
                 "load"),
-            Key("phase", script(), "rad", 0.0, "Phase over time.", "load"),
+            Key("phase", script(), "rad", 0.0, "Phase of the force over time.", "load"),
         )) for mode in MODES)),
     Section("initial", "Modal amplitudes at the start.", tuple(
         Key(mode, numbers(length=2), "kg^1/2 m", None,
-            f"[re, im] of a_{mode} at t = 0; absent: 0.")
+            f"[re, im] of the amplitude a_{mode} at t = 0. Default: 0.")
         for mode in MODES
     )),
     Section("aerodynamics",
-        "Aerodynamic influence coefficients, by which a mode may excite itself.", tuple(
+        "Aerodynamic influence coefficients, which may make a mode self-excited.", tuple(
         Key(mode, numbers(length=2), "rad^2/s^2", None,
-            f"[re, im] of the coefficient of mode {mode}; im < 0 feeds energy in.")
+            f"[re, im] of the coefficient c_{mode}; im < 0 supplies energy to the mode.")
         for mode in MODES
     )),
-    Section("run", "How long, and in which communication steps.", (
-        Key("duration", number(POSITIVE), "s", MISSING, "End of the scene, which begins at 0."),
+    Section("run", "Duration and communication steps.", (
+        Key("duration", number(POSITIVE), "s", MISSING, "End of the scene; it starts at 0."),
         Key("step", number(POSITIVE), "s", MISSING,
-            "Communication step: how often amplitudes are recorded, at least duration / 1e7. The "
-            "solver has steps of its own."),
+            "Communication step, the interval of recorded amplitudes, at least duration / 1e7. "
+            "The solver chooses its internal steps."),
         Key("tolerance", number(POSITIVE), "-", SLOW_FLOW,
-            "Relative tolerance of the slow flow's solver."),
+            "Relative tolerance of the solver of the slow flow."),
     )),
-    Section("model", "How the reduced model is made, or the file of a saved one.", (
+    Section("model", "Options of the reduced model, or the file of a saved model.", (
         Key("file", text(), "-", None,
             "A model saved by `Model.save`, relative to the scene. It replaces `[structure]`, "
             "`[friction]`, `[[contacts]]`, `[modes]` and the other keys of this table."),
         Key("tolerance", number(POSITIVE), "-", 1e-3, "Relative tolerance of the friction table."),
         Key("formulation", choice("consistent", "paper"), "-", "consistent",
-            "The source paper's, or with the terms that its expansion neglects at first order."),
+            'Formulation of the contact problem. "paper" is the formulation of the source paper; '
+            '"consistent" adds the terms of first order that it neglects.'),
         Key("amplitude", replace(numbers(POSITIVE), words="list of one number per mode"),
-            "kg^1/2 m", None, "Range of the friction table; if absent, a dry run finds it."),
+            "kg^1/2 m", None, "Amplitude range of the friction table. Default: from a dry run."),
         Key("table", choice("whole", "none"), "-", "whole",
-            "A friction table, or none: the scene is integrated at full order."),
+            '"whole": with a friction table. "none": time integration at full order.'),
         Key("transients", choice("auto", "slow", "hybrid"), "-", "auto",
-            "Full order where the estimated transient error of slow time exceeds the tolerance, "
-            "at least 1 %; nowhere; or where it exceeds 0.1 %."),
+            'Where to integrate at full order. "auto": where the estimated transient error '
+            'exceeds the tolerance, at least 1 %. "slow": nowhere. "hybrid": where it exceeds '
+            "0.1 %."),
         Key("budget", number(POSITIVE), "s", None,
-            "Longest time that the friction table may take; a refusal says what is possible in "
-            "it."),
+            "Largest computing time of the friction table. If it is too short, the message states "
+            "what is possible in this time."),
     )),
     Section("contact",
-        "A window of time in which the motion of the contacts is reconstructed, and of the DOFs "
-        "of `[output]`. Windows must not overlap.", _WINDOW, is_array=True,
+        "A time window with the fast motion of the contacts and of the DOFs in `[output]`. "
+        "Windows must not overlap.", _WINDOW, is_array=True,
         hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
-    Section("elastic", "A window in which the DOFs of `[output]` alone are reconstructed.",
+    Section("elastic", "A time window with the fast motion of the DOFs in `[output]` alone.",
         _WINDOW, is_array=True,
         hints={key.name: "the laws of contacts are in [[contacts]]" for key in CONTACT_KEYS}),
-    Section("output", "DOFs of the structure that are reconstructed inside the windows.", (
+    Section("output", "DOFs of the structure whose motion is recorded in the windows.", (
         Key("elastic", integers(), "-", [], "DOFs, from 0."),
         Key("nodes", node_dofs("[node, direction]", (2,)), "-", [],
-            "DOFs by node, if the matrices name nodes."),
+            "DOFs by node, if the matrices have node numbers."),
     )),
-    Section("log", "Which recordings are written.", (
+    Section("log", "Recordings to write.", (
         Key("mcap", boolean(), "-", True, "Write an MCAP file."),
         Key("rerun", boolean(), "-", True, "Write an .rrd file with views for Rerun."),
     )),
-    Section("units", "In which the frequencies of forces are given, and curves shown.", (
+    Section("units", "Units of forcing frequencies, and of curves and studies.", (
         Key("frequency", choice(*get_args(FrequencyUnit)), "-", "rad/s",
-            "Of forcing frequencies here, and of curves, their pictures and studies."),
+            "Unit of forcing frequencies in this file, and of frequencies in curves and studies."),
         Key("displacement", choice(*get_args(LengthUnit)), "-", "m",
-            "Of DOFs in curves and their pictures."),
+            "Unit of displacements of DOFs in curves and plots."),
     )),
 ))
 # fmt: on

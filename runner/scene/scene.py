@@ -55,23 +55,39 @@ _LARGEST_STEP_COUNT = 1e7
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """Return the scenes that come with slipmode, by name."""
+    """Return the scenes that are installed with slipmode.
+
+    Returns
+    -------
+    dict of str to Path
+        TOML file of each scene, by name.
+    """
     folder = Path(__file__).parents[1] / "scenes"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def load_scene(scene: str | PathLike[str]) -> Scene:
-    """Read a scene.
+    """Return a scene from a TOML file, or a shipped scene.
 
     Parameters
     ----------
-    scene : path-like
-        TOML file, or the name of a shipped scene, see `shipped_scenes`.
+    scene : path or str
+        TOML file, or the name of a shipped scene, see `runner.shipped_scenes`.
+
+    Returns
+    -------
+    Scene
+        Checked scene.
 
     Raises
     ------
     SlipmodeError
-        Names the file and the key that is refused.
+        If the file cannot be read, or a key is refused. The message names the file and the key.
+
+    Examples
+    --------
+    >>> runner.load_scene("sweep").run.duration > 0.0
+    True
     """
     path = as_path("scene", scene)
     if not os.path.isfile(path):  # noqa: PTH113  # Path.is_file raises for impossible names

@@ -182,33 +182,43 @@ class Log:
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene, validated as far as it can be without building the structure.
+    """Hold a scene, checked as far as possible without its structure.
 
     Attributes
     ----------
-    title, text, path, name
-        Title, TOML source, file (or None), and the file's name without its ending.
-    structure, friction, contacts, preload
-        Its matrices, or those of a sector; the law of rigid contacts, or None; groups of elastic
-        contacts, or (); the force that presses contacts together, or opens them, at rest, or None.
+    title, text, path, name : str, str, Path or None, str
+        Title, TOML source, file, and name of the file without its ending.
+    structure : TwoMass, MatrixFile, LumpedDisk, SectorFile or None
+        Source of the matrices of a structure or of a sector; None with a saved model.
+    friction : RigidFriction or None
+        Law of rigid contacts.
+    contacts : tuple of ContactGroup
+        Groups of elastic contacts.
+    preload : StaticForce or None
+        Static force that presses contacts together, or opens them.
     mistuning : tuple of float
-        Relative stiffness deviation of each blade; () if they are equal.
+        Relative stiffness deviation of each blade [-]; empty if all blades are equal.
     saved_model : Model or None
-        A saved model instead of these; `structure` is None then.
+        Saved model, instead of structure and contacts.
     limit_scale : Script or None
-        Factor on limits and preloads over time; None: they are constant.
+        Factor on friction limits and preloads over time [-]. None: constant.
     modes : Modes
-    forcing, initial, aerodynamics : mapping of "A", "B"
-        Forces, of forced modes only; modal amplitudes at t = 0, of modes that do not start from
-        rest; aerodynamic influence coefficients [rad^2/s^2], see `rom.reduce`.
+        Numbers of the retained modes.
+    forcing : mapping of str to Forcing
+        Forces by mode, "A" or "B".
+    initial : mapping of str to complex
+        Amplitudes at t = 0 by mode [kg^1/2 m].
+    aerodynamics : mapping of str to complex
+        Aerodynamic influence coefficients by mode [rad^2/s^2], see `rom.reduce`.
     run, model : Run, ModelOptions
+        Duration and steps; options of the reduced model.
     contact, elastic : tuple of Window
-        Windows of contact motion, with the motion of the elastic DOFs, and of the elastic DOFs
-        alone; in time order. No window overlaps another.
+        Windows of contact motion, and windows of motion of DOFs alone, in time order.
     output, log : Output, Log
+        Recorded DOFs; recordings to write.
     units : Units
-        Units of frequencies in the file, and of pictures and tables. Frequencies here are in
-        rad/s.
+        Units of frequencies in the file, and of plots and tables. All frequencies of this object
+        are in rad/s.
     """
 
     title: str
@@ -239,44 +249,62 @@ class Scene:
 
     @property
     def disk(self) -> LumpedDisk | SectorFile | None:
-        """The structure if it is a bladed disk, whose modes are travelling waves."""
+        """Structure if it is a bladed disk, whose modes are travelling waves; otherwise None."""
         of_sectors = isinstance(self.structure, LumpedDisk | SectorFile)
         return self.structure if of_sectors else None  # type: ignore[return-value]
 
     @property
     def windows(self) -> list[Window]:
-        """All windows, in time order."""
+        """All windows of fast motion, in time order."""
         return sorted((*self.contact, *self.elastic), key=lambda window: window.start)
 
     @property
     def tabulated(self) -> bool:
-        """Whether the scene has a friction table over amplitudes of modes.
+        """Whether the scene has a friction table.
 
-        Otherwise all of it is at full order, or its disk is mistuned.
+        Without a table it is integrated at full order, or its disk is mistuned.
         """
         return self.model.table != "none" and not self.mistuning
 
     @property
     def switches(self) -> bool:
-        """Whether a run goes to full order where slow time has too large a transient error."""
+        """Whether a run uses full order where the transient error is too large."""
         possible = self.tabulated and self.model.formulation == "consistent" and self.disk is None
         return possible and self.limit_scale is None and self.model.transients != "slow"
 
     def in_slow_time(self) -> Self:
-        """Return the same scene without stretches at full order."""
+        """Return the scene without intervals at full order.
+
+        Returns
+        -------
+        Scene
+            Scene with `model.transients = "slow"`.
+        """
         return replace(self, model=replace(self.model, transients="slow"))
 
     def check_tuned(self) -> None:
-        """Refuse a mistuned disk."""
+        """Check that the scene has no mistuned disk.
+
+        Raises
+        ------
+        SlipmodeError
+            If the disk is mistuned.
+        """
         if self.mistuning:
             raise SlipmodeError(
                 "mistuning: this needs a model of one or two waves, and a mistuned disk responds "
-                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode run "
-                "and plan (runner.plan_scene) take mistuned disks"
+                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode "
+                "run, study, validate and plan (runner.plan_scene) take mistuned disks"
             )
 
     def check_tabulated(self) -> None:
-        """Refuse a scene without a friction table."""
+        """Check that the scene has a friction table.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scene is integrated at full order, or its disk is mistuned.
+        """
         self.check_tuned()
         if not self.tabulated:
             raise SlipmodeError(
@@ -285,7 +313,18 @@ class Scene:
             )
 
     def build(self) -> Structure:
-        """Build the structure; refuse a scene with a saved model, which has none."""
+        """Return the structure of the scene.
+
+        Returns
+        -------
+        Structure
+            Matrices and contact directions.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scene has a saved model, or a disk of one sector.
+        """
         if self.structure is None:
             raise SlipmodeError(
                 "model.file: a saved model has no structure, and this needs one; give [structure] "
@@ -299,7 +338,24 @@ class Scene:
         return self.structure.build()  # type: ignore[return-value]
 
     def located(self, labels: Labels | None) -> Self:
-        """Return the same scene with DOFs instead of nodes."""
+        """Return the scene with DOFs in place of nodes and directions.
+
+        Parameters
+        ----------
+        labels : Labels or None
+            Node and direction of each DOF.
+
+        Returns
+        -------
+        Scene
+            Scene whose forces and outputs are at DOFs.
+
+        Raises
+        ------
+        SlipmodeError
+            If the scene names a node and there are no labels, a node is not in them, or an output
+            DOF occurs twice.
+        """
         source = (
             "the matrices name" if self.saved_model is None else "the model of model.file names"
         )

@@ -17,6 +17,7 @@ from slipmode.rom.extras import extra
 from slipmode.runner.recording.record import one_line
 from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
+from slipmode.runner.study.mistuned_samples import compute_mistuned
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import is_limit, is_load
 from slipmode.runner.study.scene_model import Samples, SceneModel, without_loads
@@ -38,8 +39,9 @@ class Task:
 def make_tasks(samples: Samples, design: Design) -> Iterator[Task]:
     """Yield all batches of a study, in the order of its samples."""
     outputs = samples.outputs
-    most = 5 if outputs.recording else 50 if outputs.runs else AT_ONCE
-    starts = [*np.flatnonzero(_changes(samples, design)).tolist(), design.samples]
+    most = 5 if outputs.recording else 50 if outputs.runs or outputs.mistuned else AT_ONCE
+    changes = [0] if outputs.mistuned else np.flatnonzero(_changes(samples, design)).tolist()
+    starts = [*changes, design.samples]
     for first, end in pairwise(starts):
         for start in range(first, end, most):
             yield Task(start, min(start + most, end), (first, end))
@@ -98,7 +100,7 @@ class Foreman:
             batch = Batch.empty(self._samples.outputs, self._samples.modes, count)
             completed.add(self._submit(_Work(task, batch, range(count))))
             groups = {work.task.group for work in self._at_work.values()}
-            self._shared = {group: self._shared[group] for group in groups}
+            self._shared = {k: each for k, each in self._shared.items() if k in groups}
             while len(self._at_work) >= most:
                 yield from self._collect(completed)
         while self._at_work:
@@ -106,14 +108,18 @@ class Foreman:
 
     def _submit(self, work: _Work) -> Any:
         submit, group = partial(self._client.submit, pure=False), work.task.group
+        numbers = work.task.start + np.array(work.places)
+        part = self._design.part(numbers)
+        if self._samples.outputs.mistuned:
+            future = submit(_compute_mistuned, self._samples, part)
+            self._at_work[future.key] = work
+            return future
         if group not in self._shared:
-            part = self._design.part(slice(*group))
-            self._shared[group] = [submit(SceneModel.of, self._samples, part)]
+            of_group = self._design.part(slice(*group))
+            self._shared[group] = [submit(SceneModel.of, self._samples, of_group)]
         futures = self._shared[group]
         while len(futures) < work.step + 2:
             futures.append(submit(SceneModel.model, futures[0], len(futures) - 1))
-        numbers = work.task.start + np.array(work.places)
-        part = self._design.part(numbers)
         future = submit(_compute, futures[0], futures[work.step + 1], part, numbers)
         self._at_work[future.key] = work
         return future
@@ -143,6 +149,11 @@ class Foreman:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
             yield work.task, work.batch
+
+
+def _compute_mistuned(samples: Samples, design: Design) -> tuple[Batch, bool]:
+    """Return the results of samples, which have no tables."""
+    return compute_mistuned(samples, design), False
 
 
 def _compute(

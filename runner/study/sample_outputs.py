@@ -57,6 +57,7 @@ class Outputs:
     recording: bool = False  # A recording of each run
     # DOFs whose amplitudes are stored in addition to the modal amplitudes
     dofs: tuple[int, ...] = ()
+    mistuned: bool = False  # Whether the disk is mistuned: its curve has the largest blade
 
     KINDS: ClassVar = ("steady", "resonance", "curve", "peak", "times", "recording")
 
@@ -77,6 +78,13 @@ class Outputs:
                 words = f"{meaning}, at DOFs in the mode's shape"
                 found.append(Result(f"{name}_displacement", sizes, "m", words))
 
+        if self.mistuned and self.curve:
+            points = self.curve.points
+            add("curve", "largest steady amplitude of all blades", "m", frequency=points)
+            add("resonance", "largest of the curve", "m")
+            add("resonance_frequency", "its frequency", "rad/s")
+            add("amplification", "resonance relative to that of the tuned disk", "-")
+            return found
         if self.steady:
             add("steady", "steady amplitude |a|")
             add("steady_phase", "its phase", "rad")
@@ -96,6 +104,8 @@ class Outputs:
     @property
     def single_numbers(self) -> tuple[str, ...]:
         """Results that are one number per sample, by the names that [choose] has for them."""
+        if self.mistuned:
+            return ("resonance_A", "amplification_A")
         kinds = [kind for kind in ("steady", "peak") if getattr(self, kind)]
         found = [f"{kind}_{mode}" for kind in kinds for mode in ("A", "B")]
         return (*found, *(f"resonance_{mode}" for mode in self.resonance))

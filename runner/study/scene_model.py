@@ -67,10 +67,11 @@ class Samples:
         return found
 
     def scene(self, content: Content) -> Scene:
-        """Return the scene of a sample; refuse one without a friction table."""
+        """Return the scene of a sample; refuse one that is neither tabulated nor mistuned."""
         text = "" if self.recordings is None else toml_text(content)  # recordings attach it
         scene = read_scene(content, self.folder, text)
-        scene.check_tabulated()
+        if not (self.outputs.mistuned and scene.mistuning):
+            scene.check_tabulated()
         return scene
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from tqdm import tqdm
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
+from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.foreman import Foreman, make_tasks
@@ -18,19 +20,21 @@ from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
 
+_log = logging.getLogger("slipmode.study")
+
 
 @frozen
 class StudyResults:
-    """The results of a study.
+    """Hold the results of a study.
 
     Attributes
     ----------
     study : Study
+        Study with its scene and its varied keys.
     path : Path
-        The Zarr group.
+        Zarr group of the results.
     samples, found, failed : int
-        Number of all samples, of samples that an earlier run computed, and of samples without
-        results.
+        Number of all samples, of samples from an earlier run, and of samples without results.
     """
 
     study: Study
@@ -40,7 +44,13 @@ class StudyResults:
     failed: int
 
     def dataset(self) -> Any:
-        """Return an xarray Dataset over the dimension "sample", read when values are needed."""
+        """Return the results as an xarray Dataset.
+
+        Returns
+        -------
+        Dataset
+            Variables over the dimension "sample", which are read when their values are needed.
+        """
         return open_results(self.path)
 
 
@@ -52,31 +62,42 @@ def run_study(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> StudyResults:
-    """Compute the samples of a study that have no results yet.
-
-    Raises SlipmodeError if study or scene are refused, the scheduler does not answer, or the
-    folder holds something else or cannot be written. What was computed until then stays.
+    """Compute all samples of a study that have no results yet.
 
     Parameters
     ----------
     path : path
-        The study file.
-    output : path
-        Folder for the results <study>.zarr, and for recordings, <study>/.
+        TOML file of the study.
+    output : path, default "logs"
+        Folder for the results <study>.zarr, and for recordings in <study>/.
     workers : int, optional
-        Processes on this machine; default: one per core.
+        Number of processes on this machine. Default: one for each core.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do it instead. They read the scene's files at
-        the same paths.
-    progress : bool
+        Address of a Dask scheduler, whose workers compute the samples. They read the files of the
+        scene at equal paths. Default: processes on this machine.
+    progress : bool, default False
         Show the number of samples with results, and the remaining time.
+
+    Returns
+    -------
+    StudyResults
+        Results of this run and of earlier runs.
+
+    Raises
+    ------
+    SlipmodeError
+        If the study or its scene is refused, the scheduler does not answer, or the folder contains
+        something else or cannot be written. Samples that were computed are kept.
 
     Notes
     -----
-    The local processes are started anew: a script that calls this has to do it below
+    New Python processes compute the samples. A script therefore needs to call this function below
     ``if __name__ == "__main__":``.
     """
     study = load_study(path)
+    if study.outputs.mistuned:
+        for warning in plan_scene(study.scene).warnings:
+            _log.warning("%s", warning)
     if scheduler is None:
         prepare_workers()
     folder = Path(output)

@@ -39,7 +39,7 @@ from slipmode.runner.scene.values import (
     text,
 )
 from slipmode.runner.study.sample_outputs import Curve, Outputs
-from slipmode.runner.study.scene_keys import Content, check_key, get, with_value
+from slipmode.runner.study.scene_keys import Content, check_key, declared, get, with_value
 
 DISTRIBUTIONS = {
     "uniform": ("low", "high"),
@@ -264,7 +264,7 @@ def _varied(table: Table, name: str, content: Content) -> Varied:
         if other not in ("key", *own):
             raise table.error(other, f"does not go with {way}; allowed: {', '.join(own)}")
     if way == "from":
-        return Varied(key, _range(table))
+        return Varied(key, _range(table, whole=declared(key).kind.words == "integer"))
     if way == "distribution":
         return Varied(key, _distribution(table))
     values = table["values"]
@@ -273,13 +273,18 @@ def _varied(table: Table, name: str, content: Content) -> Varied:
     return Varied(key, tuple(copy.deepcopy(values)))
 
 
-def _range(table: Table) -> tuple[float, ...]:
+def _range(table: Table, *, whole: bool) -> tuple[float, ...]:
     first, last = table["from"], table["to"]
     logarithmic = table["spacing"] == "log"
     if logarithmic and not (first > 0.0 and last > 0.0):
         raise table.error("spacing", '"log" needs from > 0 and to > 0')
     space = np.geomspace if logarithmic else np.linspace
-    return tuple(space(first, last, table["points"]).tolist())
+    values = space(first, last, table["points"]).tolist()
+    if not whole:
+        return tuple(values)
+    if not all(value.is_integer() for value in values):
+        raise table.error("points", "must give integers, which this key takes")
+    return tuple(int(value) for value in values)
 
 
 def _distribution(table: Table) -> Distribution:
@@ -340,7 +345,13 @@ def _outputs(table: Table, scene: Scene) -> Outputs:
         times=times,
         recording=table["recording"],
         dofs=table["dofs"],
+        mistuned=bool(scene.mistuning),
     )
+    given = [kind for kind in (*Outputs.KINDS, "dofs") if getattr(outputs, kind)]
+    if outputs.mistuned and given != ["curve"]:
+        raise SlipmodeError(
+            f"outputs: of a mistuned disk must be curve alone, got {', '.join(given) or 'none'}"
+        )
     if not any(getattr(outputs, kind) for kind in Outputs.KINDS):
         raise SlipmodeError(f"outputs: is empty; give one of {', '.join(Outputs.KINDS)}")
     return outputs

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,11 +29,11 @@ from slipmode.runner.transients.demodulation import (
 from slipmode.runner.transients.motion import FastMotion
 
 
-def excitation_of(plan: Plan, patterns: Floats, schedule: Schedule) -> Excitation:
-    """Return the forces of a scene, with a segment for each step of a schedule."""
+def excitation_of(modes: Sequence[str], patterns: Floats, schedule: Schedule) -> Excitation:
+    """Return the forces of some modes of a scene, with a segment for each step of a schedule."""
     quantities = {"amplitude": "force", "frequency": "frequency", "phase": "phase"}
     scripted = {
-        f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in plan.excited.modes])
+        f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in modes])
         for name, quantity in quantities.items()
         for rate in ("", "_rate")
     }
@@ -63,9 +64,10 @@ def friction_loss(elements: Elements | None, motion: FullMotion) -> Floats:
 class SlowPart:
     """Slow quantities of a stretch at communication points."""
 
-    # amplitude, rate: (points, modes)
+    # amplitude, rate, second: (points, modes): Amplitudes and their two derivatives
     amplitude: Complexes
     rate: Complexes
+    second: Complexes
     # (points, 3): Input power, dissipated power [W], energy dissipated since the start of the
     # stretch [J]
     power: Floats
@@ -85,7 +87,9 @@ class FullOrder:
         shapes = small.to_coordinates @ reduced.mode_shapes
         self.projection = replace(small, structure=aeroelastic(small.structure, reduced, shapes))
         basis = self.projection.basis
-        self.excitation = excitation_of(plan, patterns @ basis, plan.schedule.stretches())
+        self.excitation = excitation_of(
+            plan.excited.modes, patterns @ basis, plan.schedule.stretches()
+        )
         modes = plan.excited.modes
         self.modes = len(modes)
         self.window = window_length(np.vstack(plan.schedule.frequencies(modes)))
@@ -213,7 +217,7 @@ class Stretch:
         needed = np.searchsorted(self._time, points[-1] - self._length)
         self._time, self._angle = self._time[needed:], self._angle[needed:]
         self._signals = self._signals[needed:]
-        return SlowPart(a, rate, power)
+        return SlowPart(a, rate, second[:, modes], power)
 
     def motion(self, times: Floats) -> FastMotion:
         """Return the fast motion at increasing times inside the stretch."""

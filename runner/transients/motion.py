@@ -22,6 +22,8 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.schedule import Schedule
 
+POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of components
+
 
 @frozen
 class FastMotion:
@@ -49,8 +51,8 @@ def record_points(
 ) -> None:
     """Record the slow channels of communication points from number `first` on.
 
-    `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` (points, 3)
-    input power, dissipated power and dissipated energy.
+    `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` has
+    the fields of ``/energy``, (points, 5).
     """
     schedule, points = plan.schedule, slice(first, first + len(amplitude))
     time = schedule.time(points)
@@ -121,14 +123,13 @@ class OutputColumns:
 
     parts: list[int]  # Real and imaginary part of the amplitude of each mode in turn
     angle: list[int]
-    power: list[int]  # Input power, dissipated power, dissipated energy
+    power: list[int]  # `POWERS`
 
     @classmethod
     def of(cls, names: Sequence[str], modes: Sequence[str]) -> OutputColumns:
         """Return the columns of outputs with these names."""
         parts = [f"{mode}_{part}" for mode in modes for part in ("re", "im")]
-        power = ["input_power", "dissipated_power", "dissipated_energy"]
-        wanted = parts, [f"theta_{mode}" for mode in modes], power
+        wanted = parts, [f"theta_{mode}" for mode in modes], POWERS
         return cls(*([list(names).index(name) for name in each] for each in wanted))
 
     def amplitudes(self, outputs: Floats) -> Complexes:

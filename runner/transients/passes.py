@@ -21,6 +21,7 @@ from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.disk_motion import record_disk
+from slipmode.runner.transients.energy import SlowBalance, full_order_balance
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
@@ -121,6 +122,7 @@ class SlowPass(Pass):
         self._model, self._component = model, component
         self._error = RunError(plan, model)
         self._errors = ErrorRecord(plan)
+        self._balance = SlowBalance(plan, model)
         self._reported = 0  # stretches at full order
         self._now = 0.0  # from the schedule: a sum of steps is rounded differently
         inputs = plan.schedule.inputs(component.input_names, slice(1))
@@ -210,8 +212,9 @@ class SlowPass(Pass):
 
     def _record(self, outputs: Floats, first: int) -> None:
         """Record slow channels of the communication points from number `first` on."""
-        parts, power = outputs[:, self._columns.parts], outputs[:, self._columns.power]
-        record_points(self._plan, self._recorder, first, parts, power)
+        amplitude, power = self._columns.amplitudes(outputs), outputs[:, self._columns.power]
+        energy = self._balance.rows(power, amplitude, first)
+        record_points(self._plan, self._recorder, first, amplitude.view(float), energy)
 
     def _record_window(self, window: Window) -> None:
         outputs = np.concatenate(self._rows)
@@ -255,11 +258,15 @@ class IntegratedPass(Pass):
             stretch.advance(min(stretch.reached + 16.0 * length, last))  # bounds the memory
             known = end if stretch.reached >= last else stretch.reached - 0.5 * length
             count = int(np.searchsorted(self._points, known, "right"))
-            slow = stretch.slow(self._points[done:count])
+            points = self._points[done:count]
+            slow = stretch.slow(points)
             self.seconds += time.perf_counter() - started
             if not done:  # the start is given; a fit of later motion is less accurate
                 slow.amplitude[0], slow.power[0] = plan.excited.initial, 0.0
-            record_points(plan, recorder, done, slow.amplitude.view(float), slow.power)
+            _, frequency, _ = self._full.excitation.at(points)
+            energy = full_order_balance(plan.excited.reduced.frequency, frequency, slow)
+            energy[0] *= done > 0
+            record_points(plan, recorder, done, slow.amplitude.view(float), energy)
             yield count - done
             done = count
             self._record_windows(known)

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from slipmode.rom import Contacts
-from slipmode.rom.arrays import Floats
+from slipmode.rom import Contacts, CyclicStructure
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.cyclic.wave.wave_motion import phase_factor
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import Excitation, FullMotion, State, integrate
+from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.structure.structure import Structure
+from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.waves import Waves
+from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.full_order import excitation_of
 
 
@@ -37,30 +41,17 @@ def sector_in_full(
     disk, (carrier,) = waves.structure, waves.sector.carriers
     wave = carrier.wave
     k, size = wave.nodal_diameter, disk.n_contacts
-    pattern = disk.around(carrier.force, k)
-    one = excitation_of(plan, pattern.real[np.newaxis], plan.schedule)
-    # Re(f exp(i theta)) by two forces, the second a quarter period later
-    quarter = np.array([0.0, -0.5 * np.pi])
-    excitation = Excitation(
-        patterns=np.array((pattern.real, -pattern.imag)),
-        start=one.start,
-        amplitude=np.repeat(one.amplitude, 2, axis=1),
-        amplitude_rate=np.repeat(one.amplitude_rate, 2, axis=1),
-        frequency=np.repeat(one.frequency, 2, axis=1),
-        frequency_rate=np.repeat(one.frequency_rate, 2, axis=1),
-        phase=one.phase + quarter,
-        phase_rate=np.repeat(one.phase_rate, 2, axis=1),
-    )
+    excitation = _travelling(plan.excited.modes, disk.around(carrier.force, k), plan.schedule)
     turn = phase_factor(carrier)
     shape = disk.around(wave.shape, k)
     start = 2.0 * shape * turn * plan.excited.initial[0]
-    velocity = 1j * one.frequency[0, 0] * start
+    velocity = 1j * excitation.frequency[0, 0] * start
     # of both waves with this shape, forward and backward, if they are not the same one
     weight = (1.0 if 2 * k % disk.sectors == 0 else 2.0) / disk.sectors
     output = weight * np.asarray(annulus.mass @ (turn * shape)).real
     motion = integrate(
         annulus,
-        _law_of_all(waves),
+        _law_of_all(waves.law, disk),
         excitation,
         times,
         steps_per_period=steps_per_period,
@@ -76,15 +67,43 @@ def sector_in_full(
     )
 
 
-def _law_of_all(waves: Waves) -> Contacts:
+def blades_in_full(plan: MistunedPlan, times: Floats, steps_per_period: float) -> Floats:
+    """Return the displacement of the plan's DOF of every blade of a mistuned disk, (n, N) [m]."""
+    disk = plan.disk.structure
+    annulus = disk.annulus(plan.disk.deviation[0])
+    pattern = disk.around(plan.force.astype(complex), plan.engine_order)
+    motion = integrate(
+        annulus,
+        _law_of_all(plan.disk.law, disk),
+        _travelling(("A",), pattern, plan.schedule),
+        times,
+        steps_per_period=steps_per_period,
+        outputs=range(plan.dof, annulus.n_dofs, disk.free_dofs.size),
+    )
+    return motion.displacement
+
+
+def _travelling(modes: Sequence[str], pattern: Complexes, schedule: Schedule) -> Excitation:
+    """Return Re(pattern exp(i theta)) by two forces, the second a quarter period later."""
+    one = excitation_of(modes, pattern.real[np.newaxis], schedule)
+    twice = {
+        name: np.repeat(getattr(one, name), 2, axis=1)
+        for quantity in ("amplitude", "frequency", "phase")
+        for name in (quantity, f"{quantity}_rate")
+    }
+    twice["phase"] += [0.0, -0.5 * np.pi]
+    return Excitation(np.array((pattern.real, -pattern.imag)), one.start, **twice)
+
+
+def _law_of_all(law: Elastic, disk: CyclicStructure) -> Contacts:
     """Return the contact law of all sectors."""
-    law, size = waves.law, waves.structure.n_contacts
+    size = disk.n_contacts
     whole: Any = (law, range(size))
     groups = law.groups if isinstance(law, Contacts) else [whole]
     return Contacts(
         [
             (each, [j * size + column for column in columns])
-            for j in range(waves.structure.sectors)
+            for j in range(disk.sectors)
             for each, columns in groups
         ]
     )

@@ -21,13 +21,14 @@ from slipmode.rom.full import (
 )
 from slipmode.rom.full.convergence import relative_rms
 from slipmode.rom.full.structures import Projection
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
+from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, describe_run
-from slipmode.runner.run import open_recorder
+from slipmode.runner.run import open_recorder, run
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.transients.full_order import (
     FullOrder,
@@ -43,7 +44,7 @@ from slipmode.runner.transients.motion import (
     record_contacts,
     slow_trajectory,
 )
-from slipmode.runner.validation.all_sectors import check_one_wave, sector_in_full
+from slipmode.runner.validation.all_sectors import blades_in_full, check_one_wave, sector_in_full
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,16 @@ def validate(
 
     Without a [[contact]] window the last 20 periods are compared. With `model.table = "none"` the
     motion is integrated on the reduced coordinates. The folder `output` receives
-    <scene>.validation.mcap and .rrd. Raises SlipmodeError if the scene is refused.
+    <scene>.validation.mcap and .rrd. Of a mistuned disk a DOF of all blades is compared in
+    [[elastic]] windows, in the last 512 samples of each. Raises SlipmodeError if the scene is
+    refused.
     """
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.limit_scale is not None:
         raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
+    if scene.mistuning:
+        return _validate_blades(scene, output, progress=progress)
     started = perf_counter()
     structure = scene.build() if scene.disk is None else None
     plan = with_window(make_plan(scene, structure=structure, progress=progress))
@@ -123,6 +128,36 @@ def validate(
     )
     _record(plan, model, motion, full.motion, found)
     return found
+
+
+def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: bool) -> Validation:
+    """Run a scene of a mistuned disk both ways. The recording has the slow motion alone."""
+    plan = plan_scene(scene)
+    assert isinstance(plan, MistunedPlan)
+    if not scene.windows:
+        last = _last_periods(scene, plan.frequency_range[0])
+        scene = replace(scene, elastic=(last,))
+    named = replace(scene, name=f"{scene.name}.validation", log=replace(scene.log, mcap=True))
+    recording = run(named, output, progress=progress)
+    disk = recording.read().channels["/disk"]
+    moved = disk.values[:, : plan.disk.structure.sectors]
+    started = perf_counter()
+    fine = blades_in_full(plan, disk.time, 64)
+    seconds = perf_counter() - started
+    error, of_reference = (
+        float(relative_rms(each.ravel(), fine.ravel()))
+        for each in (moved, blades_in_full(plan, disk.time, 32))
+    )
+    return Validation(
+        comparisons=[Comparison(f"DOF {plan.dof} of all blades", error, of_reference)],
+        slow_seconds=recording.slow_seconds,
+        table_seconds=recording.table_seconds,
+        full_seconds=seconds,
+        recordings=[path for path in (recording.mcap, recording.rrd) if path],
+        coordinates=moved.shape[1] * plan.disk.structure.free_dofs.size,
+        windows=tuple(scene.windows),
+        reduced="slow time",
+    )
 
 
 def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
@@ -157,10 +192,14 @@ def with_window(plan: Plan) -> Plan:
     """Return the plan with a window of contact motion at its end if the scene has none."""
     if plan.scene.contact:
         return plan
-    end = plan.scene.run.duration
-    slowest = plan.excited.reduced.carrier.min()
-    window = Window(max(0.0, end - 20 * 2 * np.pi / slowest), end, 64)
+    window = _last_periods(plan.scene, float(plan.excited.reduced.carrier.min()))
     return replace(plan, scene=replace(plan.scene, contact=(window,)))
+
+
+def _last_periods(scene: Scene, frequency: float) -> Window:
+    """Return a window of 20 periods of a frequency [rad/s] at the end of a scene."""
+    end = scene.run.duration
+    return Window(max(0.0, end - 20 * 2 * np.pi / frequency), end, 64)
 
 
 def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> list[Comparison]:
@@ -227,7 +266,7 @@ def _record(
     with open_recorder(header, listed, mcap, rrd) as recorder:
         recorder.event(float(motion.time[0]), "info", found.compared())
         for line in found.comparisons:
-            words = f"{line.subject}: {100 * line.error:.2g} % from full order"
+            words = f"{line.subject}: {percentage(line.error)} from full order"
             recorder.event(float(motion.time[0]), "info", words)
         exact = replace(
             motion,
@@ -266,7 +305,9 @@ def reference(plan: Plan, times: Floats) -> Reference:
     small: Projection | None = None
     fewer: Projection | None = None
     if coordinates > MOST_DOFS:
-        excitation = excitation_of(plan, np.array(excited.force_patterns), plan.schedule)
+        excitation = excitation_of(
+            plan.excited.modes, np.array(excited.force_patterns), plan.schedule
+        )
         # component modes are accurate up to seven times the fastest forcing
         highest = 7 * excitation.fastest(plan.scene.run.duration)
         arguments = plan.structure, excited.law, excitation.patterns, highest
@@ -304,7 +345,9 @@ def full_motion(
     It is integrated on all modes of the structure, or on the coordinates of a projection.
     """
     reduced, structure = plan.excited.reduced, plan.structure
-    excitation = excitation_of(plan, np.array(plan.excited.force_patterns), plan.schedule)
+    excitation = excitation_of(
+        plan.excited.modes, np.array(plan.excited.force_patterns), plan.schedule
+    )
     start, shapes = initial_state(plan, excitation), reduced.mode_shapes
     if on is not None:
         structure, shapes = on.structure, on.to_coordinates @ shapes

@@ -35,6 +35,7 @@ class Layer:
     name: str = ""  # In the key
     curve: bool = True
     width: float = 1.5  # Of the curve or the points, in points of the screen
+    top: Floats | None = None  # Upper edge of a band, whose lower edge is y
 
 
 @dataclass(frozen=True)
@@ -65,17 +66,21 @@ class Chart:
     def draw(self, stream: rr.RecordingStream) -> None:
         """Draw the layers, the box with its scales, and the key."""
         xs = _span(self.x, [layer.x[np.isfinite(layer.y)] for layer in self.layers], False)
-        ys = _span(self.y, [layer.y for layer in self.layers], self.from_zero)
+        heights = [layer.y for layer in self.layers]
+        heights += [layer.top for layer in self.layers if layer.top is not None]
+        ys = _span(self.y, heights, self.from_zero)
         self._box(stream, xs, ys)
         for k, layer in enumerate(self.layers):
             x = _ASPECT * _part(layer.x, xs, self.x.log)
-            points = np.column_stack([x, -_part(layer.y, ys, self.y.log)])
+            edges = [layer.y] if layer.top is None else [layer.y, layer.top]
+            curves = [np.column_stack([x, -_part(edge, ys, self.y.log)]) for edge in edges]
             color, radius = layer.color, rr.Radius.ui_points(layer.width)
             marks: rr.LineStrips2D | rr.Points2D
             if layer.curve:
-                marks = rr.LineStrips2D(_strips(points), colors=color, radii=radius)
+                strips = [strip for points in curves for strip in _strips(points)]
+                marks = rr.LineStrips2D(strips, colors=color, radii=radius)
             else:
-                seen = points[np.isfinite(points).all(axis=1)]
+                seen = curves[0][np.isfinite(curves[0]).all(axis=1)]
                 marks = rr.Points2D(seen, colors=color, radii=radius)
             stream.log(f"{self.entity}/layers/{k}", marks, static=True)
 

@@ -14,9 +14,11 @@ from slipmode.runner.view.labels import (
     LOOPS,
     MOTION_PLOTS,
     SLOW_PLOTS,
+    Series,
     find_plots,
     in_units,
     legend,
+    titled,
 )
 
 _Panel = tuple[str, dict[str, Any]]
@@ -53,10 +55,16 @@ def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
 def _plots(
     channels: Sequence[Channel], wanted: Sequence[tuple[str, str, str]], units: Units
 ) -> list[_Panel]:
-    return [
-        _plot(title, [_path(channel, k, units) for channel, plot in found for k in plot.columns])
-        for title, found in find_plots(channels, wanted).items()
-    ]
+    panels = []
+    for title, found in find_plots(channels, wanted).items():
+        paths = [_path(channel, k, units) for channel, plot in found for k in plot.columns]
+        panels.append(_plot(_titled(title, found, units), paths))
+    return panels
+
+
+def _titled(title: str, found: Sequence[tuple[Channel, Series]], units: Units) -> str:
+    """Return the title of a plot with the unit that is shown."""
+    return titled(title, [(in_units(channel, units)[0], plot) for channel, plot in found])
 
 
 def _path(channel: Channel, column: int, units: Units) -> dict[str, str]:
@@ -75,18 +83,19 @@ def _loop(channel: Channel, units: Units) -> _Panel:
 
 
 def _plot(title: str, paths: list[dict[str, str]]) -> _Panel:
+    name = title.partition(" [")[0]  # without the unit
     line = {"enabled": True, "timestampMethod": "receiveTime", "showLine": True}
     config = {
         "foxglovePanelTitle": title,
         "paths": [path | line for path in paths],
         "xAxisVal": "timestamp",
         "showLegend": True,
-        "legendDisplay": "floating",
+        "legendDisplay": "top",  # beside the curves, not over them
         "showXAxisLabels": True,
         "showYAxisLabels": True,
-        "isSynced": title in {each for *_, each in SLOW_PLOTS},
+        "isSynced": name in {each for *_, each in SLOW_PLOTS},
     }
-    return f"Plot!{title.replace(' ', '-').replace('|', '')}", config
+    return f"Plot!{name.replace(' ', '-').replace('|', '')}", config
 
 
 def _split(parts: list[Any], direction: str) -> Any:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import floor, log10
 
 import numpy as np
 
@@ -29,6 +29,11 @@ LINES = (BLUE, ORANGE, GREEN, (205, 110, 190), (200, 190, 90))  # of a plot
 GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
 LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
 
+# A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
+# 25 pixels apart.
+_LABELLED = 4.4
+_MARGIN = 1.05  # of a scale, relative to the largest value
+
 SLOW_PLOTS = (  # topic, quantity, title
     ("/modes", "amplitude_A", "Modal amplitude |A|"),
     ("/modes", "amplitude_B", "Modal amplitude |B|"),
@@ -36,7 +41,7 @@ SLOW_PLOTS = (  # topic, quantity, title
     ("/forcing", "force", "Force amplitude"),
     ("/forcing", "frequency", "Forcing frequency"),
     ("/control", "scale", "Friction limit"),
-    ("/energy", "power", "Power"),
+    ("/energy", "power", "Power balance"),
     ("/energy", "energy", "Dissipated energy"),
 )
 MOTION_PLOTS = (
@@ -110,10 +115,24 @@ def _quantity(name: str) -> str:
 
 def legend(channel: Channel, column: int) -> str:
     """Return the name of a column in a legend, with its unit."""
+    unit = channel.fields[column].unit
+    return f"{label(channel, column)} [{unit}]" if unit else label(channel, column)
+
+
+def titled(title: str, found: Iterable[tuple[Channel, Series]]) -> str:
+    """Return the title of a plot with the unit of its series."""
+    units = {channel.fields[k].unit for channel, plot in found for k in plot.columns}
+    return f"{title} [{units.pop()}]" if len(units) == 1 and units != {"1"} else title
+
+
+def label(channel: Channel, column: int) -> str:
+    """Return the name of a column in a plot whose title has the unit."""
     field = channel.fields[column]
     mode, _, part = field.name.partition("_")
     if channel.topic.startswith(OTHER):
-        return f"{field.name} [{field.unit}]" if field.unit else field.name
+        return field.name
+    if channel.topic == "/energy":
+        return _BALANCE[field.name]
     if part == "abs":
         text = f"|{mode}|"
     elif mode in ("A", "B"):
@@ -122,15 +141,25 @@ def legend(channel: Channel, column: int) -> str:
         text = f"{field.name} contact {channel.topic.split('/')[-1]}"
         text += ", full order" if channel.topic.startswith(FULL) else ""
     else:
-        text = field.name.replace("_", " ") if "/energy" in channel.topic else field.name
-    return f"{text} [{field.unit}]"
+        text = field.name
+    return text
 
+
+_BALANCE = {
+    "input_power": "input",
+    "dissipated_power": "contacts",
+    "dissipated_energy": "contacts",
+    "structural_power": "structural damping",
+    "stored_power": "change of energy",
+}
 
 _WORDS = {
     "|A|": "**|A|, |B|**: amplitudes of the two modes in slow time. The displacement of a DOF is "
     "`2 Re(phi A exp(i theta))`, so that a mass-normalised mode moves by twice its amplitude.",
     "Blade amplitudes": "**Blade amplitudes**: the amplitude of one DOF of every blade of a "
     "mistuned disk in slow time. Blades that lie far above the others hold the energy.",
+    "Power balance": "**Power balance**: the power of the forces is the sum of what the contacts "
+    "dissipate, what structural damping dissipates, and the change of the energy of the modes.",
     "Mode A": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
     "against the forcing; a steady state is a point.",
     "over its frequency": "**|A| over its frequency**: amplitude against forcing frequency as the "
@@ -167,7 +196,7 @@ def readable(value: float, unit: str) -> str:
     size = abs(value)
     # a prefix of kg^0.5 m would be ambiguous
     if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
-        power = 3 * math.floor(math.log10(float(f"{size:.3g}")) / 3)
+        power = 3 * floor(log10(float(f"{size:.3g}")) / 3)
         power = min(max(power, -9), 9)
         prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
         return f"{value / 10.0**power:.3g} {prefix}{unit}"
@@ -191,3 +220,26 @@ def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
     found = [shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields]
     fields = [Field(name, unit) for name, (unit, _) in zip(channel.names, found, strict=True)]
     return replace(channel, fields=tuple(fields)), np.array([factor for _, factor in found])
+
+
+def readable_scale(low: float, high: float) -> tuple[float, float] | None:
+    """Return the ends of a scale with at least two labels for values from `low` to `high`.
+
+    None for values that are all of one sign and far from zero: a viewer fits these better.
+    """
+    if not np.isfinite((low, high)).all() or low == high == 0.0:
+        return None
+    if low > 0.5 * high or high < 0.5 * low:
+        return None
+    low, high = _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)
+    unit = 10.0 ** floor(log10(max(high, -low)))
+    if high - low > _LABELLED * unit:  # zero would have the only label: as far as the next power
+        largest = _MARGIN * 10.0 * unit
+        low = -largest if -low > 0.6 * largest else low
+        high = largest if low == 0.0 or high > 0.6 * largest else high
+    return low, high
+
+
+def with_room(start: int, end: int) -> tuple[int, int]:
+    """Return the times [ns] of a plot whose legend stands to the right of its curves."""
+    return start, end + (end - start) // 2

@@ -14,10 +14,18 @@ from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import DISK, FULL, MODES, PHASES, TORUS, Channel
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
-from slipmode.runner.view.samples import DENSE_SAMPLES, Latest, Thinned, Window, window_starts
+from slipmode.runner.view.samples import (
+    DENSE_SAMPLES,
+    Extents,
+    Latest,
+    Thinned,
+    Window,
+    window_starts,
+)
 from slipmode.runner.view.spatial import disk_view, torus_view
 
-_REACH = 1.3  # half the width of a portrait, in units of the largest value
+_REACH = 1.15  # half the length of the axes of a portrait, in units of the largest value
+_TOP = 1.65  # upper end of a portrait: a label hangs below its point
 
 
 @dataclass(frozen=True)
@@ -45,8 +53,7 @@ class Portrait:
 
     def view(self) -> rrb.View:
         """Return the view of the portrait: the axes and what is around them."""
-        reach = (-_REACH, _REACH)
-        bounds = rrb.VisualBounds2D(x_range=reach, y_range=reach)
+        bounds = rrb.VisualBounds2D(x_range=(-_REACH, _REACH), y_range=(-_TOP, _TOP))
         return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
 
     def has_picture(self, path: Floats) -> bool:
@@ -63,7 +70,7 @@ class Portrait:
             marks = {
                 (-1.0, -1.0): f"{low:.4g}",
                 (1.0, -1.0): f"{high:.4g} {self.x.unit}",
-                (-1.0, 1.0): f"{self.y.label} = {readable(top, self.y.unit)}",
+                (0.0, _TOP): f"{self.y.label}: 0 to {readable(top, self.y.unit)}",
             }
             return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
         scale = np.abs(path).max(axis=0)
@@ -71,18 +78,19 @@ class Portrait:
             scale[:] = scale.max()
         scale[scale == 0.0] = 1.0
         x, y = (
-            f"{axis.label} = {readable(largest, axis.unit)}"
+            f"{axis.label}: ±{readable(largest, axis.unit)}"
             for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
         )
-        return path / scale, {(1.0, 0.0): self.x.label if self.one_scale else x, (0.0, 1.0): y}
+        return path / scale, {(0.0, -_REACH): x, (0.0, _TOP): y}  # clear of the curves
 
 
 @dataclass(frozen=True)
 class FinalViews:
-    """The entities of portraits that have samples, and the windows of fast motion."""
+    """The entities of portraits with samples, the windows of fast motion, and all extents."""
 
     entities: tuple[str, ...]
     windows: tuple[Window, ...]
+    extents: Extents
 
 
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
@@ -136,7 +144,7 @@ class Paths:
     """
 
     def __init__(self, channels: Sequence[Channel]) -> None:
-        self._portraits = portraits(channels)
+        self._portraits, self._extents = portraits(channels), Extents()
         self._channels = {channel.topic: channel for channel in channels}
         self._samples: dict[str, Thinned | Latest] = {
             axis.topic: Latest() if portrait.tail else Thinned()
@@ -152,6 +160,7 @@ class Paths:
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel if some view needs them."""
+        self._extents.extend(topic, time_ns, values)
         if topic in self._samples:
             self._samples[topic].extend(np.column_stack([time_ns, values]))
 
@@ -174,7 +183,7 @@ class Paths:
         shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
-        return FinalViews(tuple(entities), tuple(windows))
+        return FinalViews(tuple(entities), tuple(windows), self._extents)
 
     def _draw_torus(self, stream: rr.RecordingStream) -> None:
         """Draw contact motion over both phases, of the last window."""

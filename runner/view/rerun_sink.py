@@ -106,6 +106,7 @@ class RerunSink(Sink):
                 self._send(self._channels[topic], *rest)
         final = self._paths.draw(self._stream)
         filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
+        views.name_series(self._stream, filled, final.extents)
         views.explain(self._stream, filled, final)
         self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,7 @@ from slipmode.rom.arrays import Floats
 DENSE_SAMPLES = 2**18
 
 Window = tuple[int, int]  # first and last time [ns]
+Span = tuple[float, float]  # least and largest value
 
 _KEPT_SAMPLES = 8192  # of a channel: longer paths are slow without a GPU
 
@@ -65,6 +68,35 @@ class Envelope:
         groups = rows[:whole].reshape(-1, width, rows.shape[1])
         extremes = np.stack((groups.min(axis=1), groups.max(axis=1)), axis=1)
         return time_ns[: whole : width // 2], extremes.reshape(-1, rows.shape[1])
+
+
+class Extents:
+    """The least and largest values of every channel, and the first and last time [ns]."""
+
+    def __init__(self) -> None:
+        self.times: tuple[int, int] | None = None
+        self._found: dict[str, tuple[Floats, Floats]] = {}
+
+    def extend(self, topic: str, time_ns: NDArray[np.int64], rows: Floats) -> None:
+        """Take note of samples of a channel, times (n,) and values (n, n_fields)."""
+        if not len(rows):
+            return
+        first, last = self.times or (int(time_ns[0]), int(time_ns[-1]))
+        self.times = min(first, int(time_ns[0])), max(last, int(time_ns[-1]))
+        low, high = self._found.get(topic, (rows[0], rows[0]))
+        self._found[topic] = np.fmin(low, rows.min(axis=0)), np.fmax(high, rows.max(axis=0))
+
+    def of(self, topic: str, columns: Sequence[int]) -> Span:
+        """Return the least and largest value in columns of a channel; zeros without samples."""
+        if topic not in self._found:
+            return 0.0, 0.0
+        low, high = (ends[list(columns)] for ends in self._found[topic])
+        return float(np.min(low)), float(np.max(high))
+
+    def over(self, parts: Iterable[tuple[str, Sequence[int]]]) -> Span:
+        """Return the least and largest value in columns of several channels."""
+        low, high = zip(*(self.of(topic, columns) for topic, columns in parts), strict=True)
+        return min(low), max(high)
 
 
 class Latest:

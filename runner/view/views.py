@@ -23,13 +23,19 @@ from slipmode.runner.view.labels import (
     Series,
     find_plots,
     is_contact,
+    label,
     legend,
+    readable_scale,
     reading,
     series,
+    titled,
+    with_room,
 )
 from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
-from slipmode.runner.view.samples import Window
+from slipmode.runner.view.samples import Extents, Window
 from slipmode.runner.view.spatial import disk_view, torus_view
+
+_MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most
 
 
 @dataclass(frozen=True)
@@ -73,6 +79,18 @@ def send_event(
 def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
     """Write what does not change: legends with units, and the scene, if there is one."""
     listed = list(channels)
+    name_series(stream, listed)
+    explain(stream, listed)
+    if not scene_text:
+        return
+    document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
+    stream.log("/scene", document, static=True)
+
+
+def name_series(
+    stream: rr.RecordingStream, listed: Sequence[Channel], extents: Extents | None = None
+) -> None:
+    """Write names, colours and widths of all series; oscillating ones with their largest value."""
     compared = any(channel.topic.startswith(FULL) for channel in listed)
     for channel in listed:
         # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
@@ -82,17 +100,21 @@ def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text
         for plot in series(channel):
             colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.columns))]
             style = rr.SeriesLines(
-                names=[legend(channel, column) for column in plot.columns],
+                names=[_name(channel, column, extents) for column in plot.columns],
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
             stream.log(_entity(channel, plot), style, static=True)
-    explain(stream, listed)
-    if not scene_text:
-        return
-    document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
-    stream.log("/scene", document, static=True)
+
+
+def _name(channel: Channel, column: int, extents: Extents | None) -> str:
+    """Return the name of a series in a plot of its own unit."""
+    if channel.topic.startswith(OTHER):
+        return legend(channel, column)
+    low, high = extents.of(channel.topic, (column,)) if extents else (0.0, 0.0)
+    swing = f": ±{max(-low, high):.3g}" if 0.0 < 0.5 * high < -low else ""
+    return f"{label(channel, column)}{swing}"
 
 
 def explain(
@@ -135,7 +157,7 @@ def blueprint(
     def of_kind(kind: str) -> list[rrb.View]:
         return [each.view() for each in shown if each.entity.startswith(kind)]
 
-    motion = _motion(channels, final.windows if final else ())
+    motion = _motion(channels, final)
     right, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
     if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
         right, beneath = [*right, *beneath], []
@@ -149,7 +171,7 @@ def blueprint(
         rows.append(disk_view.view())
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
-        (6, _plots(channels, SLOW_PLOTS)),
+        (6, _slow(channels, final)),
         (5, [*motion, *beneath]),
         (6, rows),
     ]
@@ -167,16 +189,26 @@ def blueprint(
     return rrb.Blueprint(layout, time_panel, collapse_panels=True)
 
 
+def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.View | rrb.Container]:
+    """Return the plots of slow time; force and frequency, power and energy are tabs."""
+    rows: list[rrb.View | rrb.Container] = []
+    for topic in dict.fromkeys(topic for topic, *_ in SLOW_PLOTS):
+        own = _plots(channels, [each for each in SLOW_PLOTS if each[0] == topic], final)
+        rows += [rrb.Tabs(*own)] if len(own) > 1 and topic != "/modes" else own
+    return rows
+
+
 def _motion(
-    channels: Sequence[Channel], windows: Sequence[Window]
+    channels: Sequence[Channel], final: FinalViews | None
 ) -> list[rrb.View | rrb.Container]:
     """Return the plots of fast motion; each of several windows has a tab of its own."""
+    windows = final.windows if final else ()
     if len(windows) < 2:
-        return [*_plots(channels, MOTION_PLOTS, windows[0] if windows else None)]
+        return [*_plots(channels, MOTION_PLOTS, final, windows[0] if windows else None)]
     tabs = []
     for window in windows:
         name = " to ".join(f"{time * 1e-9:.6g}" for time in window) + " s"
-        tabs.append(rrb.Vertical(*_plots(channels, MOTION_PLOTS, window), name=name))
+        tabs.append(rrb.Vertical(*_plots(channels, MOTION_PLOTS, final, window), name=name))
     return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1)]
 
 
@@ -211,18 +243,28 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
 def _plots(
     channels: Sequence[Channel],
     wanted: Sequence[tuple[str, str, str]],
+    final: FinalViews | None,
     window: Window | None = None,
 ) -> list[rrb.View]:
-    """Return the plots of wanted quantities that are recorded, over a window or the whole time."""
+    """Return the plots of wanted quantities that are recorded, over a window or the whole time.
+
+    One curve has no legend, because the title names it; a few have it to the right of them.
+    """
     boundary = rr.TimeRangeBoundary
-    ends = [boundary.absolute(nanos=time) for time in window or ()] or [boundary.infinite()] * 2
-    shown = rr.TimeRange(*ends)
-    return [
-        rrb.TimeSeriesView(
-            name=title,
+    window = window or (final.extents.times if final else None)
+    plots: list[rrb.View] = []
+    for title, found in find_plots(channels, wanted).items():
+        several = 1 < sum(len(plot.columns) for _, plot in found) <= _MOST_NAMED
+        times = with_room(*window) if window and several else window or ()
+        ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
+        parts = [(each.topic, plot.columns) for each, plot in found]
+        scale = readable_scale(*final.extents.over(parts)) if final else None
+        view = rrb.TimeSeriesView(
+            name=titled(title, found),
             contents=[_entity(channel, plot) for channel, plot in found],
-            axis_x=rrb.TimeAxis(view_range=shown),
-            plot_legend=rrb.Corner2D.LeftTop,
+            axis_x=rrb.TimeAxis(view_range=rr.TimeRange(*ends)),
+            axis_y=rrb.ScalarAxis(range=scale) if scale else None,
+            plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=several),
         )
-        for title, found in find_plots(channels, wanted).items()
-    ]
+        plots.append(view)
+    return plots

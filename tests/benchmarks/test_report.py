@@ -17,7 +17,9 @@ from benchmarks.peers.hbm import HarmonicBalance
 from benchmarks.peers.paper_scheme import paper_scheme
 from benchmarks.report import __main__ as command
 from benchmarks.report import friction, signals, steady
+from benchmarks.report.picture import _front, result
 from benchmarks.report.sections import Row, Section
+from benchmarks.report.summary import BEGIN, END, PAGES, as_markdown, write
 from benchmarks.report.text import render
 from slipmode import rom
 from slipmode.rom import full
@@ -251,6 +253,35 @@ def test_the_command_prints_the_tables_and_draws_the_picture(
     assert "exact and fast, setting: 2 times FASTER" in printed
     assert printed.endswith(f"{tmp_path / 'speed-error.png'}\n")
     assert (tmp_path / "speed-error.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_table_of_the_docs_names_who_is_faster(section, tmp_path):
+    table = as_markdown([section, section])
+    head, _, first, second = table.splitlines()
+    assert head.startswith("| task | slipmode | error | time |")
+    rivals = "exact and fast 0.5, exact and slow 3"
+    assert first == second
+    assert first == f"| title | friction of one amplitude pair | 1 % | 1 s | {rivals} |"
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{BEGIN}old\n{END}after\n", encoding="utf-8")
+    write(table, [page])
+    assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\n{table}\n{END}after\n"
+
+
+def test_pages_have_the_same_table():
+    tables = [page.read_text(encoding="utf-8").partition(BEGIN)[2] for page in PAGES]
+    assert len({table.partition(END)[0] for table in tables if END in table}) == 1
+
+
+def test_the_titles_of_the_picture_state_the_result(section):
+    assert result(section) == "slipmode: 1 % in 1 s;\nexact and fast: 500 ms"
+    alone = replace(section, rows=section.rows[:1])
+    assert result(alone) == "slipmode: 1 % in 1 s;\nno other method is as accurate"
+
+
+def test_a_curve_of_the_picture_has_the_best_rows_of_a_method():
+    rows = [row("a", 1e-2, 1.0), row("a", 2e-2, 2.0), row("a", 1e-3, 3.0)]
+    assert _front(rows) == [rows[0], rows[2]]
 
 
 def test_long_work_is_measured_once(monkeypatch):

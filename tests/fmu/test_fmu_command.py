@@ -31,7 +31,7 @@ MAGIC = {"linux": b"\x7fELF", "windows": b"MZ", "darwin": b"\xcf\xfa\xed\xfe"}
 def test_the_command_writes_an_fmu(fmi, tmp_path, capsys):
     path = tmp_path / "one mode.fmu"
     assert main(["fmu", "one-mode", "-o", str(path), "--fmi", str(fmi)]) == 0
-    assert capsys.readouterr().out == f"{path}\n"
+    assert capsys.readouterr().out.splitlines()[0] == str(path)
     assert validate_fmu(str(path)) == []
     description = fmpy.read_model_description(path)
     scene = load_scene("one-mode")

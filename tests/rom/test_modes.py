@@ -51,7 +51,7 @@ def test_a_body_that_floats_also_with_its_contact_bonded():
     table = rom.modes(rom.Structure(np.eye(4), stiffness, contact=W), rom.Jenkins(1.0, SPRING))
     for name in ("free", "stuck", "bonded"):
         assert np.flatnonzero(table.states[name].frequency == 0.0).tolist() == [0]
-    assert np.all(np.isfinite(table.at_stake)) and table.at_stake[0] == 0.0
+    assert np.all(np.isfinite(table.stiffness_share)) and table.stiffness_share[0] == 0.0
     assert "nan" not in str(table)
 
 
@@ -74,7 +74,7 @@ def test_pairs_are_touched_by_friction_and_apart():
     omega = table.states["stuck"].frequency
     for pair in table.pairs:
         for mode in pair:
-            assert table.at_stake[mode] > 1e-3
+            assert table.stiffness_share[mode] > 1e-3
             assert np.abs(np.delete(omega, mode) / omega[mode] - 1.0).min() > 0.05
     untouched = rom.modes(structure, rom.Jenkins(1.0, 1e-6), 6)
     assert untouched.pairs == ()
@@ -86,12 +86,12 @@ def test_the_command_lists_modes_of_files_and_scenes(tmp_path, capsys):
     structure.save(tmp_path / "beam.npz")
     assert main(["modes", str(tmp_path / "beam.npz"), "--stiffness", "3", "-n", "3"]) == 0
     printed = capsys.readouterr().out.splitlines()
-    for word in ("free Hz", "stuck Hz", "bonded Hz", "rad/s", "damping", "m_x", "at stake"):
+    for word in ("free Hz", "stuck Hz", "bonded Hz", "rad/s", "damping", "m_x", "stiffness share"):
         assert word in printed[0]
     assert len(printed) == 5
     free = exact(structure, 0.0)[0] / (2 * np.pi)
     assert float(printed[1].split()[1]) == pytest.approx(free, rel=1e-4)
-    assert printed[-1].startswith("pairs worth choosing: ")
+    assert printed[-1].startswith("recommended pairs: ")
     assert main(["modes", "two-mode"]) == 0
     assert "bonded rad/s" in capsys.readouterr().out
     assert main(["modes", "two-mode", "--stiffness", "3"]) == 1

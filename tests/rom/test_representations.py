@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from slipmode import fmu, rom, runner
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import percentage, short_repr
 
 MOST = 400  # characters of a line
 HOLDS_MUCH = re.compile(r"Floats|Complexes|Flags|[Nn][Dd]?[Aa]rray|Signals|list\[|\bbytes\b")
@@ -146,3 +146,12 @@ def test_a_run_is_a_few_lines(tmp_path):
     assert "complete" in repr(data)
     assert "incomplete" in repr(dataclasses.replace(data, damage="cut"))
     assert "800 s" in repr(data)
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(1.0, "100 %"), (1.234, "120 %"), (0.00129, "0.13 %"), (3e-5, "0.003 %"), (0.0, "0 %")],
+)
+def test_percentages_have_no_exponents(share, text):
+    assert percentage(share) == text
+    assert percentage(1e-7) == "below 0.001 %"

@@ -1,6 +1,7 @@
 """The command line: its output, its exit status, and one line for everything it refuses."""
 
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -14,13 +15,10 @@ import pytest
 from slipmode import fmu, rom, runner
 from slipmode.rom import two_mass
 from slipmode.runner import load_scene, read, shipped_scenes
-from slipmode.runner.cli import main
+from slipmode.runner.cli import _parser, main
 
 SLIPMODE = shutil.which("slipmode", path=sysconfig.get_path("scripts"))
-COMMANDS = (
-    *("run", "plan", "replay", "scenes", "fmu", "info", "doctor", "recover", "export"),
-    *("cache",),
-)
+(COMMANDS,) = (action.choices for action in _parser()._actions if action.dest == "==SUPPRESS==")
 
 
 def slipmode(*arguments, **options):
@@ -55,10 +53,20 @@ def test_run_writes_the_recordings_that_it_names(one_mode):
     assert read(folder / "one-mode.mcap").complete
 
 
+def test_a_run_ends_with_a_command_that_a_shell_can_repeat(one_mode, tmp_path, capsys):
+    copy = tmp_path / "my scene.toml"
+    copy.write_text(shipped_scenes()["one-mode"].read_text())
+    assert main(["run", str(copy), "-o", str(tmp_path / "my logs")]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    heading, *words = shlex.split(last)
+    assert (heading, words[1:]) == ("next:", ["replay", str(tmp_path / "my logs/my scene.mcap")])
+
+
 def test_replay_saves_what_the_run_recorded(one_mode, tmp_path):
     saved = tmp_path / "saved.rrd"
     done = slipmode("replay", one_mode[0] / "one-mode.mcap", "--save", saved)
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"{saved}\n", "")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"{saved}\nnext:  rerun {saved}\n"
     assert saved.stat().st_size > 100_000
 
 
@@ -67,13 +75,14 @@ def test_plan_gives_a_reason_for_every_decision(capsys):
     lines = capsys.readouterr().out.splitlines()
     subjects = {line.split("  ")[0] for line in lines}
     assert {"mode A", "friction table", "contact motion", "recording"} <= subjects
-    assert all(len(line.split("  ")) >= 3 for line in lines)
+    assert all(len(line.split("  ")) >= 3 for line in lines[:-1])
+    assert lines[-1].startswith("next:") and lines[-1].endswith(" run one-mode")
 
 
 def test_scenes_lists_every_shipped_scene_with_its_title(capsys):
     assert main(["scenes"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    listed = dict(line.split(maxsplit=1) for line in lines)
+    listed = dict(line.split(maxsplit=1) for line in lines[:-1])
     assert listed == {name: load_scene(name).title for name in shipped_scenes()}
 
 
@@ -88,8 +97,23 @@ def test_help_ends_with_an_example_that_parses(command, capsys):
     with pytest.raises(SystemExit) as end:
         main([*command, "--help"])
     assert end.value.code == 0
-    example = capsys.readouterr().out.strip().splitlines()[-1]
+    help_text = capsys.readouterr().out
+    example = " ".join(help_text[help_text.rindex("example: ") :].split())
     assert example.startswith(" ".join(("example: slipmode", *command)))
+    for part in example.removeprefix("example: ").split(" && "):
+        if part.startswith("slipmode"):
+            _parser().parse_args(shlex.split(part)[1:])
+
+
+def test_the_help_lists_every_command_of_each_task_in_a_line(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 79  # measured: 79
+    assert lines.index("run and look:") < lines.index("analyse:") < lines.index("export:")
+    listed = [line.split(maxsplit=1) for line in lines if line.startswith("    ")]
+    assert sorted(name for name, _ in listed) == sorted(COMMANDS)
+    assert all(len(summary) > 20 for _, summary in listed)
 
 
 def test_the_version_is_printed(capsys):

@@ -60,12 +60,7 @@ class MistunedDisk:
     ) -> None:
         N, contacts = structure.sectors, structure.n_contacts
         structure.refuse_aerodynamics("MistunedDisk")
-        given = np.atleast_2d(as_floats("deviation", deviation))
-        if given.ndim != 2 or given.shape[1] != N or not np.all(np.abs(given) < 1.0):
-            raise SlipmodeError(
-                f"deviation: must be {N} numbers between -1 and 1, or rows of these, got "
-                f"{in_one_line(deviation)}"
-            )
+        given = _deviations(deviation, N)
         if not (isinstance(law, Elastic) and law.elements(contacts).odd):
             raise SlipmodeError(
                 "law: mistuned disks need contacts that slide and do not lift off (rom.Jenkins, "
@@ -255,13 +250,29 @@ class MistunedDisk:
         dof : int
             Free DOF whose amplitudes are compared.
         """
-        tuned = self._of_patterns(np.zeros((1, self.structure.sectors)))
-        peaks = []
-        for disks in (tuned, *map(self._of_patterns, self._batches(np.size(frequency)))):
-            peaks.append(disks.response(frequency, engine_order, force, local=True).peak(dof))
-        reference = float(peaks[0][0])
-        factor = np.sort(np.concatenate(peaks[1:])) / reference
-        return Amplification(factor, reference, self.structure.sectors)
+        tuned = np.zeros((1, self.structure.sectors))
+        disks = self.with_deviation(np.vstack((tuned, self.deviation)))
+        reference, *peaks = disks.envelope(frequency, engine_order, force, dof).max(axis=1)
+        factor = np.sort(peaks) / reference
+        return Amplification(factor, float(reference), self.structure.sectors)
+
+    def envelope(
+        self,
+        frequency: ArrayLike,
+        engine_order: int,
+        force: Mapping[int, complex] | ArrayLike,
+        dof: int,
+    ) -> Floats:
+        """Return the largest steady amplitude of all blades, (patterns, frequencies) [m].
+
+        The arguments are those of `amplification`, and contacts are `local` as in `response`.
+        """
+        found = []
+        for deviation in self._batches(np.size(frequency)):
+            disks = self.with_deviation(deviation)
+            response = disks.response(frequency, engine_order, force, local=True)
+            found.append(response.amplitude(dof).max(axis=2))
+        return np.concatenate(found)
 
     def _batches(self, frequencies: int) -> list[Floats]:
         """Return deviations of so many patterns at a time that their responses fit in memory."""
@@ -269,11 +280,11 @@ class MistunedDisk:
         size = max(_MOST_NUMBERS // max(each, self._tuned.diameter.size**2), 1)
         return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
 
-    def _of_patterns(self, deviation: Floats) -> MistunedDisk:
-        """Return disks with other deviations."""
+    def with_deviation(self, deviation: ArrayLike) -> MistunedDisk:
+        """Return disks with other deviations, (N,) or (patterns, N), from the same modes."""
         disk = copy.copy(self)
         disk.__dict__.pop("_modes", None)
-        disk.deviation = deviation
+        disk.deviation = _deviations(deviation, self.structure.sectors)
         return disk
 
     @cached_property
@@ -307,3 +318,14 @@ class MistunedDisk:
             for h in range(3, HIGHEST + 1, 2)
         ]
         return LocalContacts.of(self.law, [at_carrier, *own], frequency)
+
+
+def _deviations(deviation: ArrayLike, sectors: int) -> Floats:
+    """Return deviations by pattern, (patterns, N); refuse others."""
+    given = np.atleast_2d(as_floats("deviation", deviation))
+    if given.ndim != 2 or given.shape[1] != sectors or not np.all(np.abs(given) < 1.0):
+        raise SlipmodeError(
+            f"deviation: must be {sectors} numbers between -1 and 1, or rows of these, got "
+            f"{in_one_line(deviation)}"
+        )
+    return given

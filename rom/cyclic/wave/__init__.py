@@ -10,5 +10,6 @@ pair_stability.py   whether waves break into pairs of others
 flutter_growth.py   which nodal diameters flutter
 two_waves.py        tabulate_waves: two waves at two frequencies
 wave_table.py       friction table and model of one or two waves
+wave_dofs.py        displacement of DOFs by the other modes, for models
 wave_motion.py      motion of one sector along a slow trajectory
 """

@@ -165,10 +165,13 @@ class TravellingWave:
         Returns
         -------
         Model
-            Of one mode, without contacts. DOF i is free DOF i of each sector; its displacement
-            amplitude is 2 |phi_i| |a|, and a force at one DOF has the modal force |phi_i| f. Its
-            phases are relative to those of phi. Where dampers or aerodynamic forces couple modes
-            of the nodal diameter, phi is the shape on which forces do work.
+            Of one mode, without contacts. DOF i is free DOF i of each sector, and a force at it
+            has the modal force |phi_i| f. Its displacement is 2 |phi_i| |a| and, at the frequency
+            of the wave, the response of the other modes to the contacts and to `force`, as in a
+            steady state; higher harmonics are left out. Phases are relative to those of phi. Where
+            dampers or aerodynamic forces couple modes of the nodal diameter, phi is the shape on
+            which forces do work. Stability of its steady states is that of this wave alone: see
+            `WaveState.stable`.
 
         Raises
         ------

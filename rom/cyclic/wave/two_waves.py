@@ -50,6 +50,12 @@ def tabulate_waves(
     ------
     SlipmodeError
         If the waves do not belong together; if the tolerance cannot be reached.
+
+    Notes
+    -----
+    Stability of steady states and limit cycles is that of the two amplitudes
+    (tests/rom/cyclic/wave/test_flutter_and_engine_order.py). Whether the two waves break into
+    waves of other nodal diameters is not known; `WaveState.stable` says so of one wave.
     """
     counts = [len(each) for each in (waves, force, frequency)]
     if counts != [2, 2, 2]:

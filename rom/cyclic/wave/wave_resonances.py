@@ -1,11 +1,7 @@
 """Harmonics of the contacts near modes of the nodal diameters that they act on.
 
-Harmonic (n, m) acts on nodal diameter n k_A + m k_B. A mode psi there returns to the contacts, of
-the displacement by which they act on it, the loop gain
-
-    g = max_c k_ref |psi_c|^2 / (|D(n Omega_A + m Omega_B)| (|n| + |m|)^2),
-
-as harmonics of slipping contacts fall with the square of their order.
+Harmonic (n, m) acts on nodal diameter n k_A + m k_B. A mode there moves the contacts with the gain
+g of `DiameterModes.harmonic_gain`, of the order |n| + |m| at n Omega_A + m Omega_B.
 """
 
 from __future__ import annotations
@@ -21,7 +17,7 @@ from slipmode.rom.errors import Finding, UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.short_repr import frozen
 
-# Loop gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
+# Gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
 # (tests/rom/cyclic/wave/test_wave_resonances.py).
 _NAMED = 0.1
 
@@ -61,7 +57,7 @@ class WaveResonance:
 
 
 def strongest_resonance(carriers: Sequence[Carrier], problem: ContactProblem) -> WaveResonance:
-    """Return the resonance with the largest loop gain, besides the modes at their carriers."""
+    """Return the resonance with the largest gain, besides the modes at their carriers."""
     waves, modes = [each.wave for each in carriers], len(carriers)
     contacts = problem.reduced.contacts
     assert contacts is not None  # contacts of waves are elastic
@@ -72,12 +68,7 @@ def strongest_resonance(carriers: Sequence[Carrier], problem: ContactProblem) ->
         diameter = int(np.dot(order[:modes], [wave.nodal_diameter for wave in waves]))
         nu = float(np.dot(order[:modes], [each.frequency for each in carriers]))
         family = waves[0].modes_of(diameter)
-        moved = (contacts.reference[:, np.newaxis] * np.abs(family.contact_motion) ** 2).max(
-            axis=0
-        )
-        dynamic = np.abs(np.diag(family.dynamic_stiffness(nu)))
-        height = (abs(order[0]) + abs(order[1])) ** 2
-        gain = moved / (height * np.maximum(dynamic, np.finfo(float).tiny))
+        gain = family.harmonic_gain(contacts.reference, nu, abs(order[0]) + abs(order[1]))
         mode = int(gain.argmax())
         k = waves[0].centred(diameter if nu >= 0.0 else -diameter)
         natural = float(family.frequency[mode])

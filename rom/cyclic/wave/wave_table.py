@@ -16,6 +16,7 @@ from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.cyclic.wave.wave_dofs import wave_dof_response
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
 from slipmode.rom.cyclic.wave.wave_resonances import naming_resonance, resonance_findings
 from slipmode.rom.error_budget import ErrorBudget
@@ -110,7 +111,9 @@ def _tabulated(
         terms = torus.solve(amplitudes)
         terms.check_periodic()
         residuals.append(terms.residual)
-        return np.hstack((terms.S - indirect * amplitudes, np.zeros((len(terms.S), 1))))
+        S = terms.S - indirect * amplitudes
+        at_carriers = terms.P[:, :modes].reshape(len(S), -1)
+        return np.hstack((S, np.zeros((len(S), 1)), at_carriers))
 
     sampling = Sampling(
         sample,
@@ -122,8 +125,9 @@ def _tabulated(
         amplitude_range=ends,
         onset_lines=onset_lines(problem.reduced, problem.law),
         noise=budget.march,
+        kept=True,
     )
-    table, _, error = refine(sampling, budget.interpolation, forever)
+    table, deficits, error = refine(sampling, budget.interpolation, forever)
     # Phases between the contacts of a sector are left out: they matter in second order.
     table = with_rate_correction(table, torus, tolerance, lambda solve, points: [solve(points)])
     detuning = None
@@ -148,4 +152,6 @@ def _tabulated(
         lines=resolution.grid.lines,
         solved=solved.size - 1,
     )
-    return Model(reduced, NoContacts(), table, unknown, (), accuracy)
+    assert deficits is not None  # they are kept
+    response = wave_dof_response(carriers, table.axes, deficits.reshape(*nodes, modes, -1))
+    return Model(reduced, NoContacts(), table, unknown, (), accuracy, response)

@@ -40,36 +40,35 @@ _MISFIT = 3.0  # residual in deviations from which the laws do not describe the 
 
 @frozen
 class ContactFit:
-    """Contact laws that were fitted to backbones.
+    """Hold contact laws that were fitted to backbones.
 
     Attributes
     ----------
-    laws : dict
+    laws : dict of str to contact law
         Law of each group.
     law : Contacts
-        The laws at their contacts, for `tabulate`.
-    parameters : dict
-        Value of each fitted parameter: GROUP.PARAMETER of the laws; "mode N.damping" is the
-        damping ratio of a mode without friction, "mode N.frequency" its natural frequency with
-        stuck contacts relative to the structure.
-    interval : dict
-        95 % interval of each, (low, high).
+        Laws at their contact DOFs, for `rom.tabulate`.
+    parameters : dict of str to float
+        Value of each fitted parameter. GROUP.PARAMETER are parameters of the laws. "mode
+        N.damping" is the damping ratio of a mode without friction. "mode N.frequency" is its
+        natural frequency with stuck contacts, relative to the structure.
+    interval : dict of str to (float, float)
+        95 % interval of each parameter.
     identified, unidentified : tuple of str
-        Parameters whose interval is narrower than a factor of 4, and the others.
-    combinations : dict
-        Products of powers of unidentified parameters that the data determine, with their 95 %
-        intervals.
+        Parameters whose interval is narrower than a factor of 4, and all others.
+    combinations : dict of str to (float, float)
+        95 % intervals of products of powers of unidentified parameters that the data determine.
     undetermined : tuple of str
         Products of powers of unidentified parameters that the data do not determine.
     misfit : float
-        Root mean square of the residuals, in standard deviations of the data.
+        Root mean square of the residuals, relative to the standard deviations of the data [-].
     closed_form_error : float
         Largest relative error of the damping by describing functions, compared with friction
-        tables. The fit is corrected for it.
-    models : dict
+        tables [-]. The fit is corrected for it.
+    models : dict of int to Model
         Model of each mode alone, up to its largest measured amplitude.
     source : FitSource
-        What further results are computed from.
+        Data from which further results are computed.
     """
 
     laws: dict[str, GroupLaw]
@@ -86,9 +85,25 @@ class ContactFit:
     source: FitSource = field(repr=False)
 
     def backbone(self, mode: int) -> IdentifiedBackbone:
-        """Return the fitted frequency and damping at the measured amplitudes, by the table.
+        """Return the fitted frequency and damping at the measured amplitudes.
 
-        Amplitudes are displacements of the sensor. Deviations are those of the data.
+        They are computed with the friction table of the mode.
+
+        Parameters
+        ----------
+        mode : int
+            Number of a measured mode.
+
+        Returns
+        -------
+        IdentifiedBackbone
+            Amplitudes are displacements of the sensor [m]. Standard deviations are taken
+            from the data.
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no backbone of this mode.
         """
         problem = self.source.problem
         if mode not in problem.points:
@@ -108,9 +123,22 @@ class ContactFit:
         )
 
     def reduced(self, *modes: int) -> Reduced:
-        """Return the reduction to one or two measured modes, for `tabulate` with `law`.
+        """Return the structure reduced to measured modes, for `rom.tabulate` with `law`.
 
-        It has the fitted damping and frequency of the modes.
+        Parameters
+        ----------
+        *modes : int
+            Numbers of one or two measured modes.
+
+        Returns
+        -------
+        Reduced
+            Reduced structure with the fitted damping and frequency of these modes.
+
+        Raises
+        ------
+        SlipmodeError
+            If a mode was not measured.
         """
         problem, unknowns = self.source.problem, self.source.unknowns
         if not modes or not set(modes) <= set(problem.points):
@@ -139,29 +167,33 @@ def fit_contacts(
     fixed: Sequence[str] = (),
     adjust: Sequence[Adjusted] = (),
 ) -> ContactFit:
-    """Fit contact laws of a structure to measured frequency and damping against amplitude.
+    """Return contact laws of a structure fitted to measured backbones.
+
+    A backbone is the frequency and the damping of a mode against its amplitude.
 
     Parameters
     ----------
     structure : Structure
+        Structure with its contact DOFs.
     backbones : {mode: IdentifiedBackbone}
-        Measured backbones, by the number of the mode with stuck contacts: of `identify`,
-        `identify_sine`, or other arrays. Other modes are taken to be at rest.
+        Measured backbones by the number of the mode with stuck contacts, from `rom.identify`,
+        `rom.identify_sine` or arrays. All other modes are assumed to be at rest.
     groups : {name: (law, contact DOFs)}
-        Groups of contacts with a common law, Jenkins or Iwan: form and initial values, best within
-        a factor of 3.
+        Groups of contacts with a common law, Jenkins or Iwan. The parameters of the law are
+        initial guesses, which should be within a factor of 3.
     sensor : int
         DOF at which the amplitudes were measured.
     fixed : sequence of str
-        Parameters that keep their values, as "left.stiffness" of the group "left".
+        Parameters that keep their values, such as "left.stiffness" of the group "left".
     adjust : sequence of {"damping", "frequency"}
-        Linear properties of the modes that are fitted as well: the damping ratio without friction,
-        and the natural frequency with stuck contacts. Default: those of the structure. With
-        "frequency", stiffnesses follow from changes of frequency and damping alone.
+        Linear properties of the modes that are fitted as well: the damping ratio without friction
+        and the natural frequency with stuck contacts. Default: the values of the structure. With
+        "frequency", only changes of the frequency, and damping, determine stiffnesses.
 
     Returns
     -------
     ContactFit
+        Laws with intervals, and the combinations of parameters that the data determine.
 
     Raises
     ------
@@ -172,24 +204,24 @@ def fit_contacts(
     Warns
     -----
     ValidityWarning
-        If the misfit is more than 3 standard deviations.
+        If the misfit is above 3 standard deviations.
 
     Notes
     -----
-    Least squares in the logarithms of the parameters, weighed by the deviations of the backbones.
-    Frequency and damping follow from the describing functions of the contacts, with the coupling
+    The logarithms of the parameters are fitted by least squares, weighted by the deviations of the
+    backbones. Describing functions of the contacts give frequency and damping, with the coupling
     between contacts and without higher harmonics. The difference from a friction table at the
-    optimum is added, and the fit repeated until the parameters change by less than 0.2 standard
-    deviations. Contacts with 0.5 % of the stiffness of a mode change its damping by up to 0.6 % in
-    this way, contacts with 4 % by up to 10 %. Stronger ones are refused if the fit does not
-    converge (tests/rom/identification/contacts/test_closed_form.py).
+    optimum is then added. The fit is repeated until the parameters change by less than 0.2
+    standard deviations. This correction of the damping is up to 0.6 % for contacts with 0.5 % of
+    the stiffness of a mode, and up to 10 % for contacts with 4 %. Stronger contacts are refused if
+    the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
 
-    Initial values count as known to a factor of 10 (a standard deviation): parameters that the
-    data do not determine keep them. Intervals are those of Laplace's approximation, in logarithms.
-    An interval that is wider than +-10 % follows from the profile: the least sum of squares with
-    this parameter given. The covariance of the data is the scatter between records plus the
-    squares of the deviations, and is multiplied by the square of the misfit if that is above 1.
-    Backbones of several modes are taken to be independent of each other.
+    The initial guess has a prior standard deviation of a factor of 10: parameters that the data do
+    not determine keep it. Intervals follow from Laplace's approximation in logarithms. Intervals
+    wider than +-10 % follow from the profile, the least sum of squares with this parameter fixed.
+    The covariance of the data is the scatter between records plus the squares of the deviations.
+    It is multiplied by the square of the misfit if the misfit is above 1. Backbones of several
+    modes are assumed to be independent.
     """
     if unknown := [each for each in adjust if each not in get_args(Adjusted)]:
         raise SlipmodeError(f"adjust = {in_one_line(unknown[0])}: must be damping or frequency")

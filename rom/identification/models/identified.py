@@ -27,31 +27,32 @@ BAND = 0.2  # opacity of bands in pictures
 
 @frozen
 class IdentifiedBackbone:
-    """Frequency and damping of a mode against its amplitude.
+    """Hold measured frequency and damping of a mode against its amplitude.
 
-    By an identified law, or as measured otherwise, for `fit_contacts`.
+    An identified law returns it. It may also be made of arrays, for `rom.fit_contacts`.
 
     Attributes
     ----------
     mode : int
-        0 for A, 1 for B; of a structure its number.
+        0 for A, 1 for B; for `rom.fit_contacts` the number of the mode with stuck contacts.
     amplitude : (n,) ndarray
-        [sensor unit]
+        Amplitudes [sensor unit].
     frequency : (n,) ndarray
-        [rad/s]
+        Frequencies [rad/s].
     damping : (n,) ndarray
-        Damping ratio delta / omega [-].
+        Damping ratios delta / omega [-].
     frequency_deviation, damping_deviation : (n,) ndarray
-        Standard deviations, with the misfit of the law. Infinite for fewer than three records.
+        Standard deviations [rad/s], [-], including the misfit of the law. Infinite with fewer than
+        three records.
     unit : str
-        Of the amplitudes.
-    points : dict
-        By name of the record, the `LocalRates` of the first look.
+        Unit of the amplitudes, the sensor unit.
+    points : dict of str to LocalRates
+        Measured rates by name of the record or level.
     left_out : (records, 2, n) ndarray
-        Frequency and damping by the law without each of the records. Empty if the deviations of
-        the n values are independent.
+        Frequency [rad/s] and damping ratio [-] by a law without each of the records. Empty if the
+        deviations of the n values are independent.
     steady : bool
-        Whether the vibration is steady, in sine tests; else it is free.
+        Whether the vibration is steady (sine tests); otherwise it is free.
     """
 
     mode: int
@@ -66,7 +67,18 @@ class IdentifiedBackbone:
     steady: bool = False
 
     def plot(self, axes: tuple[Axes, Axes] | None = None) -> Any:
-        """Draw frequency [Hz] and damping ratio with bands of two standard deviations."""
+        """Plot frequency [Hz] and damping ratio with bands of two standard deviations.
+
+        Parameters
+        ----------
+        axes : pair of Axes, optional
+            Matplotlib axes for frequency and damping. Default: a new figure.
+
+        Returns
+        -------
+        pair of Axes
+            Axes of the plots.
+        """
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         hertz = 1.0 / (2.0 * np.pi)
@@ -83,6 +95,7 @@ class IdentifiedBackbone:
                 low, high = values - 2.0 * deviation, values + 2.0 * deviation
                 ax.fill_between(self.amplitude, low, high, alpha=BAND, lw=0, color="k")
             ax.set_ylabel(name)
+            ax.ticklabel_format(axis="y", useOffset=False)
             if self.amplitude.max() < 30.0 * self.amplitude.min():  # labels within a decade
                 ax.xaxis.get_major_locator().set_params(subs=(1.0, 2.0, 5.0))
                 ax.xaxis.set_major_formatter("{x:g}")
@@ -105,31 +118,34 @@ def backbone_amplitudes(given: Any, measured: Floats) -> Floats:
 
 @frozen
 class IdentifiedLaw:
-    """A law of the slow flow with its uncertainty.
+    """Hold a law of the slow flow with its uncertainty.
 
     Attributes
     ----------
     law : SlowLaw
-    parameters : dict
-        Value of each fitted parameter; units in `rom.identification.slow_laws`.
-    deviation : dict
-        Standard deviation of each. Infinite for fewer than three records.
-    interval : dict
-        95 % interval of each, (low, high).
+        Damping and frequency against the amplitudes.
+    parameters : dict of str to float
+        Value of each fitted parameter: delta_0, g [1/s], omega_0, h [rad/s], p, kappa [-] of each
+        mode, and q_1, q_2 [1/s per sensor unit].
+    deviation : dict of str to float
+        Standard deviation of each parameter; infinite with fewer than three records.
+    interval : dict of str to (float, float)
+        95 % interval of each parameter.
     unidentified : tuple of str
-        Parameters that the data do not determine: the half-width of their interval is larger than
-        their size.
+        Parameters whose interval has a half-width above their value: the data do not determine
+        them.
     range : (modes, 2) ndarray
         Smallest and largest measured amplitude in the reference channel [sensor unit].
     unit : str
-        Of the sensors.
+        Sensor unit.
     channels : tuple of str
+        Names of the channels.
     channel : str
-        Reference channel.
+        Name of the reference channel.
     shapes : (channels, modes) ndarray
-        Complex amplitude of each channel relative to the reference channel.
-    points : dict
-        By name of the record or level, measured `LocalRates` of each mode.
+        Complex amplitude of each channel relative to the reference channel [-].
+    points : dict of str to list of LocalRates
+        Measured rates of each mode, by name of the record or level.
     uncertainty : Uncertainty
         Scatter between records or levels, and misfit of the law.
     """
@@ -149,7 +165,7 @@ class IdentifiedLaw:
 
     @property
     def steady(self) -> bool:
-        """Whether the law is that of steady vibration; else it is of free vibration."""
+        """Whether the law describes steady vibration; otherwise it describes free vibration."""
         return False
 
     def backbone(
@@ -159,19 +175,24 @@ class IdentifiedLaw:
 
         Parameters
         ----------
-        mode : int
+        mode : int, default 0
             0 for A, 1 for B.
         amplitude : (n,) array_like, optional
-            [sensor unit]. Default: 200 values over the measured range.
-        other : float
+            Amplitudes > 0 [sensor unit]. Default: 200 values over the measured range.
+        other : float, default 0.0
             Amplitude of the other mode [sensor unit].
-        extrapolate : bool
-            Whether amplitudes above the measured range are allowed.
+        extrapolate : bool, default False
+            Allow amplitudes above the measured range.
+
+        Returns
+        -------
+        IdentifiedBackbone
+            Frequency and damping ratio with their standard deviations.
 
         Raises
         ------
         SlipmodeError
-            If there is no such mode, or an amplitude is not positive or beyond the range.
+            If there is no such mode, or an amplitude is not positive or above the measured range.
         """
         modes = self.law.form.modes
         if not (isinstance(mode, int | np.integer) and 0 <= mode < modes):
@@ -214,36 +235,45 @@ class IdentifiedLaw:
         tolerance: float = 1e-3,
         extrapolate: bool = False,
     ) -> Model:
-        """Return the law as a model, for `fmu.Component`, FMUs, curves and scenes.
+        """Return the law as a model for `fmu.Component`, FMUs, curves and scenes.
 
-        The model has no contacts. Its DOFs are the channels of the measurement. Modal amplitudes
-        follow from sensor amplitudes by `sensor_factors`.
+        The model has no contacts. Its DOFs are the channels of the measurement. `sensor_factors`
+        converts modal amplitudes to sensor amplitudes.
 
         Parameters
         ----------
         modal_mass : float or (modes,) array_like, optional
-            Modal masses at the reference channel [kg]. Default: the identified one of sine tests;
-            1 kg of free decays, which do not determine it: forces are relative to it.
+            Modal masses at the reference channel [kg]. Default: the mass identified from sine
+            tests. Free decays do not determine it: the default is 1 kg, and forces are relative to
+            it.
         mode_shape : (modes,) array_like, optional
-            Mass-normalised modes at the reference channel [kg^-1/2], instead of `modal_mass`.
+            Mass-normalised mode shapes at the reference channel [kg^-1/2], instead of
+            `modal_mass`.
         amplitude : (modes,) array_like, optional
-            Largest amplitudes of the model [sensor unit]. Default: the largest measured ones.
-        tolerance : float
-            As in `rom.model_of_rates`.
-        extrapolate : bool
-            Whether `amplitude` may exceed the measured range.
+            Largest amplitudes of the model [sensor unit]. Default: the largest measured
+            amplitudes.
+        tolerance : float, default 0.001
+            Relative error of the amplitude equation [-], as in `rom.model_of_rates`.
+        extrapolate : bool, default False
+            Allow an `amplitude` above the measured range.
+
+        Returns
+        -------
+        Model
+            Model of these rates.
 
         Raises
         ------
         SlipmodeError
-            If the unit of the measurement is not one of displacement, velocity or acceleration,
-            a modal mass is not positive, an amplitude is beyond the range, or the law has a
+            If the sensor unit is no unit of displacement, velocity or acceleration, or a modal
+            mass is not positive. If an amplitude is above the measured range, or the law has a
             quadratic coupling.
 
         Warns
         -----
         ValidityWarning
-            As `rom.model_of_rates`.
+            If the model misses the tolerance, or a frequency is implausible
+            (`rom.model_of_rates`).
         """
         modes = self.law.form.modes
         largest = as_floats("amplitude", self.range[:, 1] if amplitude is None else amplitude)
@@ -259,20 +289,39 @@ class IdentifiedLaw:
         return model_of_law(self.law, factors, largest, self.shapes.real * shape, tolerance)
 
     def sensor_factors(self, *, modal_mass: Any = None, mode_shape: Any = None) -> Complexes:
-        """Return the sensor amplitude of a modal amplitude of 1 kg^1/2 m, (modes,) complex.
+        """Return the sensor amplitude for a modal amplitude of 1 kg^1/2 m.
 
         The reference channel measures y = Re sum_j factor_j a_j exp(i theta_j), with a_j and
         theta_j as in `fmu.Component`.
 
         Parameters
         ----------
-        modal_mass, mode_shape
-            Of `model`.
+        modal_mass : float or (modes,) array_like, optional
+            Modal masses at the reference channel [kg], as given to `model`.
+        mode_shape : (modes,) array_like, optional
+            Mass-normalised mode shapes at the reference channel [kg^-1/2], instead of
+            `modal_mass`.
+
+        Returns
+        -------
+        (modes,) complex ndarray
+            Factors [sensor unit per kg^1/2 m].
         """
         return sensor_factors(self.law, self.unit, self._shape(modal_mass, mode_shape))
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the backbone of each mode with the points of the records, (2, modes) axes."""
+        """Plot the backbone of each mode with the measured points of the records.
+
+        Parameters
+        ----------
+        axes : (2, modes) array of Axes, optional
+            Matplotlib axes for frequency and damping. Default: a new figure.
+
+        Returns
+        -------
+        (2, modes) array of Axes
+            Axes of the plots.
+        """
         modes = self.law.form.modes
         if axes is None:
             pyplot = extra("matplotlib.pyplot", "pictures")

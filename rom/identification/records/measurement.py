@@ -19,16 +19,16 @@ Bands = tuple[tuple[float, float], ...]  # lower and upper end of the band of ea
 
 @frozen
 class Record:
-    """A measured record.
+    """Hold the signals of one measured decay.
 
     Attributes
     ----------
     name : str
-        Unique in a measurement.
+        Name, unique in a measurement.
     signal : (channels, samples) ndarray
-        In the unit of the measurement.
+        Signals [sensor unit].
     sample_rate : float
-        [Hz]
+        Sampling rate [Hz].
     """
 
     name: str
@@ -37,7 +37,7 @@ class Record:
 
     @property
     def samples(self) -> int:
-        """Number of samples of a channel."""
+        """Number of samples of each channel."""
         return int(self.signal.shape[1])
 
     @property
@@ -47,11 +47,22 @@ class Record:
 
     @property
     def times(self) -> Floats:
-        """Times of the samples from the first one, (samples,) [s]."""
+        """Times of the samples after the first sample, (samples,) [s]."""
         return np.arange(self.samples) / self.sample_rate
 
     def part(self, start: float, end: float) -> Record:
-        """Return the samples between two times [s]."""
+        """Return the samples between two times.
+
+        Parameters
+        ----------
+        start, end : float
+            Times after the first sample [s].
+
+        Returns
+        -------
+        Record
+            Record with these samples.
+        """
         first, last = (round(t * self.sample_rate) for t in (start, end))
         return replace(self, signal=self.signal[:, first : last + 1])
 
@@ -88,20 +99,22 @@ class Prepared:
 
 @frozen
 class RecordReport:
-    """What an identification made of a record.
+    """Report how an identification used a record.
 
     Attributes
     ----------
     name : str
+        Name of the record.
     use : {"fitted", "held out", "excluded"}
+        Use of the record.
     start, end : float
-        Usable part [s]; 0 if the record is excluded.
+        Ends of the usable part [s]; 0 if the record is excluded.
     amplitude : (modes,) ndarray
-        Initial amplitudes in the reference channel [sensor unit]; NaN if excluded.
+        Initial amplitudes in the reference channel [sensor unit]; NaN if the record is excluded.
     error : float
         Normalised error of the prediction from the first window [-], see `Prediction`.
     notes : tuple of str
-        What was found, a line each.
+        Findings about the record, one line each.
     """
 
     name: str
@@ -115,15 +128,16 @@ class RecordReport:
 
 @frozen
 class Measurement:
-    """Records of one test, by the same sensors.
+    """Hold the records of one test, measured by one set of sensors.
 
     Attributes
     ----------
     records : sequence of Record
+        Records with unique names.
     quantity : str
-        What the sensors measure, such as "velocity".
+        Measured quantity, such as "velocity".
     unit : str
-        Of all signals, such as "m/s".
+        Sensor unit: the unit of all signals, such as "m/s".
     channels : tuple of str
         Names of the channels.
     """
@@ -141,7 +155,7 @@ class Measurement:
 
     @property
     def numbers(self) -> dict[int, str]:
-        """Names of records by number: the last digits of the names, or counted from 1."""
+        """Names of records by number: last digits of the names, or positions from 1."""
         last = [re.search(r"(\d+)\D*$", record.name) for record in self.records]
         found = [int(match[1]) for match in last if match]
         if len(set(found)) < len(self.records):

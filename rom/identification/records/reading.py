@@ -41,37 +41,41 @@ def read_measurement(
     channels: Sequence[str | int] | None = None,
     sample_rate: float | None = None,
 ) -> Measurement:
-    """Read decays that were recorded by one or more sensors.
+    """Return measured decays from files.
 
     Parameters
     ----------
     files : str, Path, or sequence of these
-        Names may have wildcards ("hit*.csv"). A .csv file (numbers separated by comma, semicolon
-        or blank, with at most one header line) is one record: a column of times [s] named `time`
-        or `t` (without a header line, a first column that rises in equal steps), if there is one,
-        and a column per channel. In .npz and .mat files each array of
-        (samples,) is a record of one channel and each array of (channels, samples) is a record;
-        `sample_rate` [Hz] or `time` [s] may be there too. In universal files (.uff, .unv;
-        needs `slipmode[uff]`) the time signals of data sets 58 are read; a node and direction that
-        repeats starts a new record.
+        Names of files, also with wildcards ("hit*.csv"):
+
+        - A .csv file is one record: numbers separated by comma, semicolon or blank, with at most
+          one header line. It has one column per channel and an optional column of times [s], named
+          `time` or `t`. Without a header line, a first column that rises in equal steps is the
+          time.
+        - In a .npz or .mat file each (samples,) array is a record of one channel, and each
+          (channels, samples) array is a record of several channels. `sample_rate` [Hz] or `time`
+          [s] may be in the file.
+        - In a universal file (.uff, .unv; needs `slipmode[uff]`) the time signals of data sets 58
+          are read. A node and direction that repeats starts a new record.
     quantity : str
-        What is measured, such as "velocity".
+        Measured quantity, such as "velocity".
     unit : str, optional
         Unit of all signals, such as "m/s". Required unless the files state it.
     channels : sequence of str or int, optional
         Channels to keep, by name or by position from 0. Default: all.
     sample_rate : float, optional
-        [Hz]. Required if the files have neither a rate nor times.
+        Sampling rate [Hz]. Required if the files have neither a rate nor times.
 
     Returns
     -------
     Measurement
+        Records of all files.
 
     Raises
     ------
     SlipmodeError
-        If there is no such file, a file cannot be read, the unit or the sampling rate is missing
-        or contradicts the file, or the records have different channels.
+        If a file does not exist or cannot be read, the unit or the sampling rate is missing or
+        contradicts the file, or the records have different channels.
     """
     checked_line("quantity", quantity)
     records: list[Record] = []

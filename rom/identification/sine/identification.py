@@ -27,26 +27,27 @@ from slipmode.rom.short_repr import frozen, short_list
 
 @frozen
 class SineIdentification(IdentifiedLaw):
-    """A law of the slow flow identified from steady sine tests.
+    """Hold a law of the slow flow identified from steady sine tests.
 
-    It has the attributes of `IdentifiedLaw`, and these. The law has the damping of steady
-    vibration. Friction damps free vibration more, by up to 1.7 % in an example of
-    `model_of_rates`. Among the parameters is "modal_mass" [kg]. The law has no frequency shift,
-    h_A = 0, if the interval of h_A contains 0.
+    It has all attributes of `IdentifiedLaw`, and the following. Its damping is the damping of
+    steady vibration; in free vibration friction damps more, by up to 1.7 % in an example of
+    `rom.model_of_rates`. The parameters include "modal_mass" [kg]. The law has no frequency shift
+    (h_A = 0) if the interval of h_A contains 0.
 
     Attributes
     ----------
     levels : tuple of SineLevel
+        Fit of each level.
     frequency_scatter : float
         Standard deviation of the natural frequency of a level from the law [rad/s].
     control : {"force", "response"}
         Kind of the levels.
     tests : SineTests
-        The fitted tests.
+        Fitted tests.
     held_out : tuple of SinePrediction
-        The tests that were not fitted.
+        Predictions of the tests that were not fitted.
     band : (float, float)
-        Points between these frequencies are fitted [Hz].
+        Frequency band of the fitted points [Hz].
     models : tuple of SineModel
         Law and modal mass of all levels, then without each of them.
     """
@@ -61,7 +62,7 @@ class SineIdentification(IdentifiedLaw):
 
     @property
     def steady(self) -> bool:
-        """True: the law is that of steady vibration."""
+        """True: the law describes steady vibration."""
         return True
 
     def predict(
@@ -72,25 +73,30 @@ class SineIdentification(IdentifiedLaw):
         frequency: float | None = None,
         extrapolate: bool = False,
     ) -> tuple[SinePrediction, ...]:
-        """Return the amplitudes of other tests under their measured forces.
+        """Return the predicted amplitudes of other tests under their measured forces.
 
         Parameters
         ----------
         tests : SineTests
-            Force- or response-controlled.
+            Tests, force-controlled or response-controlled.
         band : (float, float)
-            Points between these frequencies are predicted [Hz].
+            Frequency band of the predicted points [Hz].
         frequency : float, optional
-            Natural frequency at rest [rad/s], the same for all tests. Default: fitted to each
-            test, because it differs between tests by about the half-power bandwidth.
-        extrapolate : bool
-            Whether amplitudes may be beyond the measured range.
+            Natural frequency at rest of all tests [rad/s]. Default: fitted to each test, because
+            it differs between tests by about the half-power bandwidth.
+        extrapolate : bool, default False
+            Allow amplitudes above the measured range.
+
+        Returns
+        -------
+        tuple of SinePrediction
+            Amplitudes of each test with their standard deviations and errors.
 
         Raises
         ------
         SlipmodeError
-            If the tests have another unit, a test is not sound, or an amplitude is beyond the
-            range.
+            If the tests have another unit, an array is not allowed, or an amplitude is above the
+            measured range.
         """
         if tests.unit != self.unit:
             raise SlipmodeError(f"tests: are in {tests.unit}, the identification in {self.unit}")
@@ -114,39 +120,41 @@ def identify_sine(
     law: Literal["power", "linear"] = "power",
     hold_out: Sequence[str] = (),
 ) -> SineIdentification:
-    """Identify frequency and damping of one mode against its amplitude from steady sine tests.
+    """Return a law of frequency and damping against amplitude, identified from steady sine tests.
 
     Natural frequency, modal mass, damping and a phase error of the channels are fitted to each
-    level. One law of damping follows from all levels, and its uncertainty from the scatter
-    between them.
+    level. One law of damping is fitted to all levels. The scatter between levels gives its
+    uncertainty.
 
     Parameters
     ----------
     tests : SineTests
-        Levels of one kind, force- or response-controlled, see `read_sine_tests`.
+        Levels of one kind, force-controlled or response-controlled, see `rom.read_sine_tests`.
     band : (float, float)
-        Lower and upper end of a band around the mode [Hz], in which it is the only mode.
-    law : {"power", "linear"}
-        delta = delta_0 + g (a / R)^p and omega = omega_0 - h (a / R)^p, or constants. R is the
-        largest amplitude.
+        Frequency band [Hz] that contains one mode.
+    law : {"power", "linear"}, default "power"
+        "power": delta = delta_0 + g (a / R)^p and omega = omega_0 - h (a / R)^p, with the largest
+        amplitude R. "linear": constant rates.
     hold_out : sequence of str
-        Names, or beginnings of names, of tests that are predicted, not fitted. They may be of the
-        other kind.
+        Names, or beginnings of names, of tests that are predicted and not fitted. They may be of
+        the other kind.
 
     Returns
     -------
     SineIdentification
+        Law with its uncertainty, and the fit of each level.
 
     Raises
     ------
     SlipmodeError
-        If an array or the unit of a test is not allowed, a level has no resonance or too few
-        points around it, levels differ in kind, or are fewer than the parameters of the law.
+        If an array or the unit of a test is not allowed. If a level has no resonance, or too few
+        points around it. If levels differ in kind, or are fewer than the parameters of the law.
 
     Notes
     -----
-    Tests of different kinds (sine or decay, force or response control) differ in damping, by 10 to
-    15 % on a bolted beam. The deviations are for further tests of the same kind.
+    Tests of different kinds (sine or decay, force or response control) differ in damping, on a
+    bolted beam by 10 to 15 %. The standard deviations are valid for further tests of the kind that
+    was fitted.
     """
     if law not in ("power", "linear"):
         raise SlipmodeError(f"law = {in_one_line(law)}: must be power or linear")

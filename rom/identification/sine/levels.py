@@ -28,29 +28,30 @@ SETTLED = 4.6  # -log(0.01): damping rate times the time in which a transient de
 
 @frozen
 class SineLevel:
-    """What was found in one level of a sine test.
+    """Hold the properties of a mode fitted to one level of a sine test.
 
     Attributes
     ----------
     name : str
+        Name of the level.
     amplitude : float
-        At resonance [sensor unit].
+        Amplitude at resonance [sensor unit].
     frequency : float
-        omega of free vibration at that amplitude, sqrt(omega_n^2 - delta^2) [rad/s].
+        Frequency of free vibration at this amplitude, sqrt(omega_n^2 - delta^2) [rad/s].
     modal_mass : float
-        [kg], for a mode that is 1 at the sensor and at the force. Its sign is the polarity of the
-        channels.
+        Modal mass [kg] of a mode shape that is 1 at sensor and force. Its sign is the polarity of
+        the channels.
     damping : float
-        Damping ratio delta / omega at that amplitude [-].
+        Damping ratio delta / omega at this amplitude [-].
     damping_without_phase : float
-        The ratio that a fit without phase error finds [-].
+        Damping ratio of a fit without phase error [-].
     phase_error : float
         Phase of the force channel relative to the response channel [rad], -pi/2 to pi/2. It is
         fitted, and `damping` is corrected for it.
     residual : float
         RMS of the misfit of F / x relative to the RMS of F / x [-].
     left_out_damping : float
-        The ratio that the law of the other levels predicts [-].
+        Damping ratio predicted by a law of the other levels [-].
     """
 
     name: str

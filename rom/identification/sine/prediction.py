@@ -75,22 +75,23 @@ class SineModel:
 
 @frozen
 class SinePrediction:
-    """Steady amplitudes of a sine test predicted from its measured force.
+    """Hold the amplitudes of a sine test predicted from its measured force.
 
     Attributes
     ----------
     test : SineTest
+        Measured test.
     frequency : float
         Natural frequency at rest, given or fitted [rad/s].
     amplitude : (points,) ndarray
-        [sensor unit]
+        Predicted amplitudes [sensor unit].
     deviation : (points,) ndarray
-        Standard deviation in a further test of the same kind, by the scatter of natural
-        frequency, modal mass and damping between levels [sensor unit].
+        Standard deviation in a further test of this kind [sensor unit], due to the
+        scatter of natural frequency, modal mass and damping between levels.
     error : float
         RMS of the difference from the measured amplitude, relative to its peak [-].
     peak_error : float
-        Difference of the peaks relative to the measured one [-].
+        Difference of the peaks, relative to the measured peak [-].
     """
 
     test: SineTest

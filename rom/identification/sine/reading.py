@@ -63,38 +63,40 @@ def read_sine_tests(
     sample_rate: float | None = None,
     channels: Sequence[str] | None = None,
 ) -> SineTests:
-    """Read sine sweeps or stepped sines, as time signals or as steady responses.
+    """Return sine sweeps or stepped sine tests from files.
 
     Parameters
     ----------
     files : str, Path, or sequence of these
-        Names may have wildcards ("level*.csv"). A .csv or .npz file is one test. Columns or arrays
-        `force` [N] and `response` [sensor unit] are time signals, with `time` [s] or `sample_rate`
-        [Hz], see `demodulate_sine_test`. The columns `frequency` [Hz], `force` [N], `amplitude`
-        [sensor unit] and `phase` [rad] are steady responses, with the phase relative to the force.
-        A unit may follow a name of a column, as in `force [N]`. A .mat file has these arrays, or
-        any number of structures with these fields. Universal files (.uff, .unv; needs
-        `slipmode[uff]`) have time signals in data sets 58; a node and direction that repeats
-        starts a new test.
+        Names of files, also with wildcards ("level*.csv"):
+
+        - A .csv or .npz file is one test. Time signals are the columns or arrays `force` [N] and
+          `response` [sensor unit], with `time` [s] or `sample_rate` [Hz]. Steady responses are
+          `frequency` [Hz], `force` [N], `amplitude` [sensor unit] and `phase` relative to the
+          force [rad]. A unit may follow the name of a column, as in `force [N]`.
+        - A .mat file has these arrays, or any number of structures with these fields.
+        - A universal file (.uff, .unv; needs `slipmode[uff]`) has time signals in data sets 58. A
+          node and direction that repeats starts a new test.
     unit : {"m", "m/s", "m/s^2"}, optional
-        Unit of the response. Required unless the files state it.
+        Sensor unit of the response. Required unless the files state it.
     force_unit : {"N"}, optional
         Unit of the force. Required unless the files state it.
     sample_rate : float, optional
-        Of time signals [Hz]. Required if the files have neither a rate nor times.
+        Sampling rate of time signals [Hz]. Required if the files have neither a rate nor times.
     channels : sequence of two str, optional
-        Names of the time signals of force and response. Default: "force" and "response"; in
-        universal files the channel that is an excitation force, and the other one.
+        Names of the time signals of force and response. Default: "force" and "response". In
+        universal files: the channel of an excitation force, and the other channel.
 
     Returns
     -------
     SineTests
+        All tests; time signals are demodulated by `rom.demodulate_sine_test`.
 
     Raises
     ------
     SlipmodeError
-        If there is no such file, a file cannot be read, has no force, or a unit or the sampling
-        rate is missing, contradicts the file or is not allowed, or signals are no sine tests.
+        If a file does not exist or cannot be read, or has no force. If a unit or the sampling rate
+        is missing, contradicts the file or is not allowed, or signals are no sine tests.
     """
     stated: dict[str, str | None] = {"response": unit, "force": force_unit}
     if channels is not None and (isinstance(channels, str) or len(channels) != 2):

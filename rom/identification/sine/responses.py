@@ -17,19 +17,21 @@ ORDERS: Final[Mapping[str, int]] = {"m": 0, "m/s": 1, "m/s^2": 2}
 
 @frozen
 class SineTest:
-    """Steady responses to a sine sweep or stepped sine at one level.
+    """Hold the steady responses of a sine sweep or stepped sine test at one level.
 
     Attributes
     ----------
     name : str
+        Name of the test.
     frequency : (points,) ndarray
-        [Hz], in the order of the test.
+        Frequencies [Hz], in the order of the test.
     force : (points,) ndarray
-        Amplitude F of the measured force F e^{i Omega t} [N], real or complex.
+        Amplitude F of the measured force F exp(i Omega t) [N], real or complex.
     response : (points,) ndarray
-        Complex amplitude, with the phase relative to the same time as the force [sensor unit].
+        Complex amplitude of the response [sensor unit], with the time origin of the force.
     change : (points,) ndarray, optional
-        Relative rate of change of the response [1/s], of tests from time signals. Default: steady.
+        Relative rate of change of the response [1/s], for tests from time signals. Default: steady
+        responses.
     stepped : bool
         Whether the frequency changed in steps.
     """
@@ -43,13 +45,24 @@ class SineTest:
 
     @property
     def control(self) -> Literal["force", "response"]:
-        """Which of force and response was controlled: the one that changes less."""
+        """Controlled signal, "force" or "response": the one whose amplitude changes less."""
         sizes = np.abs(self.force), np.abs(self.response)
         force, response = (float(each.max() / each.min()) for each in sizes)
         return "force" if force < response else "response"
 
     def within(self, band: tuple[float, float]) -> SineTest:
-        """Return the points within a band [Hz]."""
+        """Return the points in a frequency band.
+
+        Parameters
+        ----------
+        band : (float, float)
+            Lower and upper end [Hz].
+
+        Returns
+        -------
+        SineTest
+            Test with these points.
+        """
         keep = (self.frequency >= band[0]) & (self.frequency <= band[1])
         parts = (self.frequency[keep], self.force[keep], self.response[keep])
         change = None if self.change is None else self.change[keep]
@@ -58,13 +71,14 @@ class SineTest:
 
 @frozen
 class SineTests:
-    """Sine tests by the same sensors.
+    """Hold sine tests measured by one set of sensors.
 
     Attributes
     ----------
     tests : sequence of SineTest
+        Tests at several levels.
     unit : {"m", "m/s", "m/s^2"}
-        Of all responses.
+        Sensor unit of all responses.
     """
 
     tests: Sequence[SineTest]

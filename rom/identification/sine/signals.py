@@ -29,29 +29,29 @@ LEAST_WINDOWS = 4  # in a test, of which every other one has samples of its own
 
 
 def demodulate_sine_test(name: str, force: Any, response: Any, sample_rate: float) -> SineTest:
-    """Return the force and response amplitudes of a sine sweep or stepped sine.
+    """Return the force and response amplitudes of a sine sweep or stepped sine test.
 
     Parameters
     ----------
     name : str
+        Name of the test.
     force : (samples,) array_like
         Force signal [N].
     response : (samples,) array_like
-        Response signal at the same times [sensor unit].
+        Response signal at the times of the force signal [sensor unit].
     sample_rate : float
-        [Hz]
+        Sampling rate [Hz].
 
     Returns
     -------
     SineTest
-        Of a sweep, a point per half a window of 16 periods; of a stepped sine, a point per step,
-        at its end. The parts before and after the test, in which the force is small, are left out.
+        A sweep has two points per window of 16 periods. A stepped sine has one point at the end of
+        each step. Samples before and after the test, where the force is small, are omitted.
 
     Raises
     ------
     SlipmodeError
-        If the signals differ in length, are not finite or zero, are too short, or are no sine
-        tests.
+        If the signals differ in length, are not finite, zero or too short, or are no sine test.
     """
     signals = np.stack(_checked_signals(name, force, response))
     if not (np.ndim(sample_rate) == 0 and 0.0 < sample_rate < np.inf):

@@ -33,31 +33,31 @@ BAND = 0.2  # opacity of the error in pictures
 
 @frozen
 class Backbone:
-    """A damped nonlinear mode.
+    """Hold a damped nonlinear mode: frequency and damping against the amplitude.
 
     Attributes
     ----------
     amplitude : (n,) ndarray
-        |a| of the mode [kg^1/2 m].
+        Amplitudes |a| of the mode [kg^1/2 m].
     other : float
-        |a| of the other mode, at its carrier [kg^1/2 m].
+        Amplitude |a| of the other mode, at its carrier [kg^1/2 m].
     frequency : (n,) ndarray
-        Omega [rad/s].
+        Frequencies Omega [rad/s].
     frequency_error : (n,) ndarray
-        Error of Omega by the errors of the friction table and of its carriers [rad/s].
+        Error of Omega due to the friction table and the distance from its carriers [rad/s].
     damping : (n,) ndarray
-        Damping ratio zeta [-], of steady motion.
+        Damping ratio zeta of steady vibration [-].
     damping_error : (n,) ndarray
-        Error of zeta by the same errors [-].
+        Error of zeta due to the friction table and the distance from its carriers [-].
     decay : (n,) ndarray
-        -d|a|/dt / |a| [1/s] of free vibration: zeta Omega where that is slow; friction lags
-        behind a faster one.
+        Rate -d|a|/dt / |a| of free vibration [1/s]. It is zeta Omega for slow decay; in a faster
+        decay friction lags behind the amplitude.
     mode_shape : (n_dofs,) ndarray
-        [kg^-1/2]
+        Mass-normalised mode shape [kg^-1/2].
     motion : SteadyMotion
-        Of all modes, without forces.
+        Motion of all DOFs, without forces.
     mode : int
-        Which of them it is.
+        0 for A, 1 for B.
     """
 
     amplitude: Floats
@@ -72,13 +72,44 @@ class Backbone:
     mode: int
 
     def displacement(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF at the carrier of the mode, (n,) [m]."""
+        """Return the displacement amplitude of a DOF at the carrier of the mode.
+
+        Parameters
+        ----------
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (n,) ndarray
+            Displacement amplitudes [m].
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
         return self.motion.displacement(dof)[:, self.mode]
 
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
     ) -> Any:
-        """Draw frequency and damping ratio, with their errors, against the amplitude."""
+        """Plot frequency and damping ratio against the amplitude, with their errors.
+
+        Parameters
+        ----------
+        axes : pair of Axes, optional
+            Matplotlib axes. Default: a new figure.
+        dof : int, optional
+            DOF whose displacement amplitude is plotted. Default: |a| of the mode.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        pair of Axes
+            Axes of the plots.
+        """
         if axes is None:
             axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
         amplitude = Shown(dof, units)
@@ -98,7 +129,20 @@ class Backbone:
         return axes
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return columns by name, with the amplitude of a DOF if one is given."""
+        """Return the backbone as named columns, one row for each amplitude.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added, with its error if known.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Amplitude [kg^1/2 m], frequency and damping with errors, decay rate [1/s].
+        """
         found = {
             "amplitude": self.amplitude,
             units.named("frequency"): units.of_frequency(self.frequency),
@@ -113,7 +157,20 @@ class Backbone:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return a table with a row per amplitude; see `columns`."""
+        """Return the backbone as a pandas DataFrame, one row for each amplitude.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
         return dataframe(self.columns(dof, units))
 
 
@@ -125,18 +182,38 @@ def backbone(
     Parameters
     ----------
     model : Model
-        Its carriers should be near the frequencies of the backbone.
-    mode : int
+        Model whose carriers are near the frequencies of the backbone.
+    mode : int, default 0
         0 for A, 1 for B.
-    other : float
-        |a| of the other mode [kg^1/2 m].
+    other : float, default 0.0
+        Amplitude |a| of the other mode [kg^1/2 m].
     amplitude : (n,) array_like, optional
-        |a| > 0 [kg^1/2 m]. Default: 200 values in even ratios, from 1e-3 of the table's range on.
+        Amplitudes |a| > 0 [kg^1/2 m]. Default: 200 logarithmically spaced values, from 1e-3 of the
+        range of the table.
+
+    Returns
+    -------
+    Backbone
+        Frequency, damping ratio and decay rate with their errors.
 
     Raises
     ------
     SlipmodeError
         If there is no such mode, or an amplitude is outside the friction table.
+
+    Warns
+    -----
+    ValidityWarning
+        If the frequency is so far from the carrier that the error exceeds the tolerance.
+
+    Notes
+    -----
+    A negative damping -2 zeta Omega x' that keeps the amplitude constant defines the damped
+    nonlinear mode (extended periodic motion concept)::
+
+        omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
+
+    See "Backbones" in docs/theory.md.
     """
     model.check_mode(mode)
     if not (np.ndim(other) == 0 and as_floats("other", other) >= 0.0):

@@ -43,24 +43,24 @@ if TYPE_CHECKING:
 
 @frozen
 class PerformanceCurve:
-    """Resonance peaks of a mode by a factor on all friction limits and preloads.
+    """Hold the resonance peaks of a mode against a factor on all friction limits and preloads.
 
     Attributes
     ----------
     limit : (n,) ndarray
-        Factor on the model's limits and preloads [-], ascending unless peaks fold over.
+        Factor on the limits and preloads of the model [-], ascending unless the curve has folds.
     peak : (n,) ndarray
-        |a| [kg^1/2 m].
+        Peak amplitudes |a| [kg^1/2 m].
     error : (n,) ndarray
-        Error of the peak at a constant factor, by the errors of the backbone [kg^1/2 m].
+        Error of the peak at a constant factor, due to the errors of the backbone [kg^1/2 m].
     frequency : (n,) ndarray
-        Where it is [rad/s].
+        Frequencies of the peaks [rad/s].
     mode_shape : (n_dofs,) ndarray
-        [kg^-1/2]
+        Mass-normalised mode shape [kg^-1/2].
     motion : SteadyMotion
-        Of all modes at the peaks.
+        Motion of all DOFs at the peaks.
     mode : int
-        Which of them it is.
+        0 for A, 1 for B.
     """
 
     limit: Floats
@@ -73,28 +73,65 @@ class PerformanceCurve:
 
     @property
     def optimum(self) -> tuple[float, float]:
-        """The factor at which the peak |a| is lowest, and that peak."""
+        """Factor [-] with the lowest peak |a|, and this peak [kg^1/2 m]."""
         return self.lowest()
 
     @property
     def optimum_range(self) -> tuple[float, float]:
-        """The range of factors around the optimum whose peaks |a| equal it within the error."""
+        """Range of factors [-] whose peaks equal the lowest peak within the error."""
         return self.lowest_range()
 
     def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
-        """Return the factor with the lowest peak, as it is shown (default: |a|), and the peak."""
+        """Return the factor with the lowest resonance peak, and this peak.
+
+        Parameters
+        ----------
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        factor : float
+            Factor on friction limits and preloads [-].
+        peak : float
+            Lowest peak, in the units of `shown`.
+        """
         size = self.size(shown)
         at = int(np.argmin(size))
         return float(self.limit[at]), float(size[at])
 
     def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
-        """Return the range of factors whose peaks equal the lowest one within the error."""
+        """Return the range of factors whose peaks equal the lowest peak within the error.
+
+        Parameters
+        ----------
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        first, last : float
+            Ends of the range of factors [-].
+        """
         size = self.size(shown)
         error, best = size * self.error / self.peak, int(np.argmin(size))
         return self._around(best, size - error > size[best] + error[best])
 
     def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
-        """Return the range of limits with peaks of at most `factor` times the lowest one."""
+        """Return the range of factors whose peaks are at most a multiple of the lowest peak.
+
+        Parameters
+        ----------
+        factor : float
+            Largest peak relative to the lowest [-], for instance 1.05.
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        first, last : float
+            Ends of the range of factors on friction limits and preloads [-].
+        """
         size = self.size(shown)
         best = int(np.argmin(size))
         return self._around(best, size > factor * size[best])
@@ -108,15 +145,57 @@ class PerformanceCurve:
         return low, high
 
     def size(self, shown: Shown | None = None) -> Floats:
-        """Return the peaks (n,) as they are shown; default: |a|."""
+        """Return the resonance peaks as plots and tables show them.
+
+        Parameters
+        ----------
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        (n,) ndarray
+            Peaks, in the units of `shown`.
+        """
         return self.peak if shown is None else shown.size(self.motion)[:, self.mode]
 
     def displacement(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF at the peaks, (n,) [m]."""
+        """Return the displacement amplitude of a DOF at the resonance peaks.
+
+        Parameters
+        ----------
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (n,) ndarray
+            Displacement amplitudes [m].
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
         return self.motion.displacement(dof)[:, self.mode]
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """Draw the peak, with its error, against the factor; the optimum is marked."""
+        """Plot the resonance peak against the factor, with its error and the optimum.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Matplotlib axes. Default: the current axes.
+        dof : int, optional
+            DOF whose displacement amplitude is plotted. Default: |a| of the mode.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        Axes
+            Axes of the plot.
+        """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown = Shown(dof, units)
         peak = self.size(shown)
@@ -125,14 +204,36 @@ class PerformanceCurve:
         ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
         ax.loglog(self.limit, peak)
         at = int(np.argmin(peak))
-        ax.loglog(self.limit[at], peak[at], "o", label=f"lowest at {self.limit[at]:.3g}")
+        (point,) = ax.loglog(self.limit[at], peak[at], "o")
+        ax.annotate(
+            f"lowest at {self.limit[at]:.3g}",
+            (self.limit[at], peak[at]),
+            xytext=(0, -8),
+            textcoords="offset points",
+            color=point.get_color(),
+            ha="center",
+            va="top",
+        )
         name = shown.named("resonance peak")
         ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=name)
-        ax.legend()
+        ax.margins(y=0.15)
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return columns by name, with the peak of a DOF if one is given."""
+        """Return the curve as named columns, one row for each factor.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added, with its error if known.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Factor [-], peak [kg^1/2 m] with its error, and frequency.
+        """
         found = {
             "limit": self.limit,
             "peak": self.peak,
@@ -146,32 +247,68 @@ class PerformanceCurve:
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return a table with a row per factor; see `columns`."""
+        """Return the curve as a pandas DataFrame, one row for each factor.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
         return dataframe(self.columns(dof, units))
 
 
 def performance_curve(
     model: Model, force: Mapping[int, float] | ArrayLike, mode: int = 0
 ) -> PerformanceCurve:
-    """Return the resonance peak under a force for every friction limit or preload.
+    """Return the resonance peak under a constant force against friction limits or preloads.
 
-    Peaks are taken at phase resonance, which is off by the square of the damping ratio; the
-    other mode is at rest. Twice the force needs twice the limits, and has twice the peaks.
+    The curve shows the limit with the lowest peak, for the design of friction dampers.
 
     Parameters
     ----------
     model : Model
-        Of contacts that scale: not tanh, and no gap. The wider its range, the wider the curve.
+        Model whose friction scales with its limits: not Tanh, and without gaps. A wider amplitude
+        range gives a wider curve.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N] at the mode's frequency.
-    mode : int
-        0 for A, 1 for B.
+        Force amplitudes at the frequency of the mode [N].
+    mode : int, default 0
+        0 for A, 1 for B. The other mode is at rest.
+
+    Returns
+    -------
+    PerformanceCurve
+        Peaks with their errors and frequencies.
 
     Raises
     ------
     SlipmodeError
-        If the law does not scale, the force does not move the mode, the mode is self-excited or
-        undamped, or contacts hardly slip within the friction table.
+        If the law does not scale, or the force does not act on the mode. If the mode is
+        self-excited or undamped, or contacts hardly slip within the friction table.
+
+    Warns
+    -----
+    ValidityWarning
+        If the curve ends where the error of the peak is as large as the peak.
+
+    Notes
+    -----
+    A peak is the phase resonance |F| = 4 zeta Omega^2 |a| of `rom.backbone`. Its relative error is
+    of the order of the square of the damping ratio. Friction scales as |a|(F; s) = s |a|(F / s;
+    1), so that one backbone gives the peaks for every factor s. See "Backbones" in docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(limit=2.0), amplitude=(12.0,))
+    >>> curve = rom.performance_curve(model, {0: 0.15})
+    >>> factor, peak = curve.optimum
     """
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(

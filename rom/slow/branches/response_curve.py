@@ -37,16 +37,16 @@ if TYPE_CHECKING:
 
 @frozen
 class SpecialPoint:
-    """Where stability changes.
+    """Hold a point of a response curve where the stability changes.
 
     Attributes
     ----------
     kind : {"fold", "Hopf"}
-        The curve turns back; the amplitudes begin to oscillate.
+        At a fold the curve turns back. At a Hopf point the amplitudes begin to oscillate.
     parameter : float
-        As in ResponseCurve.
+        Value of the parameter: a frequency [rad/s], or a factor [-].
     amplitude : (modes,) complex ndarray
-        a_j [kg^1/2 m].
+        Amplitudes a_j [kg^1/2 m].
     """
 
     kind: Kind
@@ -66,33 +66,36 @@ class CurveSizes:
 
 @frozen
 class ResponseCurve:
-    """Steady states against a varied parameter, branch after branch.
+    """Hold steady states against a parameter, one branch after the other.
 
     Attributes
     ----------
     vary : str
+        Parameter, as given to `rom.response_curve`.
     parameter : (n,) ndarray
-        Its values: [rad/s], or relative to the forces and limits given [-].
+        Values of the parameter: a frequency [rad/s], or a factor on forces or limits [-].
     amplitude : (n, modes) complex ndarray
-        a_j [kg^1/2 m].
+        Amplitudes a_j [kg^1/2 m].
     error : (n, modes) ndarray
-        Of a_j at a constant parameter: |a_j - exact| by the errors of the friction table and of
-        forcing off its carriers [kg^1/2 m].
+        Error of a_j at a constant parameter [kg^1/2 m], due to the friction table and to the
+        distance from its carriers.
     growth : (n,) ndarray
-        Largest growth rate of small deviations [1/s]. Interpolated between folds and between
-        Hopf points that are left out because they are closer than the error.
+        Largest growth rate of small deviations [1/s]. It is interpolated between folds or Hopf
+        points that are closer than the error and therefore omitted.
     branch : (n,) ndarray of int
-        Neighbours of one branch follow one another along the curve.
+        Number of the branch. Points of a branch are in their order along the curve.
     special : tuple of SpecialPoint
+        Folds and Hopf points.
     mode_shapes : (n_dofs, modes) ndarray
-        [kg^-1/2]
+        Mass-normalised mode shapes [kg^-1/2].
     cycles : SlowCycles
         Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter at which a branch with too many points ends early.
+        Values of the parameter where a branch ends because it has too many points.
     motion : SteadyMotion
-        At the points of the curve, then at `special`, then at the least and the largest
-        amplitudes of `cycles`, without force because its phase is not known.
+        Motion of all DOFs at the points of the curve, then at `special`, then at the lowest and
+        the highest amplitudes of `cycles`. The latter have no force, because its phase is not
+        known.
     """
 
     vary: str
@@ -109,13 +112,26 @@ class ResponseCurve:
 
     @property
     def stable(self) -> Flags:
-        """Whether motion near a steady state tends to it, (n,)."""
+        """Whether small deviations from each steady state decay, (n,) ndarray of bool."""
         return np.asarray(self.growth < 0.0)
 
     def at(self, value: float) -> tuple[Complexes, Flags]:
-        """Return steady states at a value of the parameter, (found, modes), and which are stable.
+        """Return the steady states at a value of the parameter.
 
-        Interpolated linearly between points of the curve, with errors of some 1e-4.
+        Amplitudes are interpolated linearly between points of the curve, with errors of about
+        1e-4.
+
+        Parameters
+        ----------
+        value : float
+            Value of the parameter.
+
+        Returns
+        -------
+        amplitude : (found, modes) complex ndarray
+            Amplitudes a_j [kg^1/2 m]; several rows where branches coexist.
+        stable : (found,) ndarray of bool
+            Whether small deviations decay.
         """
         p = self.parameter
         across = (p[:-1] > value) != (p[1:] > value)
@@ -125,16 +141,54 @@ class ResponseCurve:
         return a, self.stable[np.where(part[:, 0] < 0.5, before, before + 1)]
 
     def displacement(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF at the carrier of each mode, (n, modes) [m]."""
+        """Return the displacement amplitude of a DOF at the carrier of each mode.
+
+        Parameters
+        ----------
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (n, modes) ndarray
+            Displacement amplitudes [m].
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
         return self.sizes(Shown(dof)).points
 
     def error_of(self, size: Floats) -> Floats:
-        """Return the error of amplitudes `size` (n, modes), with the relative error of a_j."""
+        """Return the error of amplitudes that have the relative error of a_j.
+
+        Parameters
+        ----------
+        size : (n, modes) ndarray
+            Amplitudes at the points of the curve, in any unit.
+
+        Returns
+        -------
+        (n, modes) ndarray
+            Errors, in the unit of `size`.
+        """
         modulus = np.abs(self.amplitude)
         return size * np.divide(self.error, modulus, out=np.zeros_like(size), where=modulus > 0.0)
 
     def sizes(self, shown: Shown) -> CurveSizes:
-        """Return everything that a picture of the curve shows, |a_j| or the amplitude of a DOF."""
+        """Return the amplitudes that a plot of the curve shows.
+
+        Parameters
+        ----------
+        shown : Shown
+            |a_j|, or displacement amplitudes of a DOF in given units.
+
+        Returns
+        -------
+        CurveSizes
+            Amplitudes at the points, at folds and Hopf points, and of slow limit cycles.
+        """
         counts = self.parameter.size, len(self.special), self.cycles.parameter.size
         return CurveSizes(*np.split(shown.size(self.motion), np.cumsum(counts)))
 
@@ -143,19 +197,57 @@ class ResponseCurve:
         return self.vary.startswith("frequency_")
 
     def in_units(self, parameter: ArrayLike, units: Units) -> Floats:
-        """Return values of the parameter as pictures and tables show them."""
+        """Return values of the parameter in the units of plots and tables.
+
+        Parameters
+        ----------
+        parameter : array_like
+            Values of the parameter [rad/s] or [-].
+        units : Units
+            Units of frequencies and displacements.
+
+        Returns
+        -------
+        ndarray
+            Values in these units.
+        """
         return units.of_frequency(parameter) if self._is_frequency else np.asarray(parameter)
 
     def label(self, units: Units) -> str:
-        """Return the parameter in words, with its unit."""
+        """Return the name of the parameter with its unit.
+
+        Parameters
+        ----------
+        units : Units
+            Units of frequencies and displacements.
+
+        Returns
+        -------
+        str
+            Label of an axis, for instance "frequency A [Hz]".
+        """
         unit = units.frequency if self._is_frequency else "-"
         return f"{self.vary.replace('_', ' ')} [{unit}]"
 
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
-        """Draw |a_j|, or the amplitude of a DOF, against the parameter.
+        """Plot amplitudes against the parameter, with errors, stability, folds and Hopf points.
 
-        Stable states are solid, unstable ones dashed; folds are circles, Hopf points squares.
+        Stable states are solid, unstable states dashed; folds are circles and Hopf points squares.
         Bands show the error. Bars show the range of amplitudes that oscillate in slow time.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Matplotlib axes. Default: the current axes.
+        dof : int, optional
+            DOF whose displacement amplitude is plotted. Default: |a_j|.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        Axes
+            Axes of the plot.
         """
         ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         shown, parameter = Shown(dof, units), self.in_units(self.parameter, units)
@@ -173,16 +265,44 @@ class ResponseCurve:
             where = self.in_units(self.cycles.parameter, units)
             low, high = sizes.lowest[:, j], sizes.highest[:, j]
             ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
-            ax.plot([], [], color=color, label=f"|{'AB'[j]}|")
+            top = int(np.argmax(size))
+            ax.annotate(
+                f"|{'AB'[j]}|",
+                (parameter[top], size[top]),
+                xytext=(0, 4),
+                textcoords="offset points",
+                color=color,
+                ha="center",
+            )
             for point, height in zip(self.special, sizes.special[:, j], strict=True):
                 marker = {"fold": "o", "Hopf": "s"}[point.kind]
                 ax.plot(self.in_units(point.parameter, units), height, marker, color=color)
-        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"))
-        ax.legend()
+        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"), ylim=(0.0, None))
+        ax.margins(y=0.1)
+        for kind, marker in (("fold", "o"), ("Hopf", "s")):
+            if any(point.kind == kind for point in self.special):
+                ax.plot([], [], marker, color="0.4", label=f"{kind} point")
+        if not self.stable.all():
+            ax.plot([], [], "--", color="0.4", label="unstable")
+        if ax.get_legend_handles_labels()[0]:
+            ax.legend()
         return ax
 
     def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
-        """Return columns by name, with the amplitude of a DOF in each mode if one is given."""
+        """Return the curve as named columns, one row for each steady state.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added, with its error if known.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Parameter, branch, amplitudes with errors, and growth rate [1/s].
+        """
         name = units.named(self.vary) if self._is_frequency else self.vary
         found: dict[str, Any] = {name: self.in_units(self.parameter, units), "branch": self.branch}
         for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
@@ -198,7 +318,20 @@ class ResponseCurve:
         return found | {"growth": self.growth}
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return a table with a row per steady state; see `columns`."""
+        """Return the curve as a pandas DataFrame, one row for each steady state.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
         return dataframe(self.columns(dof, units) | {"stable": self.stable})
 
 
@@ -211,47 +344,64 @@ def response_curve(
     phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
 ) -> ResponseCurve:
-    """Follow every steady state within the friction table, through folds, with its stability.
+    """Return all steady states in the friction table against a parameter, with their stability.
 
-    Steady states are searched from many amplitudes and phases at several values of the span, which
-    also finds branches that no sweep reaches. A branch between two such values may not be found.
+    The curve is followed through folds. Steady states are searched from many amplitudes and phases
+    at nine values of the parameter, which also finds branches that no sweep reaches. A branch
+    between two of these values may be missing.
 
     Parameters
     ----------
     model : Model
-        Its carriers should be near the forcing: errors reach 7 % where a strong contact lifts
-        off and the forcing is 3 % away.
+        Model whose carriers are near the forcing frequencies. The error reaches 7 % where a
+        strong contact lifts off and the forcing frequency is 3 % from its carrier.
     frequency : (modes,) array_like
-        Forcing frequencies [rad/s]; a varied one is ignored.
+        Forcing frequencies [rad/s]; a varied frequency is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N] as in `steady`.
+        Force amplitudes [N].
     vary : str
-        "frequency_A" or "frequency_B": one of them [rad/s]; "frequency": both, along the line
-        between two points (modes,), the parameter its part from 0 to 1; "force_A", "force_B",
-        "force": a factor on the forces; "limit": a factor on friction limits and preloads.
+        Parameter of the curve:
+
+        - "frequency_A" or "frequency_B": one forcing frequency [rad/s];
+        - "frequency": both, on the line between two points (modes,), with a parameter from 0 to 1;
+        - "force_A", "force_B", "force": a factor on the forces [-];
+        - "limit": a factor on friction limits and preloads [-].
     span : pair
-        First and last value.
-    phase : float or (modes,) array_like
+        First and last value of the parameter; for "frequency" two points (modes,) [rad/s].
+    phase : float or (modes,) array_like, default 0.0
         Phases of the forces [rad].
-    largest_step : float
-        From one point to the next, over the whole span and the range of the table: 1e-4 to 0.1;
-        they are closer where the curve bends.
+    largest_step : float, default 0.02
+        Largest distance of neighbouring points, relative to the span and the range of the table
+        [-], 1e-4 to 0.1. Points are closer where the curve bends.
 
     Returns
     -------
     ResponseCurve
-        It ends where an amplitude leaves the table, or after 5000 points on a side: `cut_off`.
+        Steady states, folds and Hopf points. A branch ends where an amplitude leaves the table, or
+        after 5000 points on a side (`ResponseCurve.cut_off`).
 
     Raises
     ------
     SlipmodeError
-        If no steady state is found, or the slow flow cannot follow a frequency.
+        If no steady state is found, an argument is outside its range, or the slow flow cannot
+        follow a frequency.
 
     Warns
     -----
     ValidityWarning
-        Where friction or the force violates an assumption of the method, or a branch has too many
+        If friction or a force violates an assumption of the method, or a branch has too many
         points.
+
+    Notes
+    -----
+    See "Response curves" in docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(12.0,))
+    >>> curve = rom.response_curve(model, [1.0], [{0: 0.15}], "frequency_A", (0.9, 1.1))
+    >>> a, stable = curve.at(0.98)
     """
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")

@@ -38,20 +38,22 @@ Method = Literal["balance", "integration"]
 
 @frozen
 class SteadyState:
-    """A steady state under constant forces F_j cos(Omega_j t).
+    """Hold a steady state under constant forces F_j cos(Omega_j t).
 
     Attributes
     ----------
     error : (modes,) ndarray
-        Estimate of the error of `amplitude` by harmonics, time steps and lines [kg^1/2 m]. Of a
-        balance of two modes at least 0.1 %, because it leaves out motion between the harmonics.
+        Estimated error of `amplitude` due to harmonics, time steps and phase lines [kg^1/2 m]. The
+        balance of two modes has an error of at least 0.1 %, because it neglects motion
+        between the harmonics.
     harmonics : SteadyHarmonics
+        Harmonics of modes and contacts.
     reduced : Reduced
-        At these frequencies.
+        Reduced structure with the forcing frequencies as carriers.
     force : (modes, n) ndarray
-        [N]
+        Force amplitudes F_j [N].
     method : {"balance", "integration"}
-        Of harmonics, or in time from rest.
+        Harmonic balance, or time integration from rest.
     """
 
     error: Floats
@@ -62,18 +64,27 @@ class SteadyState:
 
     @property
     def amplitude(self) -> Complexes:
-        """a_j of the retained modes at their carriers, (modes,) [kg^1/2 m]."""
+        """Amplitudes a_j of the retained modes at their carriers, (modes,) [kg^1/2 m]."""
         return self.harmonics.amplitude
 
     @property
     def orders(self) -> list[Order]:
-        """Harmonics (n, m), frequency n Omega_A + m Omega_B."""
+        """Orders (n, m) of the harmonics with the frequencies n Omega_A + m Omega_B."""
         return self.harmonics.orders
 
     def displacement(self, structure: Structure | None = None) -> Complexes:
-        """Return harmonics c of all DOFs, x = sum 2 Re(c exp(i (n t_A + m t_B))), (orders, n) [m].
+        """Return the harmonics of the displacement of all DOFs.
 
-        The quasi-static response to the forces is included if the structure is given.
+        Parameters
+        ----------
+        structure : Structure, optional
+            Structure that was reduced. Default: the quasi-static response to the forces is
+            neglected.
+
+        Returns
+        -------
+        (orders, n) complex ndarray
+            Harmonics c of x = sum 2 Re(c exp(i (n t_A + m t_B))) [m].
         """
         found, reduced = self.harmonics, self.reduced
         x = found.modal @ reduced.all_shapes.T + found.P @ reduced.contact_shapes.T
@@ -92,42 +103,58 @@ def steady_state(
     tolerance: float = 1e-3,
     start: SteadyState | None = None,
 ) -> SteadyState:
-    """Solve for the steady state under constant forces, without a table.
+    """Return the steady state under constant forces, without a friction table.
 
-    Two modes are integrated in time from rest, in finer and finer steps until the amplitudes
-    change by less than the tolerance. One mode, or two whose structural damping takes more than
-    1000 periods to end a transient, are brought into balance with the contacts at harmonics, and
-    integrated if no balance is found. Self-excited modes are integrated. With a `start` the
-    method is the balance.
-    Integration that ends above the tolerance states its error. For thousands of forcings, use
-    `tabulate` and `steady`.
+    For thousands of forcings, `rom.tabulate` and `rom.steady` take less time.
 
     Parameters
     ----------
     reduced : Reduced
-        In the consistent formulation.
-    law : Friction
-        Of its contacts; elastic ones are those it was reduced with.
+        Reduced structure in the consistent formulation.
+    law : contact law
+        Tanh or Coulomb for rigid contacts. Otherwise the elastic law that `rom.reduce` received.
     frequency : (modes,) array_like
-        Forcing frequencies [rad/s], wherever the modes of `reduced` respond to them.
+        Forcing frequencies Omega_j [rad/s].
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes F_j [N].
-    tolerance : float
-        Relative to each amplitude, or to a tenth of the largest for a mode that is weaker, in
-        terms of the contact motion.
+        Force amplitudes F_j [N], not 0 for any mode.
+    tolerance : float, default 0.001
+        Error of each amplitude relative to the amplitude itself [-], or to a tenth of the
+        strongest mode if that is larger. Modes are compared by their contact motion. 1e-6 to 0.1.
     start : SteadyState, optional
-        A steady state nearby, whose branch is followed. Default: the branch reached from rest.
+        Steady state nearby as initial guess; the solution stays on its branch. Default: the
+        branch reached from rest.
+
+    Returns
+    -------
+    SteadyState
+        Amplitudes, harmonics of all DOFs and an error estimate.
 
     Raises
     ------
     SlipmodeError
-        If no steady state is found, or none to the tolerance; if the motion from rest is not
-        periodic in the phases of the forces.
+        If no steady state is found within the tolerance, or the motion from rest is not periodic
+        in the phases of the forces.
 
     Warns
     -----
     ValidityWarning
-        Where a forcing frequency is far from its mode, or friction does nothing or hardly acts.
+        If a forcing frequency is far from its mode, or friction has hardly any effect.
+
+    Notes
+    -----
+    One mode is solved by harmonic balance of contacts, modes and forces. Two modes are integrated
+    in time from rest. The time step is halved until no amplitude changes by more than the
+    tolerance. Harmonic balance also solves two modes whose structural damping needs more than 1000
+    periods to end a transient, and all cases with `start`. Where the balance does not converge,
+    and for self-excited modes, the motion is integrated. An integration that ends above the
+    tolerance states its error.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> state = rom.steady_state(reduced, rom.Coulomb(2.0), [0.98], [{0: 0.15}])
+    >>> abs(state.amplitude).round(2), state.method
+    (array([3.32]), 'balance')
     """
     if not 1e-6 <= as_floats("tolerance", tolerance) <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")

@@ -27,14 +27,16 @@ class ModalResponse:
     orders: tuple[Order, ...]
     frequency: Floats  # (points, orders), nu [rad/s]
     contact: Complexes  # (points, orders, N_c), contact displacement [m]
-    modal: Complexes  # (points, orders, modes), modal displacement besides the carriers [kg^1/2 m]
+    # (points, orders, modes), modal displacement besides the carriers [kg^1/2 m], then the
+    # coordinates of `Model.dof_response`
+    modal: Complexes
     reaction: Complexes  # (points, orders, N_c), force on the contacts that comes with it [N]
 
 
 def modal_response(model: Model, trajectory: SlowTrajectory) -> ModalResponse:
     """Return the response of the modes along a trajectory; empty if the model has no harmonics."""
     points, reduced = trajectory.time.size, model.reduced
-    all_modes = reduced.all_shapes.shape[1]
+    all_modes = model.all_shapes.shape[1]
     if model.harmonics is None:
         contacts = np.zeros((points, 0, reduced.n_contacts), dtype=complex)
         modal = np.zeros((points, 0, all_modes), dtype=complex)
@@ -56,8 +58,13 @@ def response_to(
     points, reduced = trajectory.time.size, model.reduced
     nu = trajectory.point_frequency @ np.array(orders, dtype=float)[:, : model.modes].T
     contact, reaction = P.copy(), np.zeros_like(P)
-    modal = np.zeros((*P.shape[:2], reduced.all_shapes.shape[1]), dtype=complex)
-    if reduced.formulation == "consistent":
+    modal = np.zeros((*P.shape[:2], model.all_shapes.shape[1]), dtype=complex)
+    if model.dof_response is not None:
+        scale = trajectory.scale_at(trajectory.time)[:, np.newaxis]
+        of_dofs = model.dof_response.at(trajectory.amplitude, trajectory.point_force, scale)
+        own = [orders.index(order) for order in CARRIERS[: model.modes]]
+        modal[:, own, reduced.all_shapes.shape[1] :] = of_dofs
+    elif reduced.formulation == "consistent":
         block = max(1, 8192 // len(orders))  # limits the memory
         for rows in (slice(k, k + block) for k in range(0, points, block)):
             found = _responses(model, trajectory, orders, nu, rows, P[rows])

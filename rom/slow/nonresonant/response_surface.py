@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force or displacement of the modes
@@ -44,6 +46,8 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     contacts = reduced.n_contacts
     if reduced.formulation == "paper":
         return no_response(model, rows)
+    if model.dof_response is not None:
+        return _of_dofs(model, model.dof_response, rows)
     if model.harmonics is None:
         raise SlipmodeError(
             "contact: this model keeps no harmonics, to which its modes respond; tabulate it "
@@ -78,6 +82,19 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     )
 
 
+def _of_dofs(model: Model, response: DofResponse, rows: list[int]) -> ResponseSurface:
+    """Return the response of a model without contacts."""
+    nothing, P = no_response(model, rows), response.coordinates.P
+    nodes = nothing.elastic.shape[:2]
+    elastic = 2.0 * (P @ response.shapes[:, rows]).reshape(*nodes, model.modes, len(rows))
+    return replace(
+        nothing,
+        orders=np.array(response.coordinates.orders, dtype=np.int32),
+        reaction=np.zeros((*nodes, model.modes, 0), dtype=complex),
+        elastic=elastic,
+    )
+
+
 def forces_out(
     model: Model, force_patterns: ForcePatterns | None, dofs: Sequence[int]
 ) -> Complexes:
@@ -89,6 +106,9 @@ def forces_out(
     reduced = model.reduced
     if force_patterns is None or reduced.formulation == "paper":
         return np.zeros((len(dofs), model.modes), dtype=complex)
+    if model.dof_response is not None:
+        by_force = model.dof_response.by_force @ model.dof_response.shapes[:, list(dofs)]
+        return np.ascontiguousarray(by_force.T)
     moved = AppliedForces.of(reduced, force_patterns).off_resonance
     return np.ascontiguousarray(reduced.all_shapes[list(dofs)] @ moved.T)
 

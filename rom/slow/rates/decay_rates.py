@@ -20,27 +20,27 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     Parameters
     ----------
     model : Model
+        Model with one or two modes.
     amplitudes : (..., modes) array_like
-        |a_j| >= 0 of all modes, which vibrate together [kg^1/2 m].
+        Amplitudes |a_j| >= 0 of all modes, which vibrate together [kg^1/2 m].
 
     Returns
     -------
     damping : (..., modes) ndarray
-        delta_j = -d|a_j|/dt / |a_j| [1/s].
+        Damping delta_j = -d|a_j|/dt / |a_j| [1/s], including structural damping.
     frequency : (..., modes) ndarray
-        omega_j [rad/s].
+        Frequency omega_j [rad/s].
 
     Raises
     ------
     SlipmodeError
-        If an amplitude is not finite, negative, or outside the friction table.
+        If an amplitude is negative, not finite, or outside the friction table.
 
     Notes
     -----
-    The rates are those of the slow flow, Eqs. (18), (19), without forces, with da_j/dt = -delta_j
-    a_j in the frame of omega_j. Combination resonances are left out: their mean over the phases of
-    the modes is zero. Damping includes the structural damping. `rom.model_of_rates` is the inverse
-    of this function.
+    The rates solve the amplitude equations, source Eqs. (18) and (19), without forces:
+    da_j/dt = -delta_j a_j in the frame of omega_j. Combination resonances are neglected, because
+    their mean over the phases of the modes is zero. `rom.model_of_rates` is the inverse function.
     """
     given = as_floats("amplitudes", amplitudes)
     if given.ndim == 0 or given.shape[-1] != model.modes:

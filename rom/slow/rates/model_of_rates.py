@@ -53,58 +53,73 @@ def model_of_rates(
     mode_shapes: ArrayLike | None = None,
     warned: bool = True,
 ) -> Model:
-    """Return the model of one or two modes with given damping and frequency of free vibration.
+    """Return a model of one or two modes with given damping and frequency of free vibration.
 
-    The rates may come from measurements. The model has no contacts. Everything else works as with
-    a model of `rom.tabulate`, except what scales or varies friction limits.
+    The rates may come from measurements. The model has no contacts. All functions for models
+    accept it, except functions that scale or vary friction limits.
 
     Parameters
     ----------
     rates : callable
-        ``damping, frequency = rates(amplitudes)``: damping delta_j [1/s] and frequency omega_j
-        [rad/s] of free vibration, arrays (points, modes), at amplitudes |a_j| (points, modes)
-        [kg^1/2 m]. A function of the amplitudes alone, defined from 0 to `amplitude`. Then
+        Function ``damping, frequency = rates(amplitudes)`` of amplitudes |a_j| (points, modes)
+        [kg^1/2 m]. It returns the damping delta_j [1/s] and the frequency omega_j [rad/s] of free
+        vibration, (points, modes) each, and is defined from 0 to `amplitude`. They mean
         q_j = 2 |a_j| cos(theta_j), d|a_j|/dt = -delta_j |a_j|, dtheta_j/dt = omega_j.
     amplitude : sequence of one or two float
         Largest amplitude |a_j| of each mode [kg^1/2 m].
-    tolerance : float
-        Relative error of the amplitude equation, as in `rom.tabulate`. `Model.accuracy` states
+    tolerance : float, default 0.001
+        Relative error of the amplitude equation [-], as in `rom.tabulate`. `Model.accuracy` states
         the error that is reached.
     mode_shapes : (n, modes) array_like, optional
-        Mass-normalised modes at the DOFs of sensors and forces [kg^-1/2]: 1 / sqrt(m) at the DOF
-        at which m is the modal mass. Mode j moves DOF i with the displacement amplitude
-        2 |mode_shapes[i, j]| |a_j| [m]. Default: one DOF for each mode, with a modal mass of 1 kg.
-    warned : bool
-        Issue the warnings below.
+        Mass-normalised mode shapes at the DOFs of sensors and forces [kg^-1/2]. Mode j moves DOF i
+        with the displacement amplitude 2 |mode_shapes[i, j]| |a_j| [m]. At a DOF with the modal
+        mass m the entry is 1 / sqrt(m). Default: one DOF for each mode, with a modal mass of 1 kg.
+    warned : bool, default True
+        Issue the warnings listed under Warns.
+
+    Returns
+    -------
+    Model
+        Model with `NoContacts`, for steady states, transients, curves and FMUs.
 
     Raises
     ------
     SlipmodeError
-        If rates are not finite, have another shape, or a frequency is outside 0.62 to 10 times
-        the frequency at rest; if the modes have the same frequency at rest; if the tolerance
-        cannot be reached.
+        If rates are not finite, or have a wrong shape. If a frequency is outside 0.62 to 10 times
+        the frequency at rest, or both modes have one frequency at rest. If the tolerance cannot
+        be reached.
 
     Warns
     -----
     ValidityWarning
-        If the model misses the tolerance: rates jump, or change too much for the slow flow. If
-        the frequency of a mode is outside 1e-3 to 1e6 Hz.
+        If the model misses the tolerance, because rates jump or change too fast for the slow flow.
+        If the frequency of a mode is outside 1e-3 to 1e6 Hz.
 
     Notes
     -----
-    The friction terms are those with which Eqs. (18), (19) have the solution a_j ~ exp(s_j t) at
-    constant amplitudes, s_j = -delta_j + i omega_j, and s_0j at rest:
+    With the rates s_j = -delta_j + i omega_j, and s_0j at rest, the friction terms are::
 
         S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|.
 
-    Modal damping and natural frequency of the model are those at rest. Damping may be negative:
-    the mode is self-excited then, see `rom.limit_cycles`. The friction terms do not depend on the
-    forcing frequency. Higher harmonics and internal resonances are not part of the model.
+    The amplitude equations, source Eqs. (18) and (19), then have the solutions a_j ~ exp(s_j t) at
+    constant rates. Modal damping and natural frequency of the model are the rates at rest.
+    Negative damping makes a mode self-excited, see `rom.limit_cycles`. The friction terms do not
+    depend on the forcing frequency. The model has no higher harmonics and no internal resonances.
 
-    Steady vibration has the damping of free vibration at the same amplitude. With friction
-    contacts it has a smaller one, because friction lags in free vibration: steady states of two
-    masses, whose frequency falls by 1.8 %, differ by up to 1.7 %
-    (tests/rom/slow/rates/test_model_of_rates.py).
+    Steady vibration of this model has the damping of free vibration at equal amplitude. Friction
+    contacts have less damping in steady vibration than in free vibration, because friction lags
+    behind decaying amplitudes. Steady states of two masses whose frequency falls by 1.8 % differ
+    by up to 1.7 % (tests/rom/slow/rates/test_model_of_rates.py).
+
+    Examples
+    --------
+    A mode at 100 rad/s whose damping grows in proportion to its amplitude:
+
+    >>> def rates(r):
+    ...     return 0.5 + 100.0 * r, np.full_like(r, 100.0)
+    >>> model = rom.model_of_rates(rates, amplitude=[0.01])
+    >>> rom.backbone(model, amplitude=[0.005]).damping
+    array([0.01])
     """
     ends = np.atleast_1d(as_floats("amplitude", amplitude))
     check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)

@@ -29,11 +29,64 @@ def contact_pairs(
     tangents: int = 2,
     n_dofs: int | None = None,
 ) -> ContactPairs:
-    """Make a contact of each node of a surface that meets the target.
+    """Return contacts between the nodes of a surface and a target surface.
 
-    A node meets the facet that it stands on; the corners of the facet move the point below the
-    node by their shape functions. It meets the nearest node if the target has no facets. Meshes
-    need not match::
+    Each node of the surface is paired with the target facet that lies opposite to it. The corners
+    of this facet move the projected point by their shape functions. A target without facets is
+    paired by nearest nodes. The meshes need not match.
+
+    Parameters
+    ----------
+    coordinates : (nodes, 3) array_like
+        Positions of all nodes [m].
+    dofs : (nodes, 3) array_like of int
+        DOFs of the x, y, z displacement of each node; -1 where it is fixed.
+    surface, target : (k,) or (facets, 3 or 4) array_like of int
+        Nodes as rows of `coordinates`, or facets with their nodes counter-clockwise as seen from
+        outside the body. A triangle among quadrilaterals has its last node twice. The surface
+        should have the finer mesh.
+    tolerance : float
+        Largest distance between a node and the target [m], including the gap. A node may lie
+        beyond the edge of the target by a tenth of a facet.
+    normal : (3,) array_like, optional
+        Direction from the surface to the target [-], of any length. Facets are oriented to it,
+        so that the order of their nodes does not matter. Surfaces without facets have this normal
+        at all contacts.
+    tangent : (3,) array_like, optional
+        First tangent [-], of any length, projected onto the plane across each normal. Default: one
+        global axis for all contacts. Where this axis is along a normal, the global axis
+        farthest from the normal.
+    area : float or (k,) array_like, optional
+        Areas of the nodes of a surface without facets [m^2].
+    tangents : {1, 2}, default 2
+        Number of tangential directions of each contact. A plane model has one, with DOFs -1 along
+        z.
+    n_dofs : int, optional
+        Number n of DOFs of the structure. Default: the largest entry of `dofs` plus one.
+
+    Returns
+    -------
+    ContactPairs
+        Contact directions, areas, gaps and positions of the paired nodes.
+
+    Raises
+    ------
+    SlipmodeError
+        If arrays have wrong shapes, surface and target share a node, no node of the surface is
+        within the tolerance of the target, or all paired nodes are fixed on both sides. If an area
+        or a normal is needed and missing.
+
+    Notes
+    -----
+    A rigid-body motion of both bodies together moves no contact on a facet, even across a gap. It
+    moves a contact between two nodes if it rotates nodes that do not coincide.
+
+    Areas are integrals of the shape functions over the facets of the surface, as for a pressure.
+    They are not cut at the border of a smaller target.
+
+    Examples
+    --------
+    Contacts of a mesh, grouped into eight patches, with a law per unit area::
 
         nodes = rom.contact_pairs(points, dofs, lower, upper, tolerance=1e-4)
         pairs = nodes.gathered(8)
@@ -46,40 +99,6 @@ def contact_pairs(
             gap=pairs.gap,
         )
         rest = rom.preload(structure, law, bolts)
-
-    Parameters
-    ----------
-    coordinates : (nodes, 3) array_like
-        [m]
-    dofs : (nodes, 3) array_like of int
-        DOFs of the x, y, z displacement of each node; -1 if it is held.
-    surface, target : (k,) or (facets, 3 or 4) array_like of int
-        Nodes, by their row in `coordinates`; or facets, counter-clockwise as seen from outside the
-        body. A triangle among quadrilaterals has its last node twice. The surface should have the
-        finer mesh.
-    tolerance : float
-        Largest distance of a node from the target [m], gap included. A node may lie beyond the
-        edge of the target by a tenth of a facet.
-    normal : (3,) array_like, optional
-        Direction from the surface to the target. Facets are turned to it, so that the order of
-        their nodes does not matter. Without facets it is the normal of all contacts.
-    tangent : (3,) array_like, optional
-        First tangent, projected across each normal. Default: one global axis for all contacts.
-        Where it is along a normal, the global axis farthest from the normal.
-    area : float or (k,) array_like, optional
-        Areas of the nodes of a surface without facets [m^2].
-    tangents : {1, 2}
-        Tangential directions of each contact. A plane model has one, with DOFs -1 along z.
-    n_dofs : int, optional
-        Number of DOFs of the structure, if it is larger than `dofs` shows.
-
-    Notes
-    -----
-    A rigid motion of both bodies together moves no contact on a facet, also across a gap. A
-    contact between two nodes is moved by a rotation if the nodes do not coincide.
-
-    Areas are integrals of the shape functions over the facets of the surface, as for a pressure.
-    They are not cut at the border of a smaller target.
     """
     x, number = _mesh(coordinates, dofs)
     least = int(number.max(initial=-1)) + 1

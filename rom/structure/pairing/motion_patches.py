@@ -13,19 +13,19 @@ from slipmode.rom.structure.pairing.pairs import ContactPairs
 
 @frozen
 class MotionPatches:
-    """Patches of contacts, and the error of given motions that they cause.
+    """Hold patches of contacts and the deviations of given motions from them.
 
     Attributes
     ----------
     patch : (contacts,) ndarray of int
-        For `ContactPairs.gathered`.
+        Patch of each contact, the argument of `ContactPairs.gathered`.
     variation : (motions,) ndarray
-        Largest deviation of the relative displacement at a contact from the mean of its patch,
-        relative to the largest displacement of the motion [-]; at most the tolerance.
+        Largest deviation of the displacement of a contact from the mean of its patch, relative to
+        the largest displacement of the motion [-]. It is at most the tolerance.
     error : (motions,) ndarray
-        Root mean square of the deviation over the area, relative to the RMS displacement of the
-        motion [-]. Springs of equal stiffness in all directions store on patches 1 - error^2 times
-        the energy that they store on the contacts.
+        Root mean square deviation over the area, relative to the root mean square displacement of
+        the motion [-]. Springs with equal stiffness in all directions store on the patches
+        1 - error^2 times the energy that they store on the contacts.
     """
 
     patch: NDArray[np.intp]
@@ -34,33 +34,50 @@ class MotionPatches:
 
 
 def motion_patches(pairs: ContactPairs, shapes: ArrayLike, tolerance: float) -> MotionPatches:
-    """Divide contacts into as few patches as represent given motions within a tolerance.
+    """Return the patches of contacts that represent given motions within a tolerance.
 
-    The interface is cut across a global axis, again and again, where the cut leaves the least
-    variation, until no contact deviates from its patch by more than the tolerance. Fine contacts,
-    then the patches that two modes of a reduction need::
+    A patch is cut across the global axis for which the parts vary least. Cuts are repeated until
+    no contact deviates from its patch by more than the tolerance. See "Patches of contacts" in
+    docs/theory.md.
+
+    Parameters
+    ----------
+    pairs : ContactPairs
+        Contacts at nodes, from `contact_pairs`.
+    shapes : (n,) or (n, motions) array_like
+        Displacements of the DOFs in any scale: the modes to retain, with stuck contacts, and
+        static displacements due to forces if they matter.
+    tolerance : float
+        Largest deviation of a contact from its patch, relative to the largest relative
+        displacement of each motion [-], above 0 and at most 1.
+
+    Returns
+    -------
+    MotionPatches
+        Patch of each contact, and the deviations for each motion.
+
+    Raises
+    ------
+    SlipmodeError
+        If the tolerance is outside its range, `shapes` has a wrong shape, or a motion moves no
+        contact.
+
+    Notes
+    -----
+    Other motions are not represented within the tolerance: a patch may rotate relative to its
+    target, so that one or two patches act like a hinge. A patch slips as a whole, while its
+    contacts would slip one by one. Frequency errors decrease with the square of `error`. For the
+    error of friction, compare with the result for a smaller tolerance.
+
+    Examples
+    --------
+    Contacts at all nodes, then the patches for two modes of a reduction::
 
         fine = rom.contact_pairs(coordinates, dofs, lower, upper, tolerance=1e-4)
         structure = rom.Structure(M, K, contact=fine.W)
         stuck = rom.modes(structure, law).states["stuck"]
         found = rom.motion_patches(fine, stuck.shapes[:, [6, 7]], 0.2)
         pairs = fine.gathered(found.patch)
-
-    Parameters
-    ----------
-    pairs : ContactPairs
-    shapes : (n,) or (n, motions) array_like
-        Displacements of the DOFs: the modes to retain, with stuck contacts, and static
-        displacements due to forces if they matter.
-    tolerance : float
-        Largest variation of each motion within a patch, relative to its largest relative
-        displacement, 0 to 1.
-
-    Notes
-    -----
-    Other motions are not considered: a patch may rotate against its target, so one or two patches
-    leave a hinge. A patch slips as a whole, contacts one by one. Errors of frequencies fall with
-    the square of `error`; for errors of friction, compare with a smaller tolerance.
     """
     if not 0.0 < tolerance <= 1.0:
         raise SlipmodeError(f"tolerance: must be above 0, at most 1, got {tolerance}")

@@ -18,26 +18,27 @@ from slipmode.rom.structure.pairing.surfaces import Indices
 
 @frozen
 class ContactPairs:
-    """Contacts between a surface and its target, ready for Structure and FrictionalContact.
+    """Hold contacts between a surface and its target for `Structure` and `FrictionalContact`.
 
     Attributes
     ----------
     relative : (n, 3 contacts) sparse matrix
-        x, y, z displacement of the surface relative to the target at each contact.
+        Displacement of the surface relative to the target along x, y, z at each contact, per
+        displacement of each DOF [-].
     frames : (contacts, 3, 3) ndarray
-        Rows t_1, t_2, n: orthonormal, right-handed, n from the surface into the target.
+        Orthonormal right-handed rows t_1, t_2, n [-]; n points from the surface into the target.
     area : (contacts,) ndarray
-        [m^2]
+        Contact areas [m^2].
     gap : (contacts,) ndarray
         Initial distance along n [m], 0 where the meshes touch or overlap.
     position : (contacts, 3) ndarray
-        [m]
+        Positions on the surface [m].
     nodes : tuple of (k,) ndarray of int
         Nodes of the surface in each contact.
     unpaired : (k,) ndarray of int
-        Nodes of the surface that meet nothing, or are held on both sides.
+        Nodes of the surface that have no partner on the target, or are fixed on both sides.
     tangents : {1, 2}
-        Tangential directions of each contact in W.
+        Number of tangential directions of each contact in W.
     """
 
     relative: Sparse = field(repr=False)
@@ -51,12 +52,15 @@ class ContactPairs:
 
     @property
     def W(self) -> Sparse:  # noqa: N802
-        """Directions (n, N_c): of each contact its tangents, then its normal, positive closing.
+        """Contact directions W (n, N_c) [-] for `Structure`, a sparse matrix.
+
+        Columns of each contact are its tangential directions and then its normal, which is
+        positive as the contact closes.
 
         Raises
         ------
         SlipmodeError
-            If a contact cannot move in a direction.
+            If the nodes of a contact are fixed in one of its directions.
         """
         kept = self.frames[:, [*range(self.tangents), 2]]
         W = as_csc(self.relative @ scipy.sparse.block_diag(kept.swapaxes(1, 2)))
@@ -71,20 +75,27 @@ class ContactPairs:
         return W
 
     def gathered(self, patches: int | ArrayLike) -> ContactPairs:
-        """Return fewer contacts, one for each patch of contacts.
+        """Return one contact for each patch of contacts.
 
         The displacement of a patch is the mean displacement of its contacts, weighted by area. A
-        patch resists no rotation against the target: all rotations take three patches.
+        patch does not resist rotation relative to the target; at least three patches are needed to
+        resist all rotations.
 
         Parameters
         ----------
         patches : int or (contacts,) array_like of int
-            Number of patches, of about equal area; or the label of the patch of each contact.
+            Number of patches of about equal area, or the number of the patch of each contact.
+
+        Returns
+        -------
+        ContactPairs
+            One contact for each patch, with the sum of the areas and the mean of the gaps.
 
         Raises
         ------
         SlipmodeError
-            If a patch bends so much that it has no normal, or `patches` does not fit.
+            If the normals of a patch differ so much that it has no mean normal, or if `patches`
+            has a wrong shape or value.
         """
         patch = _patch_of(patches, self.position, self.area)
         count, contacts = int(patch.max()) + 1, len(self.area)

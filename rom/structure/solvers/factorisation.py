@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.linalg
 import scipy.sparse
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
@@ -89,9 +90,14 @@ class Cholesky:
 
 
 class Pardiso:
-    """Intel's PARDISO, by pypardiso; its analysis states the memory that it will need."""
+    """Intel's PARDISO, by pypardiso; its analysis states the memory that it will need.
 
-    def __init__(self, matrix: Sparse, purpose: str) -> None:
+    Rows of the matrix (n, n) given as `boundary` (b,) are not eliminated: see `Elimination`.
+    """
+
+    def __init__(
+        self, matrix: Sparse, purpose: str, boundary: NDArray[np.intp] | None = None
+    ) -> None:
         import pypardiso
         from pypardiso.pardiso_wrapper import PyPardisoError
 
@@ -99,24 +105,41 @@ class Pardiso:
         upper.sort_indices()
         self._upper: Any = upper
         self._solver: Any = pypardiso.PyPardisoSolver(mtype=2)
-        nothing = np.zeros((matrix.shape[0], 1), order="F")
-        self._run(11, nothing)
+        self.boundary = np.zeros(0, dtype=np.intp) if boundary is None else boundary
+        if self.boundary.size:
+            self._solver.perm = np.zeros(matrix.shape[0], dtype=np.int32)
+            self._solver.perm[self.boundary] = 1
+            # no defaults; order by nested dissection; two-level factorisation and sequential
+            # solutions, both faster; Schur complement of the boundary, and factors
+            for number, value in ((1, 1), (2, 2), (24, 1), (25, 1), (36, 2)):
+                self._solver.set_iparm(number, value)
+        schur = np.zeros(self.boundary.size**2)
+        self._run(11, schur)
         peak, permanent, factors = (1024.0 * self._solver.get_iparm(k) for k in (15, 16, 17))
         needed = max(peak, permanent + factors)
         _check_memory(needed, purpose)
         large_phase(matrix.shape[0], f"{purpose} by PARDISO, {needed / _GIB:.1f} GiB")
         try:
-            self._run(22, nothing)
+            schur = self._run(22, schur)
         except PyPardisoError as error:
             self._solver.free_memory(everything=True)
             if error.value == -2:  # not enough memory
                 raise SlipmodeError(f"{purpose}: not enough memory") from error
             raise NotPositiveDefiniteError from None
+        self.schur = schur.reshape(2 * self.boundary.shape)
         weakref.finalize(self, self._solver.free_memory, everything=True).atexit = False
 
     def solve(self, right: Floats) -> Floats:
         """Return A^-1 right."""
         return _by_blocks(lambda part: self._run(33, part), right)
+
+    def forward(self, right: Floats) -> Floats:
+        """Return the right-hand sides (n, m) after elimination of the interior."""
+        return _by_blocks(lambda part: self._run(331, part), right)
+
+    def backward(self, reduced: Floats) -> Floats:
+        """Return solutions (n, m) from those of the boundary and from `forward`."""
+        return _by_blocks(lambda part: self._run(333, part), reduced)
 
     def _run(self, step: int, right: Floats) -> Floats:
         # pypardiso's own solve would compare the matrix with a copy at every call

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from math import ceil
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.extras import extra
 from slipmode.rom.slow.units import Shown
+from slipmode.runner.pictures import page_figure
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.sample_outputs import MODAL
 from slipmode.runner.study.study_file import Distribution, Study, Varied
 from slipmode.runner.study.summary.statistics import Choice
 from slipmode.runner.view.charts import Axis, Chart, Layer
 from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class ShownOutput(NamedTuple):
@@ -35,20 +39,31 @@ def shown_as(study: Study) -> Shown:
 
 def shown_output(dataset: Any, kind: str, shown: Shown) -> ShownOutput:
     """Return the output of a kind, "steady" or "resonance" for instance, as it is shown."""
-    if shown.dof is None:
-        return ShownOutput(dataset[kind], shown.modal, "")
-    metres = dataset[f"{kind}_displacement"].isel(dof=0)
+    if shown.dof is not None:
+        metres = dataset[f"{kind}_displacement"].isel(dof=0)
+    elif dataset[kind].attrs["units"] == "m":  # of blades
+        metres = dataset[kind]
+    else:
+        return ShownOutput(dataset[kind], dataset[kind].attrs["units"], "")
+    where = "" if shown.dof is None else f" at DOF {shown.dof}"
     values = metres.copy(data=shown.units.of_displacement(metres.values))
-    return ShownOutput(values, shown.units.displacement, f" at DOF {shown.dof}")
+    return ShownOutput(values, shown.units.displacement, where)
 
 
 def outputs(dataset: Any, study: Study) -> list[tuple[str, str, Floats]]:
     """Return name, unit and values (samples,) of each output with a chart."""
     shown, found = shown_as(study), []
-    across = {"resonance": "", "steady": "", "peak": "", "curve": "frequency", "at": "time"}
+    across = {
+        "amplification": "",
+        "resonance": "",
+        "steady": "",
+        "peak": "",
+        "curve": "frequency",
+        "at": "time",
+    }
     for kind, dimension in across.items():
-        if kind not in dataset:
-            continue
+        if kind not in dataset or (kind == "curve" and study.outputs.mistuned):
+            continue  # the largest of the curve of a mistuned disk is its resonance
         output = shown_output(dataset, kind, shown)
         values = output.values.max(dimension) if dimension else output.values
         for mode in values["mode"].values:
@@ -93,7 +108,7 @@ def _against(
     layers: list[Layer] = []
     if isinstance(varied.values, Distribution) or not is_number:
         shown = _some_samples(dataset, choice)
-        layers.append(Layer(column[shown], values[shown], BLUE, "samples", False, 2.0))
+        layers.append(Layer(column[shown], values[shown], BLUE, "", False, 2.0))
     else:
         at, group = np.unique(column, return_inverse=True)
         own = [values[(group == k) & ~np.isnan(values)] for k in range(at.size)]
@@ -102,11 +117,12 @@ def _against(
         if at.size > 2 and at[0] > 0.0:
             log = np.allclose(np.diff(np.log(at)), np.log(at[1] / at[0]))
         median = np.array([np.median(each) for each in own])
-        layers.append(Layer(at, median, BLUE, "median", curve, 2.5))
         for low, high, color in ((0.05, 0.95, GREY), (0.25, 0.75, GREEN)):
-            for part, name in ((low, f"{low:.0%} to {high:.0%}"), (high, "")):
-                edge = np.array([np.quantile(each, part) for each in own])
-                layers.append(Layer(at, edge, color, name, curve, 1.0))
+            edges = np.array([np.quantile(each, (low, high)) for each in own]).T
+            if curve and np.any(edges[0] < edges[1]):
+                name = f"{low:.0%} to {high:.0%}"
+                layers.append(Layer(at, edges[0], color, name, width=1.0, top=edges[1]))
+        layers.append(Layer(at, median, BLUE, "median", curve, 2.5))
     failed = dataset["status"].values == FAILED
     if failed.any():
         at = np.unique(column[failed])
@@ -142,21 +158,29 @@ def _vertical(x: float, top: float, name: str) -> Layer:
 
 
 def draw(rows: list[list[Chart]], title: str, path: Path) -> None:
-    """Draw rows of charts as a picture."""
-    figure = extra("matplotlib.figure", "pictures").Figure(
-        figsize=(1.5 + 3.5 * len(rows[0]), 0.8 + 2.4 * len(rows)), layout="constrained"
-    )
-    panels = figure.subplots(len(rows), len(rows[0]), squeeze=False)
-    for ax, chart in zip(panels.flat, (chart for row in rows for chart in row), strict=True):
-        for layer in chart.layers:
-            style = {"lw": layer.width} if layer.curve else {"ls": "", "marker": ".", "ms": 3}
-            color = np.divide(layer.color, 255)
-            ax.plot(layer.x, layer.y, color=color, label=layer.name or None, **style)
-        scale = "log" if chart.x.log else "linear"
-        ax.set(xlabel=chart.x.label, ylabel=chart.y.label, xscale=scale)
-        if chart.x.names:
-            ax.set_xticks(range(len(chart.x.names)), chart.x.names)
-        if any(layer.name for layer in chart.layers):
-            ax.legend(frameon=False, fontsize="small")
-    figure.suptitle(title)
-    figure.savefig(path, dpi=120)
+    """Draw up to four charts as a picture: of one output, or two of each of two outputs."""
+    rows = rows[:2]
+    charts = [chart for *keys, spread in rows for chart in [*keys, spread][: 4 // len(rows)]]
+    height = 0.6 + 2.8 * ceil(len(charts) / 2)
+    with page_figure(path, title, height) as figure:
+        panels = figure.subplots(ceil(len(charts) / 2), 2, squeeze=False).ravel()
+        for ax, chart in zip(panels, charts, strict=False):
+            _draw_chart(ax, chart)
+        for ax in panels[len(charts) :]:
+            ax.remove()
+
+
+def _draw_chart(ax: Axes, chart: Chart) -> None:
+    for layer in chart.layers:
+        style = {"lw": layer.width} if layer.curve else {"ls": "", "marker": ".", "ms": 3}
+        color, name = np.divide(layer.color, 255), layer.name or None
+        if layer.top is not None:
+            ax.fill_between(layer.x, layer.y, layer.top, color=color, alpha=0.4, lw=0, label=name)
+        else:
+            ax.plot(layer.x, layer.y, color=color, label=name, **style)
+    scale = "log" if chart.x.log else "linear"
+    ax.set(xlabel=chart.x.label, ylabel=chart.y.label, xscale=scale)
+    if chart.x.names:
+        ax.set_xticks(range(len(chart.x.names)), chart.x.names)
+    if any(layer.name for layer in chart.layers):
+        ax.legend()

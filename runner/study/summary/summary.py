@@ -13,7 +13,15 @@ from slipmode.rom.slow.transient import said_error
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
 from slipmode.runner.study.study import StudyResults
-from slipmode.runner.study.summary.charts import draw, shown_as, shown_output, study_charts
+from slipmode.runner.study.study_file import Study
+from slipmode.runner.study.summary.amplifications import amplifications
+from slipmode.runner.study.summary.charts import (
+    draw,
+    outputs,
+    shown_as,
+    shown_output,
+    study_charts,
+)
 from slipmode.runner.study.summary.statistics import choice, sensitivity
 from slipmode.runner.view.charts import write_charts
 
@@ -40,6 +48,8 @@ def summarise(done: StudyResults) -> list[str]:
             lines.append(str(refusal))
     if study.sampling.method == "saltelli":
         lines += _sensitivities(dataset, done)
+    if study.outputs.mistuned:
+        lines += amplifications(dataset, study)
     if study.outputs.runs:
         lines.append(_transient_errors(dataset, study.scene.model.transient_error))
     found = list(lines)
@@ -47,7 +57,7 @@ def summarise(done: StudyResults) -> list[str]:
     charts = study_charts(dataset, study, chosen)
     picture, recording = done.path.with_suffix(".png"), done.path.with_suffix(".rrd")
     try:
-        draw(charts, f"{study.title}\n{best}".strip(), picture)
+        draw(charts, f"{study.title}\n{best or _spread(dataset, study)}".strip(), picture)
         lines.append(str(picture))
     except SlipmodeError as refusal:  # without matplotlib there is no picture
         _log.warning("%s: not drawn: %s", picture, refusal)
@@ -59,6 +69,14 @@ def summarise(done: StudyResults) -> list[str]:
     }
     write_charts(recording, study.title, charts, texts)
     return [*lines, str(recording)]
+
+
+def _spread(dataset: Any, study: Study) -> str:
+    """Return the range of the first output that has values, without the outer 5 % at each end."""
+    for name, unit, values in outputs(dataset, study)[:1]:
+        low, high = np.nanquantile(values, (0.05, 0.95))
+        return f"90 % of the samples: {name} from {low:.3g} to {high:.3g} {unit}"
+    return ""
 
 
 def _transient_errors(dataset: Any, allowed: float) -> str:

@@ -79,19 +79,19 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
     raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
     white = (230, 230, 230)
     draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
-    low = -top
+    low = -1.3 * top  # the floor, below the surface
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * tau
     floor = np.column_stack((corners, np.full(5, low)))
-    draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, -low)]], DARK, 0.8)
-    height = f"height: x = {readable(scale, unit)}"
+    draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, top)]], DARK, 0.8)
+    height = f"height: x to ±{readable(scale, unit)}"
     forces = f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange"
     labels = {
-        (0, 0, -low): height,
-        (0.5 * tau, tau, -1.3 * low): forces,
+        (-3.5, 0, 0): height,
+        (0.5 * tau, tau, 2.2 * top): forces,
         (0, 0, low): "0",
         (0.5 * tau, -0.4, low): "phase A",
         (tau, 0, low): "2π",
-        (tau + 0.4, 0.5 * tau, low): "phase B",
-        (tau, tau, low): "2π",
+        (tau + 1.5, 0.5 * tau, low): "phase B",
+        (tau + 0.5, tau, low): "2π",
     }
     draw_labels(stream, TORUS, labels)

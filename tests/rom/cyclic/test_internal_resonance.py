@@ -65,6 +65,22 @@ def test_the_warning_bounds_the_error_of_local_contacts(tip, stiffness, limit, w
     assert difference > 0.01 if warns else difference < 0.008
 
 
+def test_harmonics_of_a_contact_fall_with_the_square_of_their_order():
+    stiffness, samples, orders = 1.0, 1024, np.arange(3, 12, 2)
+    phase = 2.0 * np.pi * np.arange(2 * samples) / samples
+    size = np.geomspace(1.02, 60.0, 60)  # relative to that at which the contact slips
+    x = size[:, np.newaxis] * np.cos(phase)
+    force = np.zeros_like(x)
+    for k in range(1, phase.size):
+        force[:, k] = np.clip(force[:, k - 1] + stiffness * (x[:, k] - x[:, k - 1]), -1.0, 1.0)
+    deficit = (stiffness * x - force)[:, samples:]  # once it is periodic
+    harmonics = 2.0 * np.abs(np.fft.rfft(deficit)[:, orders]) / samples
+    largest = (harmonics / size[:, np.newaxis]).max(axis=0) * orders**2
+    # measured 0.95, 0.69, 0.74, 0.68, 0.70
+    assert largest.min() > 0.65
+    assert largest.max() < 1.0
+
+
 def test_sweeps_name_it_too():
     _, _, omega, disks = mistuned(2.5e6, 2e5, 4.0)
     with pytest.warns(rom.ValidityWarning, match="internal resonance 1:3"):

@@ -1,11 +1,15 @@
 """Sectors of a mesh, against the mesh of the whole disk."""
 
+import sys
+
 import numpy as np
 import pytest
 import scipy.linalg
 
 from benchmarks.cyclic.sector import sector
 from slipmode import rom
+from slipmode.rom.cyclic.static_response import StaticResponse
+from slipmode.rom.structure.solvers.factorisation import SMALL
 
 SECTORS = 5
 
@@ -63,6 +67,24 @@ def test_the_sectors_have_the_frequencies_of_the_whole_disk(solid):
     np.testing.assert_allclose(np.sort(np.concatenate(squares)), together, rtol=1e-8)
 
 
+@pytest.mark.parametrize("solver", ["pypardiso", "SuperLU"])
+def test_the_interior_is_eliminated_by_either_solver(solver, monkeypatch):
+    """Displacements of about 1 are within 3e-11."""
+    if solver == "SuperLU":
+        monkeypatch.setitem(sys.modules, "pypardiso", None)
+    else:
+        pytest.importorskip("pypardiso")
+    solid, k = sector(SECTORS, 8, 6, 4), 2
+    disk, springs = cyclic(solid), np.array([1e7])
+    eliminated = disk.mass.shape[0] - disk.condensed.boundary.size
+    assert eliminated > SMALL
+    static = StaticResponse(disk, k, springs)
+    W = disk.contact_motion(k)
+    K = disk.of_diameter(k)[2] + W.conj().T @ (springs * W)
+    exact = np.random.default_rng(1).standard_normal((K.shape[0], 2, 2)) @ [1.0, 1.0j]
+    np.testing.assert_allclose(static(K @ exact), exact, atol=1e-9)
+
+
 def test_a_rotation_of_the_disk_moves_no_contacts_between_neighbours(solid):
     """Nor does any other motion of the whole disk as a rigid body: of nodal diameters 0 and 1."""
     points, dofs = solid.mesh.with_next(SECTORS)
@@ -99,7 +121,8 @@ def test_a_rotation_of_the_disk_moves_no_contacts_between_neighbours(solid):
         ({"left": "right", "right": "left"}, "check sectors, axis, and whether left and right"),
         ({"axis": "r"}, "axis: must be one of x, y, z"),
         ({"left": [0]}, "left, right: must be as many nodes"),
-        ({"right": [-1]}, "right: must be different rows"),
+        ({"left": [], "right": []}, "at least one, got 0 and 0"),
+        ({"right": [-1]}, "right: nodes must be 0 to"),
         ({"dofs": "half"}, "dofs: must be integers of shape"),
     ],
 )

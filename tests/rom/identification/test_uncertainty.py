@@ -73,6 +73,7 @@ def test_the_misfit_is_that_of_the_law():
     assert bands[1] > 10.0 * bands[0]
 
 
+@pytest.mark.slow
 def test_laws_that_predict_as_well_widen_the_intervals():
     data = measurement(decays(3))
     alone = rom.identify(data, bands=BANDS, law="power", cross=False)

@@ -12,7 +12,7 @@ pytest.importorskip("matplotlib")
 def test_the_command_writes_the_diagrams(tmp_path, capsys):
     arguments = ["diameters", "bladed-disk", "-o", str(tmp_path)]
     assert main(arguments) == 0
-    *paths, line = capsys.readouterr().out.splitlines()
+    *paths, line, _ = capsys.readouterr().out.splitlines()
     assert [path.rpartition(".")[2] for path in paths] == ["csv", "png", "rrd"]
     assert line == ("engine order 3 excites nodal diameter 3, mode 0 (196.963 Hz), at 3939.3 rpm")
     numbers = np.loadtxt(paths[0], delimiter=",", skiprows=1)
@@ -20,7 +20,7 @@ def test_the_command_writes_the_diagrams(tmp_path, capsys):
     np.testing.assert_allclose(2.0 * np.pi * numbers[:, 1:], diagram.frequency, rtol=1e-12)
     more = ["--orders", "3", "21", "--speed", "500", "4000"]
     assert main([*arguments, *more]) == 0
-    orders = [text.split()[2] for text in capsys.readouterr().out.splitlines()[3:]]
+    orders = [text.split()[2] for text in capsys.readouterr().out.splitlines()[3:-1]]
     assert orders == ["3", "21", "21", "21"]
 
 

@@ -39,7 +39,9 @@ def test_a_curve_is_written_and_drawn(tmp_path, capsys):
     assert ends == pytest.approx([0.95 * natural, 1.05 * natural])
     assert np.all(found["growth"] < 0.0)
     size = np.hypot(found["A_re"], found["A_im"])
-    assert said[-1] == f"largest: |A| [kg^0.5 m] = {size.max():.4g}"
+    assert said[-2] == f"largest: |A| [kg^0.5 m] = {size.max():.4g}"
+    picture, recording = (tmp_path / f"one-mode.curve.{ending}" for ending in ("png", "rrd"))
+    assert said[-1] == f"next:  open {picture}, or in Rerun: rerun {recording}"
     for k in (10, size.argmax()):
         Omega = [found["frequency_A"][k]]
         reduced = forcing.plan.excited.reduced.at_carrier(Omega)
@@ -97,7 +99,7 @@ def test_the_best_limit_is_said(tmp_path, capsys):
     found = table(tmp_path / "own.design.csv")
     said = capsys.readouterr().out.splitlines()
     best = found["peak"].argmin()
-    assert said[-2].startswith(f"lowest peak [kg^0.5 m] = {found['peak'][best]:.4g} at ")
+    assert said[-3].startswith(f"lowest peak [kg^0.5 m] = {found['peak'][best]:.4g} at ")
     assert found["peak"][best] < 0.7 * found["peak"][-1]
     assert found["limit"][best] == pytest.approx(1.53, abs=0.02)
 
@@ -110,11 +112,11 @@ def test_curves_and_designs_answer_in_the_units_of_the_scene_at_a_dof(tmp_path, 
     assert main(["design", *options]) == 0
     found, said = table(tmp_path / "own.design.csv"), capsys.readouterr().out.splitlines()
     peak = found["peak at DOF 0 [mm]"]
-    assert said[-2].startswith(f"lowest peak at DOF 0 [mm] = {peak.min():.4g} at ")
+    assert said[-3].startswith(f"lowest peak at DOF 0 [mm] = {peak.min():.4g} at ")
     assert main(["curve", *options]) == 0
     size = table(tmp_path / "own.curve.csv")["A at DOF 0 [mm]"]
     said = capsys.readouterr().out.splitlines()
-    assert said[-1] == f"largest: |A| at DOF 0 [mm] = {size.max():.4g}"
+    assert said[-2] == f"largest: |A| at DOF 0 [mm] = {size.max():.4g}"
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def check_loss(folder, seed):
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))]
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
 )
 def test_a_kill_costs_no_more_than_a_chunk_or_a_second(tmp_path, seed):
     check_loss(tmp_path, seed)

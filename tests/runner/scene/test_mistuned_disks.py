@@ -11,6 +11,7 @@ from slipmode.runner.cli import main
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.runner.validation.validate import validate
 
 MISTUNED = shipped_scenes()["mistuned-disk"].read_text(encoding="utf-8")
 DRAWN = "standard_deviation = 0.02\nseed = 3\n"
@@ -84,6 +85,22 @@ def test_the_shipped_scene_is_full_order_of_all_sectors(shipped):
     # measured 4.0e-4 and 8.1e-4
     assert np.sqrt(np.mean(off**2) / np.mean(expected**2)) < 6e-4
     assert np.abs(off).max() < 1.2e-3 * expected.max()
+
+
+def test_validation_compares_all_blades_with_all_sectors(tmp_path):
+    short = ((SPEED, "3900"), ("duration = 4.0", "duration = 0.2"))
+    without = ((WINDOW, ""), ("[output]\nelastic = [2]\n", ""))
+    text = changed(*short, *without) + "\n[log]\nrerun = false\n"
+    found = validate(parse_scene(text, "."), tmp_path)
+    (compared,) = found.comparisons
+    assert compared.subject == "DOF 2 of all blades"
+    # measured 2.0e-3, in cycles 20 to 40 from rest, and 5.6e-5
+    assert compared.error < 2.5e-3
+    assert compared.reference_error < 1e-4
+    (window,) = found.windows
+    assert (window.end, found.coordinates) == (0.2, 72)
+    assert window.end - window.start == pytest.approx(20 / 195.0, rel=1e-6)
+    assert [path.name for path in found.recordings] == ["scene.validation.mcap"]
 
 
 def test_windows_begin_at_the_start_and_touch(tmp_path):
@@ -216,7 +233,7 @@ def test_mistuning_is_for_sectors():
 def test_models_of_waves_say_what_to_use_instead(capsys):
     with pytest.raises(SlipmodeError, match=r"^mistuning: this needs a model of one or two waves"):
         make_plan(load_scene("mistuned-disk"))
-    for command in ("curve", "backbone", "validate", "fmu"):
+    for command in ("curve", "backbone", "fmu"):
         assert main([command, "mistuned-disk"]) == 1
         line = capsys.readouterr().err
         assert "leave [mistuning] out, or use rom.MistunedDisk" in line

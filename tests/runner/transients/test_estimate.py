@@ -100,7 +100,9 @@ def run_through(scene):
     trajectory = slow_trajectory(plan, model, component.output_names, outputs)
     times = plan.schedule.sample_times(scene.contact[0])[1:]
     motion = fast_motion(component, plan, model, trajectory, times)
-    excitation = excitation_of(plan, np.array(plan.excited.force_patterns), plan.schedule)
+    excitation = excitation_of(
+        plan.excited.modes, np.array(plan.excited.force_patterns), plan.schedule
+    )
     shapes = plan.excited.reduced.mode_shapes
     tip = np.eye(plan.structure.n_dofs)[list(scene.output.elastic)]
     exact = integrate(

@@ -3,13 +3,23 @@
 import numpy as np
 import pytest
 
+from slipmode.rom.slow.units import Units
 from slipmode.runner import run
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.scene import load_scene, parse_scene
-from slipmode.runner.view.labels import readable, reading
+from slipmode.runner.view.labels import (
+    MOTION_PLOTS,
+    find_plots,
+    in_units,
+    label,
+    readable,
+    readable_scale,
+    reading,
+    titled,
+)
 from slipmode.runner.view.phase_portraits import Portrait, portraits
-from slipmode.runner.view.samples import Latest
-from slipmode.runner.view.views import _in_rows
+from slipmode.runner.view.samples import Extents, Latest
+from slipmode.runner.view.views import _in_rows, _name
 
 
 @pytest.mark.parametrize(
@@ -55,7 +65,7 @@ def test_a_sweep_is_drawn_from_its_least_frequency_and_from_zero():
     path = np.array([[0.94, 0.5], [0.98, 3.0], [1.02, 1.5]])
     points, marks = response().placed(path)
     np.testing.assert_allclose(points, [[-1, -2 / 3], [0, 1], [1, 0]], atol=1e-12)
-    assert list(marks.values()) == ["0.94", "1.02 rad/s", "|A| = 3 kg^0.5 m"]
+    assert list(marks.values()) == ["0.94", "1.02 rad/s", "|A|: 0 to 3 kg^0.5 m"]
     assert response().has_picture(path)
     assert not response().has_picture(path * (0, 1) + (0.98, 0))  # no sweep
 
@@ -75,7 +85,7 @@ def test_windows_apart_have_views_of_their_own(tmp_path, viewer):
     recording = run(parse_scene(text, tmp_path), tmp_path)
     viewer.open(str(recording.rrd))
     found = [view.name for view in viewer.get_state().views]
-    assert found.count("Friction force") == 2
+    assert found.count("Friction force [N]") == 2
 
 
 def test_drawings_stand_two_in_a_row_as_long_as_these_are_few():
@@ -83,3 +93,36 @@ def test_drawings_stand_two_in_a_row_as_long_as_these_are_few():
     assert _in_rows(few) == [["A"], ["Contacts"], ["0", "1"], ["2"]]
     many = [["A", "B", "Contacts"], [], ["0", "1", "2"], ["full 0", "full 1", "full 2"]]
     assert _in_rows(many) == [group for group in many if group]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "scale"),
+    [
+        (0.0, 3.0, (0.0, 3.15)),  # labels 0, 1, 2, 3
+        (0.0, 6.0, (0.0, 10.5)),  # labels 0 and 10
+        (-0.25, 0.25, (-0.2625, 0.2625)),
+        (-6.5, 6.5, (-10.5, 10.5)),
+        (63.0, 63.5, None),  # a narrow sweep is fitted by the viewer
+        (0.0, 0.0, None),
+    ],
+)
+def test_a_scale_has_more_labels_than_zero(low, high, scale):
+    assert readable_scale(low, high) == (scale and pytest.approx(scale))
+
+
+def test_a_plot_has_its_unit_in_the_title_and_its_swing_in_the_legend():
+    contacts = [channels.contact(0), channels.contact(1)]
+    units = Units(displacement="mm")
+    shown = [in_units(channel, units)[0] for channel in contacts]
+    (title,) = (name for name in find_plots(shown, MOTION_PLOTS) if "displacement" in name)
+    assert titled(title, find_plots(shown, MOTION_PLOTS)[title]) == "Contact displacement [mm]"
+    extents = Extents()
+    extents.extend("/contact/0", np.arange(2), np.array([[-3.0, 0.0, 0.0], [2.5, 1.0, 2.0]]))
+    assert _name(shown[0], 0, extents) == "x contact 0: ±3"
+    assert _name(shown[0], 2, extents) == "f contact 0"
+    assert extents.times == (0, 1)
+
+
+def test_the_legend_of_the_power_balance_names_every_term():
+    names = [label(channels.energy(), k) for k in range(5)]
+    assert {"input", "contacts", "structural damping", "change of energy"} == set(names)

@@ -45,7 +45,7 @@ def test_samples_between_two_times_ends_included(whole, start, end, first, last)
 def test_only_the_chosen_channels_are_shown(whole, tmp_path, capsys):
     out = tmp_path / "part.rrd"
     assert main(["replay", str(whole), "--topics", "/contact/0", "--save", str(out)]) == 0
-    assert capsys.readouterr().out == f"{out}\n"
+    assert capsys.readouterr().out == f"{out}\nnext:  rerun {out}\n"
     assert verified(out)
     found = contents(out)
     assert "/contact/0/friction_force" in found

@@ -67,7 +67,7 @@ def test_limit_cycle_and_an_engine_order():
 @pytest.mark.parametrize(
     # Measured: -0.70 and 1.69 1/s, 0.06 and 0.04 off; without slip 4.1 1/s.
     ("force", "grows"),
-    [(1.6, False), (3.0, True)],
+    [pytest.param(1.6, False, marks=pytest.mark.slow), (3.0, True)],
 )
 def test_forced_wave_beyond_its_slip_threshold(force, grows):
     """It quenches the flutter, and leaves it little friction when it slips further."""

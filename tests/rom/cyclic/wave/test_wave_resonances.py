@@ -19,7 +19,7 @@ def three_to_one(beta):
     return wave, float(wave.wave.modes_of(6).frequency[1]) / 3.0
 
 
-@pytest.mark.parametrize("beta", [1e-6, 1e-7])  # loop gains 3.5 and 35
+@pytest.mark.parametrize("beta", [1e-6, 1e-7])  # gains 3.5 and 35
 def test_a_resonance_that_does_not_converge_is_named(beta):
     wave, frequency = three_to_one(beta)
     named = (
@@ -31,7 +31,7 @@ def test_a_resonance_that_does_not_converge_is_named(beta):
 
 
 def test_a_table_near_a_resonance_warns():
-    """Loop gain 0.35 at beta = 1e-5: steady states converge, transients are not modelled."""
+    """Gain 0.35 at beta = 1e-5: steady states converge, transients are not modelled."""
     wave, frequency = three_to_one(1e-5)
     (state,) = wave.steady_states(frequency, FORCE)
     named = r"contacts meet another mode: harmonic \(3, 0\) .* nodal diameter 6, whose mode 1"
@@ -52,7 +52,7 @@ def test_a_combination_of_two_waves_near_a_mode_is_found():
 
 def test_waves_away_from_resonances_do_not_warn():
     disk = rom.lumped_disk(12, 1e-5)
-    wave = rom.travelling_wave(disk, LAW, 3)  # loop gain 0.02
+    wave = rom.travelling_wave(disk, LAW, 3)  # gain 0.02
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wave.tabulate(1e-5, FORCE)

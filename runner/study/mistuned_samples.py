@@ -1,0 +1,60 @@
+"""Results of samples whose disks are mistuned: steady states of all blades, without a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
+from slipmode.runner.recording.record import one_line
+from slipmode.runner.scene.sections import Scene
+from slipmode.runner.study.design import Design
+from slipmode.runner.study.sample_outputs import Batch, Curve
+from slipmode.runner.study.scene_model import Samples
+
+
+def compute_mistuned(samples: Samples, design: Design) -> Batch:
+    """Return the results of samples. Disks that differ in mistuning alone are solved together."""
+    outputs = samples.outputs
+    assert outputs.curve is not None  # `load_study` refuses other outputs
+    batch = Batch.empty(outputs, samples.modes, design.samples)
+    together: dict[str, list[tuple[int, Scene]]] = {}
+    found = zip(samples.contents(design), samples.scenes(design), strict=True)
+    for place, (content, scene) in enumerate(found):
+        if isinstance(scene, str):
+            batch.reason[place] = scene
+            continue
+        others = {name: part for name, part in content.items() if name != "mistuning"}
+        together.setdefault(json.dumps(others), []).append((place, scene))
+    for group in together.values():
+        places, scenes = [place for place, _ in group], [scene for _, scene in group]
+        try:
+            values = _steady_states(outputs.curve, scenes)
+        except SlipmodeError as refusal:
+            for place in places:
+                batch.reason[place] = one_line(refusal)
+            continue
+        batch.put(places, Batch(values, [""] * len(places), np.zeros(len(places), dtype=bool)))
+    return batch
+
+
+def _steady_states(curve: Curve, scenes: Sequence[Scene]) -> dict[str, Floats]:
+    """Return the results of scenes that differ in mistuning alone, each (samples, 1, ...)."""
+    plan = plan_scene(scenes[0])
+    assert isinstance(plan, MistunedPlan)
+    tuned = (0.0,) * plan.disk.structure.sectors
+    disks = plan.disk.with_deviation([tuned, *(scene.mistuning for scene in scenes)])
+    force = plan.force * scenes[0].forcing["A"].amplitude.value_before(scenes[0].run.duration)
+    envelope = disks.envelope(curve.frequency, plan.engine_order, force, plan.dof)
+    reference, *peaks = envelope.max(axis=1)
+    values = {
+        "curve": envelope[1:],
+        "resonance": np.array(peaks),
+        "resonance_frequency": curve.frequency[envelope[1:].argmax(axis=1)],
+        "amplification": peaks / reference,
+    }
+    return {name: each[:, np.newaxis] for name, each in values.items()}

@@ -1,0 +1,73 @@
+"""Powers of the energy balance: input = contacts + structural damping + change of energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipmode.rom import Model
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
+from slipmode.rom.reduction.reduced import coupling_factor
+from slipmode.runner.plan.plan import Plan
+from slipmode.runner.transients.full_order import SlowPart
+
+
+class SlowBalance:
+    """The energy balance of the modes in slow time."""
+
+    def __init__(self, plan: Plan, model: Model) -> None:
+        self._plan, self._model = plan, model
+        self._last = np.zeros((1, model.modes), dtype=complex)  # amplitudes of the last point
+        self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
+
+    def rows(self, power: Floats, amplitude: Complexes, first: int) -> Floats:
+        """Return the rows of ``/energy`` at communication points from number `first` on.
+
+        Points follow those of the call before. `power` (points, 3) has the powers and the energy
+        that a component states, `amplitude` (points, modes) is a_j. The power that is stored is
+        the input less both dissipated powers.
+        """
+        time = self._plan.schedule.time(slice(max(first - 1, 0), first + len(amplitude)))
+        before = self._last if first else amplitude[:1]
+        span = np.diff(time)[:, np.newaxis] if first else 1.0
+        rate = (amplitude - np.vstack((before, amplitude[:-1]))) / span
+        self._last = amplitude[-1:]
+        structural = self._structural(amplitude, rate, first)
+        stored = power[:, 0] - power[:, 1] - structural
+        return np.column_stack((power, structural, stored))
+
+    def _structural(self, amplitude: Complexes, rate: Complexes, first: int) -> Floats:
+        """Return the power that structural damping dissipates, (points,) [W]."""
+        excited, schedule = self._plan.excited, self._plan.schedule
+        reduced, table = self._model.reduced, self._model.table
+        points = slice(first, first + len(amplitude))
+        parts = ("frequency", "force", "phase")
+        names = [f"{part}_{mode}" for part in parts for mode in excited.modes]
+        values = schedule.at_points([*names, "limit_scale"], points)
+        frequency, size, phase = np.split(values[:, :-1], len(parts), axis=1)
+        scale = values[:, -1:]
+        velocity = rate + 1j * frequency * amplitude
+        power = 2.0 * np.abs(velocity) ** 2 @ reduced.modal_damping
+        if table.values.shape[-1] == 2 * table.modes:  # nothing is tabulated of the contacts
+            return np.asarray(power)
+        # dampers between modes and contacts: the table has friction less what leaves the modes
+        shift = self._shift * phasor(excited.modal_force, phase) * size
+        acting = np.abs(coupling_factor(reduced, frequency) * (amplitude + shift)) / scale
+        shared = table.terms(np.minimum(acting, table.amplitude_range))[:, -1].real
+        return np.asarray(power - scale[:, 0] ** 2 * shared)
+
+
+def full_order_balance(natural: Floats, frequency: Floats, slow: SlowPart) -> Floats:
+    """Return the rows of ``/energy`` of a stretch at full order, (points, 5).
+
+    The stored power is the rate of the energy of the modes, and structural damping dissipates
+    what remains of the input. The energy is the sum of abs(v_j)^2 + omega_j^2 abs(a_j)^2, where
+    v_j = da_j/dt + i Omega_j a_j. `natural` (modes,) has omega_j, `frequency` (points, modes)
+    Omega_j, in rad/s.
+    """
+    velocity = slow.rate + 1j * frequency * slow.amplitude
+    kinetic = velocity.conj() * (slow.second + 1j * frequency * slow.rate)
+    potential = natural**2 * slow.amplitude.conj() * slow.rate
+    stored = 2.0 * np.sum((kinetic + potential).real, axis=1)
+    structural = slow.power[:, 0] - slow.power[:, 1] - stored
+    return np.column_stack((slow.power, structural, stored))
