@@ -21,7 +21,7 @@ def add_explore_command(add: AddCommand) -> None:
     add(
         "explore",
         _explore,
-        "a scene as one HTML file with sliders, that computes in a browser",
+        "write a scene as an HTML file that computes, with sliders",
         "explore blade -o blade.html --open",
         SCENE,
         Argument("-o", "--output", type=Path, help="the .html file (SCENE.html)"),
