@@ -75,7 +75,7 @@ def sources_without(*left_out: str) -> dict[str, Path]:
         for path in sorted(folder.rglob("*.[ch]"))
     }
     if not {"slipmode.h", "faces/fmi2.c"} <= found.keys():
-        raise SlipmodeError("fmu/src: the FMU's sources are missing; install slipmode again")
+        raise SlipmodeError("fmu/src: the sources of the FMU are missing; install slipmode again")
     without = ("torus/", "full/", *left_out)
     return {name: path for name, path in found.items() if not name.startswith(without)}
 
@@ -96,7 +96,7 @@ def platform_binary(platform_tuple: str) -> bytes:
     Raises SlipmodeError if the platform is unknown, zig is not installed, or it fails.
     """
     if platform_tuple not in TARGETS:
-        raise SlipmodeError(f"platforms: {platform_tuple} is none of {', '.join(TARGETS)}")
+        raise SlipmodeError(f"platforms: {platform_tuple} must be one of {', '.join(TARGETS)}")
     independent = () if platform_tuple.endswith("windows") else ("-fPIC",)  # there all code is
     return compiled(
         source_files(),

@@ -99,6 +99,12 @@ def export(
     ValidityWarning
         If the model violates an assumption of the method, or a frequency of `start` or `stimuli`
         is far from its mode. The documentation in the FMU lists these warnings.
+
+    Examples
+    --------
+    Write a model with a force input at DOF 0 in newtons::
+
+        fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))

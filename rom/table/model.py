@@ -229,7 +229,8 @@ class Model:
             raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(
-                f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
+                f"{path}: model format {header.get('format')} must be {FORMAT}; tabulate the "
+                "model again"
             )
         if digest(header, content) != expected:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")

@@ -113,9 +113,9 @@ def _unbounded(excited: Excited) -> SlipmodeError:
     for mode, damping in zip(excited.modes, excited.reduced.modal_damping, strict=True):
         if damping < 0.0:
             return SlipmodeError(
-                f"aerodynamics.{mode}: friction does not hold mode {mode}, which grows without "
-                "bound; excite it less or give structure.damping more; or give model.amplitude, "
-                "and the run ends there"
+                f"aerodynamics.{mode}: friction does not limit mode {mode}, which grows without "
+                "bound; reduce the excitation, increase structure.damping, or give "
+                "model.amplitude, at which the run ends"
             )
     return SlipmodeError(
         "forcing: the amplitudes grow without bound; give structure.damping a value > 0"

@@ -70,8 +70,8 @@ class ForcedSlowFlow:
             values.min() == 0.0 or not is_homogeneous(model.law, model.reduced.n_contacts)
         ):
             raise SlipmodeError(
-                "vary: limits vary with factors > 0, and of laws that scale with them: not of "
-                f"tanh, nor across a gap; got {model.law!r}, span {span}"
+                "vary: a limit needs factors > 0 and a law whose motion scales with its limits, "
+                f"which excludes tanh and gaps; got {model.law!r}, span {span}"
             )
         Omega = as_floats("frequency", frequency)
         if Omega.shape != (model.modes,):

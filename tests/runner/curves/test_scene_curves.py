@@ -22,10 +22,10 @@ def test_a_curve_that_goes_on_is_said_in_a_line(tmp_path, capsys, monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(continuation, "MOST_POINTS", 10)
     assert main(["curve", "one-mode", "-o", str(tmp_path)]) == 0
-    said = [line for line in capsys.readouterr().err.splitlines() if "not followed" in line]
+    said = [line for line in capsys.readouterr().err.splitlines() if "is incomplete" in line]
     assert len(said) == 1
-    assert "curve not followed beyond frequency_A = 0.9" in said[0]
-    assert "a shorter span shows where it goes on" in said[0]
+    assert "curve is incomplete beyond frequency_A = 0.9" in said[0]
+    assert "A shorter span shows more of it" in said[0]
 
 
 def test_a_curve_is_written_and_drawn(tmp_path, capsys):
