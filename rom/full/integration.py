@@ -87,10 +87,10 @@ def integrate(
 
     References
     ----------
-    C. A. Kennedy, M. H. Carpenter, Additive Runge-Kutta schemes for
+    Kennedy, C. A., M. H. Carpenter, Additive Runge-Kutta schemes for
     convection-diffusion-reaction equations, Applied Numerical Mathematics 44 (2003).
 
-    A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.1: the bilinear
+    Oppenheim, A. V., R. W. Schafer, Discrete-Time Signal Processing, section 7.1: the bilinear
     transformation.
 
     Examples

@@ -36,7 +36,7 @@ class Amplification:
     def whitehead(self) -> float:
         """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks [-].
 
-        D. S. Whitehead, Effect of mistuning on the vibration of turbomachine blades induced by
+        Whitehead, D. S., Effect of mistuning on the vibration of turbomachine blades induced by
         wakes, Journal of Mechanical Engineering Science 8 (1966).
         """
         return 0.5 * (1.0 + float(np.sqrt(self.sectors)))
