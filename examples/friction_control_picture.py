@@ -20,11 +20,16 @@ def draw(folder="logs", picture="docs/friction-control.png"):
     time = controlled["/modes"][1]
     force, frequency = controlled["/forcing"][2].T[:2]
     figure = Figure(figsize=(7.0, 5.0), layout="constrained")
+    largest = [each["/modes"][2][:, -1].max() for each in (controlled, fixed)]
+    title = "Controlled friction limit: peak |A| {:.3g} instead of {:.3g} kg$^{{1/2}}$ m"
+    figure.suptitle(title.format(*largest), x=0.01, ha="left", fontsize=11)
     amplitude, limit, forcing = figure.subplots(3, sharex=True, height_ratios=(3, 2, 2))
     amplitude.plot(time, fixed["/modes"][2][:, -1], color=FIXED, label="fixed friction limit")
     amplitude.plot(time, controlled["/modes"][2][:, -1], color=CONTROLLED, label="controlled")
     amplitude.set_ylabel("|A| [kg$^{1/2}$ m]")
     amplitude.legend(frameon=False)
+    for panel in (amplitude, limit, forcing):
+        panel.grid(color="#dddddd", linewidth=0.5)
     limit.axhline(1.0, color=FIXED)
     limit.plot(time, controlled["/control"][2][:, 0], color=CONTROLLED)
     limit.set_ylabel("friction limit,\nrelative")

@@ -58,5 +58,6 @@ def write_beside(
         va="bottom" if above else "center",
         fontsize=9.0,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+        zorder=1.5,  # over the grid, under the curves
         annotation_clip=False,
     )

@@ -24,33 +24,34 @@ SPAN = 0.1
 
 
 class DiskFlow:
-    """A disk that goes through time step by step, at rest in the beginning.
+    """Step a mistuned disk in time, from rest.
 
-    Made by `MistunedDisk.flow`. With the force deficits y of the contacts and the magnitude F of
-    the excitation, the amplitudes a of the modes of the disk with stuck contacts follow
+    `MistunedDisk.flow` makes it. With the force deficits y of the contacts and the magnitude F of
+    the force, the amplitudes a_m of the modes with stuck contacts obey::
 
         a_m' = (s_m - i Omega) a_m + b_m F + l_m y.
 
     Parameters
     ----------
     modes : StuckModes
+        Modes of the disk with stuck contacts.
     contacts : LocalContacts
-        Force deficits against drives, displacements without the flexibility `own`.
+        Force deficit of each contact against its displacement without the flexibility `own`.
     own : (N N_c,) complex ndarray
         Flexibility of each contact to its own force deficit [m/N].
     frequency : float
-        Reference, and Omega at the start [rad/s].
+        Reference frequency, and forcing frequency Omega at the start [rad/s].
     tolerance : float
-        Error of a step, relative to the amplitudes.
+        Error of a step relative to the amplitudes [-].
 
     Attributes
     ----------
     time : float
-        [s]
+        Present time [s].
     frequency : float
-        Forcing frequency Omega at this time [rad/s].
+        Present forcing frequency Omega [rad/s].
     magnitude : float
-        F at this time: the factor of the force.
+        Present magnitude F, the factor of the force [-].
     """
 
     def __init__(
@@ -100,19 +101,18 @@ class DiskFlow:
         Parameters
         ----------
         duration : float
-            [s]; 0 to change the inputs at once.
+            Length of the step [s]; 0 changes the inputs at once.
         frequency : float, optional
-            Omega at the end of the step [rad/s], to which it changes linearly. Default: constant.
-            At most 10 % from the reference.
+            Forcing frequency at the end of the step [rad/s], linear in between, at most 10 % from
+            the reference frequency. Default: constant.
         magnitude : float, optional
-            Factor of the force at the end of the step, to which it changes linearly. Default:
-            constant.
+            Factor of the force at the end of the step [-], linear in between. Default: constant.
 
         Raises
         ------
         SlipmodeError
             If an input is not allowed, or the step cannot meet its tolerance. The state is
-            unchanged then.
+            unchanged.
         """
         before = (self.frequency, self.magnitude)
         ends = (
@@ -145,21 +145,42 @@ class DiskFlow:
         self._amplitude, self._deficit, self._next_step = state
 
     def displacement(self) -> Complexes:
-        """Return c (N, n_s) of the free DOFs, which move by 2 Re(c exp(i theta)) [m]."""
+        """Return the present harmonics of all free DOFs.
+
+        Returns
+        -------
+        (N, n_s) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m].
+        """
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
         return self._modes.blades(self.frequency, a, self.magnitude, y)
 
     def contact_displacement(self) -> Complexes:
-        """Return c (N N_c,) of the contacts, sector by sector, which move by 2 Re(c exp(i theta)).
+        """Return the present harmonics of all contact displacements.
 
-        In m, without the higher harmonics.
+        Returns
+        -------
+        (N N_c,) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m], sector by sector, without
+            higher harmonics.
         """
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
         moved = self._modes.slow.motion @ a + self._modes.flexibility(self.frequency) @ y
         return np.asarray(moved + self.magnitude * self._modes.displacement(self.frequency))
 
     def amplitude(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF of every blade, (N,) [m]."""
+        """Return the present displacement amplitude of a DOF of every blade.
+
+        Parameters
+        ----------
+        dof : int
+            Free DOF of the sector.
+
+        Returns
+        -------
+        (N,) ndarray
+            Amplitudes [m].
+        """
         return np.asarray(2.0 * np.abs(self.displacement()[:, dof]))
 
     def _in_bands(

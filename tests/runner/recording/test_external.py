@@ -130,7 +130,7 @@ def test_replay_shows_the_numbers_and_says_what_it_does_not(tmp_path, capsys):
     before = hashlib.sha256(path.read_bytes()).digest()
     assert main(["replay", str(path), "--save", str(out)]) == 0
     printed = capsys.readouterr()
-    assert printed.out == f"{out}\n"
+    assert printed.out == f"{out}\nnext:  rerun {out}\n"
     (line,) = printed.err.splitlines()
     assert line.startswith(f"{path}: not shown: {COUNT} of /camera (cdr sensor_msgs/msg/Image)")
     assert verified(out)

@@ -325,7 +325,8 @@ def test_rerun_file_holds_legends_with_units_and_scales(tmp_path):
     assert verified(path)
     text = subprocess.run([RERUN, "rrd", "print", "-vvv", path], capture_output=True, check=True)
     assert b"|A| [kg^0.5 m]" in text.stdout
-    assert b"x = 0.15 m, f = 2 N" in text.stdout
+    for label in ("x: ±0.15 m".encode(), "f: ±2 N".encode()):
+        assert label in text.stdout
     assert HEADER.title.encode() in text.stdout
 
 
