@@ -27,7 +27,7 @@ from slipmode.fmu.description.xml_files import (
 from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
-from slipmode.rom import Model, SlipmodeError
+from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.table.quasi_static import check_force_patterns
@@ -171,7 +171,12 @@ def _summary(model: Model) -> str:
 
 def _license() -> bytes:
     """Return the license of slipmode and of its library in the FMU."""
-    listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
+    folders = ("licenses", f"slipmode-{__version__}.dist-info")
+    listed = [
+        file
+        for file in files("slipmode") or []
+        if file.name == "LICENSE" and file.parent.name in folders
+    ]
     if not listed:
         raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")
     return listed[0].read_binary()

@@ -192,8 +192,8 @@ class SectorMesh:
         if differs.any():
             raise SlipmodeError(
                 f"left, right: nodes {self.left[np.argmax(differs)]} and "
-                f"{right[np.argmax(differs)]} meet, but are not held alike in all directions "
-                f"across {self.axis}"
+                f"{right[np.argmax(differs)]} meet, but have different free DOFs across "
+                f"{self.axis}; fix the same directions of both"
             )
         return self.left, right
 

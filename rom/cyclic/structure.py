@@ -144,7 +144,7 @@ class CyclicStructure:
         for name, value in fields.items():
             object.__setattr__(self, name, value)
         if np.any(self.of_diameter(0)[0].diagonal().real <= 0.0):
-            raise SlipmodeError("mass: every DOF needs some mass, once right is joined to left")
+            raise SlipmodeError("mass: every DOF must have mass after right is joined to left")
 
     def __repr__(self) -> str:
         return (
@@ -384,8 +384,8 @@ class CyclicStructure:
         """
         if self.aerodynamics is not None:
             raise SlipmodeError(
-                f"aerodynamics: {name} does not include these forces; take the structure without "
-                "them"
+                f"aerodynamics: {name} does not include these forces; give the structure without "
+                "aerodynamics"
             )
 
     def around(self, wave: Complexes, nodal_diameter: int) -> Complexes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from argparse import Namespace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ def add_explore_command(add: AddCommand) -> None:
     add(
         "explore",
         _explore,
-        "a scene as one HTML file with sliders, that computes in a browser",
+        "write a scene as an HTML file that computes, with sliders",
         "explore blade -o blade.html --open",
         SCENE,
         Argument("-o", "--output", type=Path, help="the .html file (SCENE.html)"),
@@ -40,4 +41,6 @@ def _explore(options: Namespace) -> int:
         progress=True,
     )
     print(path)
+    if not options.open:
+        print(f"next:  open {shlex.quote(str(path))} in a browser")
     return 0

@@ -144,7 +144,8 @@ def _content(
     inputs = page_inputs(plan, model, {name: named[name].start for name in options.start})
     wanted = [f"{mode}_{part}" for mode in modes for part in ("re", "im", "abs")]
     wanted = ["time", *wanted, *(each["name"] for each in inputs), "dissipated_power"]
-    slower = float(model.reduced.frequency.min())
+    cycle = 2.0 * pi / float(model.reduced.frequency.min())  # of the slower mode [s]
+    speed = float(f"{scene.run.duration / cycle / _SECONDS:.1g}")
     units = scene.units
     return {
         "title": scene.title or scene.name,
@@ -162,8 +163,8 @@ def _content(
             "unit": units.displacement,
             "per": 1.0 / float(units.of_displacement(1.0)),
         },
-        "cycle": 2.0 * pi / slower,
-        "speed": float(f"{scene.run.duration * slower / (2.0 * pi) / _SECONDS:.1g}"),
+        "cycle": cycle,
+        "speed": min(max(speed, 1.0), 1e4),
     }
 
 

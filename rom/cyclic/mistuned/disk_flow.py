@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.mistuned.local_contacts import LocalContacts
 from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 
 # Width of the bands of frequency within which the fast modes respond as in the middle, relative to
 # the reference frequency: their response changes by less than 1e-3.
@@ -123,8 +123,8 @@ class DiskFlow:
             raise SlipmodeError(f"duration: must be a finite number >= 0, got {duration}")
         if not abs(ends[0] - self._reference) <= SPAN * self._reference:
             raise SlipmodeError(
-                f"frequency = {ends[0]:g} rad/s: must be within {SPAN:.0%} of "
-                f"{self._reference:g} rad/s; begin another flow there"
+                f"frequency = {ends[0]:g} rad/s: must be within {percentage(SPAN)} of "
+                f"{self._reference:g} rad/s; start another flow at this frequency"
             )
         if not np.isfinite(ends[1]):
             raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
@@ -136,8 +136,8 @@ class DiskFlow:
             status = kernel.lib.sm_disk_march(self._disk, inputs, *addresses)
             if status == kernel.NOT_CONVERGED:
                 raise SlipmodeError(
-                    "contacts: act too strongly on each other for amplitudes in slow time; "
-                    "integrate `CyclicStructure.annulus` by `rom.full`"
+                    "contacts: the slow flow does not converge, because contacts act too strongly "
+                    "on each other; integrate CyclicStructure.annulus() in time (rom.full)"
                 )
             kernel.check(status, "slow flow of the disk")
         self.time += duration

@@ -59,7 +59,7 @@ def tabulate_waves(
     """
     counts = [len(each) for each in (waves, force, frequency)]
     if counts != [2, 2, 2]:
-        raise SlipmodeError(f"waves, force, frequency: must be two each, got {counts}")
+        raise SlipmodeError(f"waves, force, frequency: must have two entries each, got {counts}")
     first, second = waves
     if first.structure is not second.structure or first.law != second.law:
         raise SlipmodeError("waves: must be of the same structure and law")

@@ -6,7 +6,7 @@ import { readLink, writeLink } from "page/link";
 import { withUnit } from "page/numbers";
 import { MODAL, Views } from "page/views";
 
-const ROWS_PER_FRAME = 4;
+const ROWS_PER_FRAME = 8;
 const LONGEST_FRAME = 0.1; // [s], where frames are late
 const PERTURBATION = 0.1; // of the range of the friction table
 const SPEED = { name: "speed", label: "Speed", unit: "cycles/s", per: 1, least: 1, most: 10000, log: true };
@@ -44,11 +44,7 @@ class Page {
     this.choose("swept", content.modes.map((mode) => `frequency ${mode}`), () => { this.stale.curve = true; });
     this.choose("contact", content.contacts.map((each) => each.name), () => { this.stale.beat = true; });
     element("play").addEventListener("click", () => this.play(!this.playing));
-    element("restart").addEventListener("click", () => {
-      this.core.restart();
-      this.history.clear();
-      this.record();
-    });
+    element("restart").addEventListener("click", () => this.restart());
     element("perturb").addEventListener("click", () => {
       if (!this.core.perturb(PERTURBATION)) say(this.core.takeMessage());
       this.record();
@@ -101,6 +97,13 @@ class Page {
     this.stale.run = this.stale.beat = true;
   }
 
+  /** Back to t = 0, with the present inputs. */
+  restart() {
+    this.core.restart();
+    this.history.clear();
+    this.record();
+  }
+
   play(playing) {
     this.playing = playing;
     element("play").textContent = playing ? "Pause" : "Play";
@@ -114,9 +117,8 @@ class Page {
     const rows = this.core.play(duration, ROWS_PER_FRAME, this.references);
     this.history.add(rows);
     this.stale.run = this.stale.beat = true;
-    const message = this.core.takeMessage();
-    if (message) say(message);
     if (rows.length < ROWS_PER_FRAME * this.references.length) this.play(false);
+    const message = this.core.takeMessage();
     if (message) say(message);
   }
 
@@ -170,7 +172,8 @@ class Page {
 
   /** Takes up the settings of a link. */
   follow(settings) {
-    for (const control of [this.speed, ...this.inputs]) {
+    // twice: an input may be refused until another has its value
+    for (const control of [this.speed, ...this.inputs, ...this.inputs]) {
       if (control.input.name in settings) control.set(Number(settings[control.input.name]));
       control.show();
     }
@@ -211,6 +214,7 @@ export async function start() {
     const page = new Page(content, await Core.open());
     globalThis.slipmode = page; // for the console, and for tests
     page.follow(readLink());
+    page.restart();
     page.run();
   } catch (error) {
     say(error.message);

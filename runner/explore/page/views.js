@@ -78,33 +78,35 @@ export class Views {
   drawCurve(swept) {
     const { modes, inputs } = this.content;
     const { least, most } = inputs.find((input) => input.name === `frequency_${modes[swept]}`);
-    this.points = this.core.curve(swept, least, most, modes.length);
-    this.points.rows = this.points.rows.slice(); // before the next call
+    const points = this.core.curve(swept, least, most, modes.length);
+    this.lines = modes.map((_, mode) => [this.line(points, mode, 1), this.line(points, mode, 0)]);
     this.drawOperatingPoint(swept);
+  }
+
+  /** Returns the stable or unstable parts of all branches, with gaps between them. */
+  line({ rows, width, count }, mode, stable) {
+    const [xs, ys] = [[], []];
+    for (let k = 0; k < count; k++) {
+      const at = k * width;
+      const [stability, branch] = [at + width - 2, at + width - 1];
+      const follows = k > 0 && rows[branch] === rows[branch - width];
+      const shown = rows[stability] === stable || (follows && rows[stability - width] === stable);
+      if (!follows) {
+        xs.push(rows[at] / this.content.frequency.per);
+        ys.push(NaN);
+      }
+      xs.push(rows[at] / this.content.frequency.per);
+      ys.push(shown ? rows[at + 1 + mode] : NaN);
+    }
+    return [xs, ys];
   }
 
   /** Draws the response curve with the present amplitudes on it. */
   drawOperatingPoint(swept) {
     const { modes, frequency } = this.content;
-    const [now, ...sizes] = this.history.latest(
-      [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)], 1);
-    const { rows, width, count } = this.points;
-    const last = width - 1;
-    const lines = (mode, stable) => {
-      const xs = [], ys = [];
-      for (let k = 0; k < count; k++) {
-        const row = rows.subarray(k * width, (k + 1) * width);
-        const before = k ? rows.subarray((k - 1) * width, k * width) : null;
-        const follows = before && before[last] === row[last];
-        const shown = row[last - 1] === stable || (follows && before[last - 1] === stable);
-        if (!follows) ys.push(NaN), xs.push(row[0] / frequency.per);
-        xs.push(row[0] / frequency.per);
-        ys.push(shown ? row[1 + mode] : NaN);
-      }
-      return [xs, ys];
-    };
-    this.curve.draw(modes.flatMap((_, mode) => [
-      lines(mode, 1), lines(mode, 0), [[now[0] / frequency.per], [sizes[mode][0]]],
-    ]));
+    const names = [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)];
+    const [now, ...sizes] = this.history.latest(names, 1);
+    const at = [now[0] / frequency.per];
+    this.curve.draw(modes.flatMap((_, mode) => [...this.lines[mode], [at, sizes[mode]]]));
   }
 }

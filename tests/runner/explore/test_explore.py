@@ -175,6 +175,8 @@ def test_it_opens_in_a_browser_if_asked(no_compiler, tmp_path, monkeypatch, caps
     opened = []
     monkeypatch.setattr(exploring.webbrowser, "open", opened.append)
     monkeypatch.chdir(tmp_path)
+    assert main(["explore", "one-mode"]) == 0
+    assert capsys.readouterr().out == "one-mode.html\nnext:  open one-mode.html in a browser\n"
     assert main(["explore", "one-mode", "--open"]) == 0
     assert capsys.readouterr().out == "one-mode.html\n"
     assert opened == [(tmp_path / "one-mode.html").as_uri()]

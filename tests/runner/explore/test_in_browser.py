@@ -264,7 +264,7 @@ def test_the_run_is_saved_as_csv(opened):
         rows = list(csv.reader(Path(saved.value.path()).read_text().splitlines()))
     assert rows[0][:4] == ["time [s]", "A_re [kg^0.5.m]", "A_im [kg^0.5.m]", "A_abs [kg^0.5.m]"]
     numbers = np.array(rows[1:], dtype=float)
-    assert numbers.shape == (5, len(rows[0])) and np.isfinite(numbers).all()
+    assert numbers.shape == (9, len(rows[0])) and np.isfinite(numbers).all()
     assert numbers[-1, 0] == pytest.approx(10 * 2.0 * np.pi)
 
 
