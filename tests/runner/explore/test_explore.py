@@ -162,7 +162,7 @@ def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_p
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (X),
+        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table = "none": must be'),
         (("frequency = 0.9825", "frequency = 50.0"), "forcing.A.frequency: "),
     ],
 )
