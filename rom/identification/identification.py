@@ -188,7 +188,7 @@ def identify(
 
     References
     ----------
-    M. Cenedese, J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
+    Cenedese, M., J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
     of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
     norm.
 

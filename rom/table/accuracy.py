@@ -67,7 +67,7 @@ class Accuracy:
         return self.interpolation + self.resolution + harmonics + self.neglected_modes
 
     def findings(self) -> list[Finding]:
-        """Return warnings about a missed tolerance or a neglected harmonic response.
+        """Return warnings if the tolerance is not met or a harmonic response is neglected.
 
         Returns
         -------

@@ -86,8 +86,9 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
 
     Examples
     --------
-    >>> runner.load_scene("sweep").run.duration > 0.0
-    True
+    >>> scene = runner.load_scene("sweep")
+    >>> scene.run.duration
+    6000.0
     """
     path = as_path("scene", scene)
     if not os.path.isfile(path):  # noqa: PTH113  # Path.is_file raises for impossible names

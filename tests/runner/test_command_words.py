@@ -20,7 +20,10 @@ def test_a_backbone_has_no_warning_about_its_own_table(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("command", "begins"),
     [
-        (["curve", "--vary", "force"], "--span: give the first and last value of force"),
+        (
+            ["curve", "--vary", "force"],
+            "--span: is missing; give the first and last value of force",
+        ),
         (["curve", "--vary", "force_B", "--span", "0", "1"], "--vary: the scene does not force"),
         (["curve", "--vary", "frequency_A", "--span", "0.1", "1"], "--span: must be 0.62"),
         (["curve", "--dof", "9"], "--dof: must be 0 to 3"),

@@ -212,9 +212,9 @@ def fit_contacts(
     backbones. Describing functions of the contacts give frequency and damping, with the coupling
     between contacts and without higher harmonics. The difference from a friction table at the
     optimum is then added. The fit is repeated until the parameters change by less than 0.2
-    standard deviations. This correction of the damping is up to 0.6 % for contacts with 0.5 % of
-    the stiffness of a mode, and up to 10 % for contacts with 4 %. Stronger contacts are refused if
-    the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
+    standard deviations. This correction changes the damping by up to 0.6 % for contacts with
+    0.5 % of the stiffness of a mode. For contacts with 4 % it is up to 10 %. Stronger contacts are
+    refused if the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
 
     The initial guess has a prior standard deviation of a factor of 10: parameters that the data do
     not determine keep it. Intervals follow from Laplace's approximation in logarithms. Intervals

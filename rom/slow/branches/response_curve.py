@@ -91,7 +91,7 @@ class ResponseCurve:
     cycles : SlowCycles
         Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter where a branch ends because it has too many points.
+        Values of the parameter [rad/s] or [-] where a branch ends because of too many points.
     motion : SteadyMotion
         Motion of all DOFs at the points of the curve, then at `special`, then at the lowest and
         the highest amplitudes of `cycles`. The latter have no force, because its phase is not
@@ -124,7 +124,7 @@ class ResponseCurve:
         Parameters
         ----------
         value : float
-            Value of the parameter.
+            Value of the parameter [rad/s] or [-].
 
         Returns
         -------

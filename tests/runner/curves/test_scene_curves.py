@@ -122,7 +122,7 @@ def test_curves_and_designs_answer_in_the_units_of_the_scene_at_a_dof(tmp_path, 
 @pytest.mark.parametrize(
     ("vary", "span", "key"),
     [
-        ("force", None, "span: give the first and last value of force"),
+        ("force", None, "span: is missing; give the first and last value of force"),
         ("frequency_B", None, "vary: the scene does not force mode B"),
         ("force", (1.0, 1.0), "span: must be two different values"),
         ("frequency_A", (0.1, 1.0), "frequency: must be"),
