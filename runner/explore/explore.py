@@ -97,7 +97,7 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
     while True:
         try:
             found, _ = plan.model(
-                contact=_shows_contacts(plan),
+                contact=_shows_motion(plan),
                 headroom=headroom,
                 detuning=consistent and plan.excited.waves is None,
                 progress=progress,
@@ -109,17 +109,16 @@ def _model(plan: Plan, headroom: float, progress: bool) -> Model:
             headroom = max(1.0, 0.5 * headroom)
 
 
-def _shows_contacts(plan: Plan) -> bool:
-    """Return whether contact motion can be computed: a saved model must keep its harmonics."""
-    saved, reduced = plan.scene.saved_model, plan.excited.reduced
-    known = saved is None or saved.harmonics is not None or reduced.formulation == "paper"
-    return known and reduced.n_contacts > 0
+def _shows_motion(plan: Plan) -> bool:
+    """Return whether motion can be computed: a saved model must keep the harmonics of contacts."""
+    saved = plan.scene.saved_model
+    return saved is None or saved.harmonics is not None or saved.reduced.formulation == "paper"
 
 
 def page_options(plan: Plan) -> ExportOptions:
     """Return what a page computes: it starts from rest with the inputs at the end of the scene."""
     excited, schedule = plan.excited, plan.schedule
-    contact = _shows_contacts(plan)
+    contact = _shows_motion(plan)
     elastic = tuple(plan.scene.output.elastic) if contact else ()
     if contact and not elastic:  # where the forces are largest
         forced = (np.abs(each) for each in excited.force_patterns if each.any())
