@@ -33,10 +33,19 @@ export class Views {
       fromZero: true,
       pick,
     });
-    for (const id of ["loop", "force", "displacement"]) figure(id).hidden = !contacts.length;
-    figure("plots").classList.toggle("one-row", !contacts.length);
-    if (!contacts.length) return;
+    for (const id of ["loop", "force"]) figure(id).hidden = !contacts.length;
+    figure("displacement").hidden = !dofs.length;
+    figure("displacement").classList.toggle("whole", !contacts.length);
+    figure("plots").classList.toggle("one-row", !dofs.length);
     const length = `[${displacement.unit}]`;
+    if (dofs.length) {
+      this.displacement = new Chart(figure("displacement"), {
+        x: "time [s]",
+        axes: [{ label: `displacement ${length}` }],
+        series: dofs.map(({ name }, k) => ({ label: name, colour: `dof-${k % 4}` })),
+      });
+    }
+    if (!contacts.length) return;
     this.loop = new Chart(figure("loop"), {
       x: `displacement ${length}`,
       axes: [{ label: "force [N]" }],
@@ -46,11 +55,6 @@ export class Views {
       x: "time [s]",
       axes: [{ label: "force [N]" }],
       series: [{ colour: "contact" }],
-    });
-    this.displacement = new Chart(figure("displacement"), {
-      x: "time [s]",
-      axes: [{ label: `displacement ${length}` }],
-      series: dofs.map(({ name }, k) => ({ label: name, colour: `dof-${k % 4}` })),
     });
   }
 
@@ -64,14 +68,15 @@ export class Views {
   /** Draws the motion of a contact and of the DOFs over a beat from now on. */
   drawBeat(contact) {
     const { contacts, dofs, displacement } = this.content;
-    if (!contacts.length) return;
+    if (!dofs.length) return;
     const beat = this.core.beat(PER_CYCLE);
     const time = column(beat, 0);
+    this.displacement.draw(dofs.map(({ slot }) => [time, column(beat, slot, displacement.per)]));
+    if (!contacts.length) return;
     const x = column(beat, contacts[contact].x, displacement.per);
     const f = column(beat, contacts[contact].f);
     this.loop.draw([[x, f], [x.slice(0, 1), f.slice(0, 1)]]);
     this.force.draw([[time, f]]);
-    this.displacement.draw(dofs.map(({ slot }) => [time, column(beat, slot, displacement.per)]));
   }
 
   /** Computes and draws the response curve against the frequency of a mode. */

@@ -137,9 +137,9 @@ def test_a_saved_model_shows_contacts_if_it_keeps_their_harmonics(
     assert [each["name"] for each in content["inputs"]][-1] == "limit_scale"
 
 
-def test_waves_have_a_page_without_contacts(written):
+def test_waves_have_a_page_with_the_motion_of_a_sector_and_no_contacts(written):
     content = json.loads(written("bladed-disk").scripts["content"])
-    assert content["contacts"] == content["dofs"] == []
+    assert content["contacts"] == [] and len(content["dofs"]) == 2
     assert {each["name"] for each in content["inputs"]} == {"force_A", "frequency_A"}
 
 
@@ -162,7 +162,7 @@ def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_p
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table: "none"'),
+        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table = "none": must be'),
         (("frequency = 0.9825", "frequency = 50.0"), "forcing.A.frequency: "),
     ],
 )
