@@ -100,13 +100,16 @@ bench-pyharm: $(VENV)/.installed-benchmarks
 bench-curves: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.curves
 
-# Without a window; the message of the first that fails names the graphics packages it needs.
+# Without a window; the message of the first that fails names the graphics packages it needs. The last
+# one needs Chromium.
 gallery: $(VENV)/.installed
 	for scene in two-mode sweep beating; do \
 		$(BIN)/slipmode run $$scene --output logs && \
 		$(BIN)/slipmode replay logs/$$scene.mcap --screenshot docs/$$scene.png || exit 1; done
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
+	@$(PIP) "slipmode[browser,pictures]"
+	$(BIN)/python docs/explore_picture.py docs/explore-blade.png
 
 # A warning is an error: a link or a name that is not there any more.
 docs: $(VENV)/.installed-docs

@@ -12,8 +12,9 @@ from sphinx.application import Sphinx
 
 from slipmode.rom import __version__
 
-sys.path.insert(0, str(Path(__file__).parent))  # for commands.py, scene_keys.py, mathml.py
+sys.path.insert(0, str(Path(__file__).parent))  # for commands.py and others
 from commands import as_markdown as all_commands
+from explore_pages import with_pages
 from scene_keys import as_markdown as keys_of_scenes
 
 project = "slipmode"
@@ -60,8 +61,10 @@ linkcheck_timeout = 15
 _GENERATED = {"<!-- scene keys -->": keys_of_scenes, "<!-- commands -->": all_commands}
 
 
-def _with_generated(_app: Sphinx, _page: str, source: list[str]) -> None:
-    """Put the keys of scenes, and the commands, where a page asks for them."""
+def _with_generated(app: Sphinx, page: str, source: list[str]) -> None:
+    """Put the keys of scenes, the commands, and scenes as pages, where a page asks for them."""
+    if app.builder.format == "html":
+        source[0] = with_pages(page, source[0], Path(app.outdir))
     for mark, written in _GENERATED.items():
         if mark in source[0]:
             source[0] = source[0].replace(mark, written())

@@ -66,8 +66,6 @@ class Component:
 
     Attributes
     ----------
-    model : Model
-        Model that is stepped.
     input_names : tuple of str
         "force_A" [N] or [N kg^-1/2], "frequency_A" [rad/s], "phase_A" [rad], and "limit_scale" [-]
         if the friction law scales. Each input has a rate, such as "force_rate_A" [N/s]. B has the
@@ -102,8 +100,7 @@ class Component:
     >>> model = rom.model_of_rates(lambda r: (0.5 + 0 * r, 100.0 + 0 * r), amplitude=[0.1])
     >>> component = fmu.Component(model, [{0: 1.0}], mode_names=("A",))
     >>> component.set_inputs(force_A=1.0, frequency_A=100.0)
-    >>> for k in range(10):
-    ...     component.do_step(float(k), 1.0)
+    >>> component.do_step(0.0, 10.0)
     >>> round(component.outputs()["A_im"], 5)
     -0.00497
     """
@@ -156,7 +153,7 @@ class Component:
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
-            raise SlipmodeError(f"amplitude: the model has {modes} modes, got {given}")
+            raise SlipmodeError(f"amplitude: must be at most {modes} numbers, got {given}")
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
@@ -226,14 +223,14 @@ class Component:
 
         Raises
         ------
-        SlipmodeError
-            If `time` is not the present time.
-        StoppedError
-            If the step is not possible; the message states the reason.
+        StoppedError, SlipmodeError
+            If the step is not possible, or `time` is not the present time.
         """
         now = self.time
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
-            raise SlipmodeError(f"time: the component stands at {now:g} s, not at {time:g} s")
+            raise SlipmodeError(
+                f"time: must be the present time of the component, {now:g} s, got {time:g} s"
+            )
         later = moved_on(self._inputs, duration)
         status = kernel.BAD_ARGUMENT
         if later is self._inputs or not self._named.refusal_later(self._inputs, later):
@@ -252,11 +249,6 @@ class Component:
         -------
         dict of str to float
             Values by name, in the order of `output_names`.
-
-        Raises
-        ------
-        SlipmodeError
-            If the contact motion cannot be computed.
         """
         values = np.empty(len(self.output_names))
         kernel.check(kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs")
@@ -279,11 +271,9 @@ class Component:
 
         Raises
         ------
-        StoppedError
-            If a step is not possible; `StoppedError.outputs` has the outputs of the previous
-            steps.
-        SlipmodeError
-            If an array has a wrong shape.
+        StoppedError, SlipmodeError
+            If a step is not possible, or an array has a wrong shape. `StoppedError.outputs` has
+            the outputs of the previous steps.
         """
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
@@ -321,11 +311,9 @@ class Component:
 
         Raises
         ------
-        StoppedError
-            If a step is not possible; `StoppedError.outputs` has the outputs that were not
-            yielded.
-        SlipmodeError
-            If an array has a wrong shape.
+        StoppedError, SlipmodeError
+            If a step is not possible, or an array has a wrong shape. `StoppedError.outputs` has
+            the outputs that were not yielded.
         """
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
@@ -353,10 +341,7 @@ class Component:
     def get_state(self) -> Floats:
         """Return the complete state, for `set_state`.
 
-        Returns
-        -------
-        (n,) ndarray
-            Time, amplitudes, contact memory and inputs.
+        The state (n,) contains time, amplitudes, contact memory and inputs.
         """
         state = np.empty(kernel.lib.sm_component_state_count(self._handle))
         kernel.check(kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
@@ -413,10 +398,7 @@ class Component:
     def work(self) -> tuple[int, int]:
         """Return the numbers of internal steps since the component was made.
 
-        Returns
-        -------
-        accepted, rejected : int
-            Internal steps with an error below and above the tolerance.
+        They are the accepted and the rejected steps, with errors below and above the tolerance.
         """
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
         kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
@@ -485,7 +467,7 @@ class Component:
         name = self._named.mode_names[mode]
         advice = "tabulate a larger range or lower the force"
         if self.model.reduced.modal_damping[mode] < 0.0:
-            advice = "it is self-excited: rom.limit_cycles computes the amplitude limits"
+            advice = f"mode {name} is self-excited; rom.limit_cycles computes the amplitude limits"
         return (
             f"amplitude |{name}| leaves the friction table, whose range is "
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"

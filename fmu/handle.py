@@ -37,7 +37,7 @@ class ComponentOptions:
         if not 1e-13 <= self.tolerance <= 1e-2:
             raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {self.tolerance}")
         if self.elastic and not self.contact:
-            raise SlipmodeError("elastic: needs contact=True, for the contacts move the DOFs too")
+            raise SlipmodeError("elastic: needs contact=True, because the contacts move the DOFs")
 
 
 def takes(options: type[ComponentOptions]) -> Callable[[Function], Function]:

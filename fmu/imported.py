@@ -56,16 +56,16 @@ class Archive:
         if not self.path.exists():
             raise SlipmodeError(f"{path}: no such FMU")
         if not zipfile.is_zipfile(self.path):
-            raise SlipmodeError(f"{path}: not an FMU: it is no zip archive")
+            raise SlipmodeError(f"{path}: is not an FMU, because it is not a zip archive")
         try:
             self.description = fmpy.read_model_description(self.path)
         except Exception as error:  # fmpy raises plain exceptions
-            raise SlipmodeError(f"{path}: not a readable FMU: {error}") from None
+            raise SlipmodeError(f"{path}: is not a readable FMU: {error}") from None
         self.fmi = str(self.description.fmiVersion)
         if self.fmi not in ("2.0", "3.0"):
-            raise SlipmodeError(f"{path}: must be FMI 2.0 or 3.0, not {self.fmi}")
+            raise SlipmodeError(f"{path}: must be FMI 2.0 or 3.0, got {self.fmi}")
         if self.description.coSimulation is None:
-            raise SlipmodeError(f"{path}: must be for Co-Simulation, which this FMU is not")
+            raise SlipmodeError(f"{path}: must be an FMU for Co-Simulation")
         self._check_library()
         self.inputs = self._references("input")
         self.outputs = self._references("output")
@@ -228,7 +228,7 @@ class Imported:
         """
         for name in values.keys() - self._inputs.keys():
             known = ", ".join(self._inputs)
-            raise SlipmodeError(f"{name}: not an input; inputs are {known}")
+            raise SlipmodeError(f"{name}: is not an input; inputs are {known}")
         try:
             self._set([self._inputs[name] for name in values], list(values.values()))
         except fmi1.FMICallException as error:
@@ -240,7 +240,9 @@ class Imported:
         Raises StoppedError, with the reason that the FMU logged, if it refuses the step.
         """
         if not abs(time - self._time) <= 1e-9 * max(1.0, abs(self._time)):
-            raise SlipmodeError(f"time: the FMU stands at {self._time:g} s, not at {time:g} s")
+            raise SlipmodeError(
+                f"time: must be the present time of the FMU, {self._time:g} s, got {time:g} s"
+            )
         try:
             self._advance(duration)
         except fmi1.FMICallException as error:

@@ -82,12 +82,12 @@ class Inputs:
         if name in self._column:
             return self._column[name]
         if name not in kernel.SCALE_FIELDS:
-            raise SlipmodeError(f"{name}: not an input; inputs are {', '.join(self.names)}")
+            raise SlipmodeError(f"{name}: is not an input; inputs are {', '.join(self.names)}")
         if not self._contacts:
-            raise SlipmodeError(f"{name}: the model has no contacts whose limits could be scaled")
+            raise SlipmodeError(f"{name}: the model has no contacts, so it has no limits to scale")
         raise SlipmodeError(
             f"{name}: the contact law has a {self._unscaled}, which does not scale with limits "
-            "and preloads; tabulate a model with other ones"
+            "and preloads; tabulate a model with the other limits"
         )
 
     def records(self, values: Floats) -> Floats:
@@ -176,7 +176,9 @@ def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the model's modes; further names are left out."""
     present = tuple(mode_names)[: model.modes]
     if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
-        raise SlipmodeError(f"mode_names: must be distinct, of A and B, got {present}")
+        raise SlipmodeError(
+            f"mode_names: must have {model.modes} different names out of A and B, got {present}"
+        )
     return present
 
 

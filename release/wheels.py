@@ -67,7 +67,7 @@ def main() -> None:
     arguments = parser.parse_args()
     unknown = [name for name in arguments.platforms if name not in TAGS]
     if unknown:
-        parser.error(f"{unknown[0]} is none of {', '.join(TAGS)}")
+        parser.error(f"{unknown[0]} must be one of {', '.join(TAGS)}")
     if not arguments.platforms:
         build("sdist", arguments.output, [], {})
     for platform in arguments.platforms or TAGS:

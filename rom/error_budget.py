@@ -15,7 +15,7 @@ def within_reach(tolerance: float) -> str:
     """Return the advice of a refusal that found this tolerance to be possible."""
     if tolerance <= LARGEST_TOLERANCE:
         return f"a tolerance of {tolerance:g} is within reach"
-    return "no tolerance that is allowed is within reach: use time integration (rom.full)"
+    return "no allowed tolerance is within reach; use time integration (rom.full)"
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def carrier_refusal(
     per_unit = PER_UNIT[unit]
     return (
         f"{key}: must be {round_up(low / per_unit, 3):g} to {round_down(high / per_unit, 3):g} "
-        f"{unit}, for mode {mode} resonates at {omega / per_unit:.3g} {unit}; "
+        f"{unit}, because mode {mode} resonates at {omega / per_unit:.3g} {unit}; "
         f"got {frequency / per_unit:g}{_unit_hint(omega, frequency, unit)}"
     )
 
@@ -93,21 +93,21 @@ def carrier_findings(
         reason = (
             f"{farthest / PER_UNIT[unit]:.4g} {unit} is {farthest / own:.3g} times the natural "
             f"frequency of {own / PER_UNIT[unit]:.4g} {unit}, outside {1 / FARTHEST_FORCING:.2g} "
-            f"to {FARTHEST_FORCING:g}"
+            f"to {FARTHEST_FORCING:g} times"
             f"{hint or '; retain the mode that is nearest, or compare with slipmode validate'}"
         )
-        found.append(Finding(key.format(name), f"far from mode {name}", reason, "warning"))
+        found.append(Finding(key.format(name), f"is far from mode {name}", reason, "warning"))
     return found
 
 
 def _unit_hint(omega: float, frequency: float, unit: FrequencyUnit) -> str:
-    """Return the advice if a factor 2 pi explains the distance, else ""."""
+    """Return advice if the distance is a factor of about 2 pi, else ""."""
     given = frequency / PER_UNIT[unit]
     factor, other = (2.0 * pi, "Hz") if unit == "rad/s" else (0.5 / pi, "rad/s")
     if abs(factor * frequency / omega - 1.0) < _NEAR_TWO_PI:
         return f"; if that is in {other}, give {factor * given:.4g} {unit}"
     if abs(frequency / (factor * omega) - 1.0) < _NEAR_TWO_PI:
-        return f"; a factor 2 pi explains it: give {given / factor:.4g} {unit}"
+        return f"; if a factor 2 pi was applied twice, give {given / factor:.4g} {unit}"
     return ""
 
 
@@ -117,8 +117,10 @@ def mode_frequency_findings(names: Sequence[str], omega: Floats) -> list[Finding
     for name, hertz in zip(names, (omega / (2.0 * pi)).tolist(), strict=False):
         if not _LOWEST_MODE <= hertz <= _HIGHEST_MODE:
             reason = (
-                f"{hertz:.3g} Hz, outside {_LOWEST_MODE:g} to {_HIGHEST_MODE:g} Hz: are mass and "
-                "stiffness swapped, or in units other than kg and N/m?"
+                f"{hertz:.3g} Hz is outside {_LOWEST_MODE:g} to {_HIGHEST_MODE:g} Hz. Check "
+                "whether mass and stiffness are swapped, or in units other than kg and N/m"
             )
-            found.append(Finding(f"mode {name}", "implausible frequency", reason, "warning"))
+            found.append(
+                Finding(f"mode {name}", "has an implausible frequency", reason, "warning")
+            )
     return found

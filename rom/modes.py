@@ -149,7 +149,7 @@ def modes(
     elastic_dofs = structure.n_dofs - structure.n_contacts
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_dofs} DOFs are contacts, which leaves no mode with bonded "
+            f"contact: all {structure.n_dofs} DOFs are contacts, so there is no mode with bonded "
             "contacts; give an elastic law"
         )
     count = min(n, elastic_dofs or structure.n_dofs)

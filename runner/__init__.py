@@ -10,10 +10,12 @@ validation/  a scene compared with full order
 curves/      response curves, backbones, damper design of a scene
 study/       a scene with many other values
 fmi/         a scene as an FMU
+explore/     a scene as an HTML file that computes in a browser
 cli.py       the command line; commands/: behind it
 """
 
 from slipmode.rom import __version__
+from slipmode.runner.explore.explore import explore
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.load import Signals, load, read
@@ -32,6 +34,7 @@ __all__ = [
     "Signals",
     "StudyResults",
     "__version__",
+    "explore",
     "load",
     "load_scene",
     "make_plan",

@@ -21,6 +21,7 @@ from slipmode.runner.commands.identify import add_identify_command
 from slipmode.runner.commands.mode_table import is_scene, mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
 from slipmode.runner.commands.study import add_study_command
+from slipmode.runner.explore.command import add_explore_command
 from slipmode.runner.fmi.command import add_fmu_command
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import Plan
@@ -267,6 +268,7 @@ def _parser() -> argparse.ArgumentParser:
         OUTPUT,
     )
     add_fmu_command(add)
+    add_explore_command(add)
     keys = "print the keys of a table of scene files: --keys run"
     add(
         "scenes",

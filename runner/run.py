@@ -151,8 +151,8 @@ def run(
         scene.check_tabulated()
         if scene.model.transients == "hybrid":
             raise SlipmodeError(
-                'model.transients = "hybrid": must be "auto" or "slow" to run an FMU, which has '
-                "slow time only"
+                'model.transients = "hybrid": must be "auto" or "slow" to run an FMU, because '
+                "an FMU has slow time only"
             )
         scene = scene.in_slow_time()
     plan = plan_scene(scene, progress=progress)

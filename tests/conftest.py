@@ -11,7 +11,7 @@ from hypothesis import settings
 from slipmode import rom, runner
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
-pytest_plugins = ["fmu_fixtures", "native"]
+pytest_plugins = ["fmu_fixtures", "native", "faces.browser_core"]
 
 # Drawn cases of a test that does not say how many; `make test-all` takes many.
 settings.register_profile("few", max_examples=60, deadline=None)

@@ -87,6 +87,7 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
             marks=pytest.mark.slow,
         ),
         ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
+        ("ziglang", "explore", ("explore", "one-mode")),
     ],
 )
 def test_a_missing_package_is_one_line_that_names_its_extra(

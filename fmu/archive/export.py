@@ -27,7 +27,7 @@ from slipmode.fmu.description.xml_files import (
 from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
-from slipmode.rom import Model, SlipmodeError
+from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.table.quasi_static import check_force_patterns
@@ -99,6 +99,12 @@ def export(
     ValidityWarning
         If the model violates an assumption of the method, or a frequency of `start` or `stimuli`
         is far from its mode. The documentation in the FMU lists these warnings.
+
+    Examples
+    --------
+    Write a model with a force input at DOF 0 in newtons::
+
+        fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
@@ -165,7 +171,12 @@ def _summary(model: Model) -> str:
 
 def _license() -> bytes:
     """Return the license of slipmode and of its library in the FMU."""
-    listed = [file for file in files("slipmode") or [] if file.name == "LICENSE"]
+    folders = ("licenses", f"slipmode-{__version__}.dist-info")
+    listed = [
+        file
+        for file in files("slipmode") or []
+        if file.name == "LICENSE" and file.parent.name in folders
+    ]
     if not listed:
         raise SlipmodeError("LICENSE: missing in the installed package; install slipmode again")
     return listed[0].read_binary()

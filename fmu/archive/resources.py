@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,12 +41,19 @@ def resource_files(
 
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
-    arrays = _arrays(model, force_patterns, options, variables)
+    arrays = model_arrays(model, force_patterns, options, variables)
+    return packed_files(arrays, variables, identity(model, force_patterns))
+
+
+def packed_files(
+    arrays: Mapping[str, np.ndarray], variables: Sequence[Variable], identity_hash: str
+) -> dict[str, bytes]:
+    """Return the files of arrays, as `resource_files` does."""
     files = {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     files["names.txt"] = "".join(f"{v.name}\n" for v in variables).encode()
     checksums = np.array([zlib.crc32(content) for content in files.values()], dtype=np.uint32)
     files["checksums.npy"] = _npy(checksums.view(np.int32))
-    files[IDENTITY] = identity(model, force_patterns).encode()
+    files[IDENTITY] = identity_hash.encode()
     digest = hashlib.sha256()
     for name, content in files.items():
         digest.update(f"{name} {len(content)} ".encode() + content)
@@ -71,7 +78,7 @@ def _npy(array: np.ndarray) -> bytes:
     return target.getvalue()
 
 
-def _arrays(
+def model_arrays(
     model: Model,
     force_patterns: ForcePatterns | None,
     options: ComponentOptions,

@@ -33,7 +33,7 @@ class Origin:
             if (value := getattr(self, key)) is not None:
                 checked_line(key, value)
         if self.generated is not None and self.generated.tzinfo is None:
-            raise SlipmodeError("generated: must have a time zone")
+            raise SlipmodeError("generated: must be a time with a time zone")
 
     def attributes(self) -> dict[str, str]:
         """Return the attributes that both versions of the standard have."""

@@ -48,13 +48,13 @@ def _with_starts(variables: list[Variable], start: Mapping[str, float]) -> list[
     settable = {v.name: v for v in variables if v.kind in (Kind.INPUT, Kind.START)}
     for name, value in start.items():
         if name not in settable:
-            raise SlipmodeError(f"start: {name} cannot be given; what can: {', '.join(settable)}")
+            raise SlipmodeError(f"start: {name} must be one of {', '.join(settable)}")
         if not isfinite(value):
             raise SlipmodeError(f"start: {name} must be finite, got {value}")
         if name.startswith("force_") and abs(value) > (settable[name].maximum or inf):
             most = settable[name].maximum
             raise SlipmodeError(
-                f"start: {name} must be at most largest_force, {most:g}, got {value:g}"
+                f"start: {name} must be at most {most:g} (largest_force), got {value:g}"
             )
     return [replace(v, start=start[v.name]) if v.name in start else v for v in variables]
 

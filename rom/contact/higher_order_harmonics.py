@@ -71,7 +71,7 @@ def higher_order_harmonics(
     amplitudes = _probes(amplitude_range)
     terms = wide.on(grid, smallest, 0.1 * amplitude_range).solve(amplitudes)
     if not terms.is_periodic.any():
-        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
+        raise UnsettledError("contacts: the motion converges at none of the largest amplitudes")
     response = np.abs(np.einsum("qcd,pqd->pqc", reaction, terms.P)).max(axis=-1)[:, len(known) :]
     frictionless = np.abs(amplitudes @ coupling).max(axis=1, keepdims=True)
     share = (response / frictionless)[terms.is_periodic].max(axis=0, initial=0.0)
@@ -104,7 +104,7 @@ def change_by_harmonics(
     )
     settled = without.is_periodic & terms.is_periodic
     if not settled.any():
-        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
+        raise UnsettledError("contacts: the motion converges at none of the largest amplitudes")
     norm = ErrorNorm.of(problem.reduced, amplitude_range).known(terms.S[settled])
     change = np.abs(terms.S - without.S) / norm.scale(amplitudes, terms.S)
     return float(change[settled].max())

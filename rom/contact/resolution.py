@@ -278,9 +278,9 @@ class _Trials:
             if changes and self.search.time_budget.spent:
                 reached = round_up(min(changes) / allowed * self.budget.tolerance)
                 raise SlipmodeError(
-                    f"budget: the contact problem takes more than {_count(grids, grid)} steps or "
-                    "phase lines per period, and longer than "
-                    f"{self.search.time_budget.seconds:g} s to find how many; with these "
+                    f"budget: the contact problem needs more than {_count(grids, grid)} steps or "
+                    "phase lines per period, and the budget of "
+                    f"{self.search.time_budget.seconds:g} s is spent; with these "
                     + within_reach(reached)
                 )
             coarse = self._solved(grid)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.laws.contacts import Contacts, Elastic, ElasticLaw
 from slipmode.rom.laws.elements import FRICTIONAL, SLIDERS, Elements
@@ -20,7 +20,7 @@ from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.laws.states import OPEN, contact_states
 from slipmode.rom.reduction.reduced import force_vector
 from slipmode.rom.representable import SMALLEST
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.held import stuck as hold_stuck
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.rom.structure.structure import Structure
@@ -28,7 +28,7 @@ from slipmode.rom.structure.structure import Structure
 _BALANCED = 1e-6  # remaining force, relative to the forces in an equation
 _LOADED = 0.1  # tangential force at rest, neglected by the law, relative to the friction limit
 
-_NORMAL = "with a normal direction: FrictionalContact, or Contacts with some"
+_NORMAL = "rom.FrictionalContact, or rom.Contacts with a group of it"
 
 
 @frozen
@@ -128,17 +128,17 @@ def preload(
     >>> reduced = rom.reduce(structure, (0,), law=rest.law)
     """
     if not isinstance(law, Elastic):
-        raise SlipmodeError(f"law: a static force takes elastic contacts, {_NORMAL}")
+        raise SlipmodeError(f"law: must be {_NORMAL}, for a static force; got {in_one_line(law)}")
     elements = law.elements(structure.n_contacts)
     if not np.any(elements.element["law"] == FRICTIONAL):
-        raise SlipmodeError(f"law: has no normal direction; {_NORMAL}")
+        raise SlipmodeError(f"law: has no normal direction for a static force; give {_NORMAL}")
     F = force_vector(static_force, structure.n_dofs, "static_force")
     displacement, x_c, f = _equilibrium(structure, elements, F)
     states = contact_states(elements, x_c[np.newaxis], f[np.newaxis])
     state, N, gap = (each[0] for each in (states.state, states.normal_force, states.gap))
     if np.all(state == OPEN):
         raise SlipmodeError(
-            "static_force: all contacts are open under it; at least one must touch"
+            "static_force: all contacts are open under this force; at least one must touch"
         )
     found = Preload(
         law=_loaded(law, N, gap),
@@ -150,7 +150,7 @@ def preload(
         tangential_share=_tangential_share(elements, f, N),
     )
     if warned and (loaded := loaded_by_friction(found)):
-        words = f"static force tangential at contacts: {loaded}"
+        words = f"static force loads contacts tangentially: {loaded}"
         warnings.warn(words, ValidityWarning, stacklevel=2)
     return found
 
@@ -162,9 +162,9 @@ def loaded_by_friction(found: Preload) -> str | None:
     if share <= _LOADED:
         return None
     return (
-        f"contact {most} carries {share:.0%} of what friction can hold, above {_LOADED:.0%}: it "
-        "starts without that; steady vibration under varying normal loads, and transients, depend "
-        "on it"
+        f"the tangential force at contact {most} is {percentage(share)} of its friction limit, "
+        f"more than {percentage(_LOADED)}. The vibration is computed without this force. It "
+        "affects transients, and steady vibration under varying normal loads"
     )
 
 
@@ -180,8 +180,8 @@ def _equilibrium(
     rigid = solution.rigid_body_modes()
     if np.any(np.abs(rigid.T @ F) > _BALANCED * (np.abs(rigid.T) @ np.abs(F))):
         raise SlipmodeError(
-            "static_force: moves the structure as a whole, for nothing holds it even where all "
-            "contacts stick; its sum and moments must be 0, or a DOF be fixed"
+            "static_force: excites a rigid-body mode of the structure with stuck contacts; give "
+            "forces whose sum and moments are 0, or fix a DOF"
         )
     W = as_dense(structure.directions)
     response = solution.solve(np.column_stack((W, F)))
@@ -198,8 +198,8 @@ def _equilibrium(
         if np.abs(left).max() <= _BALANCED * (np.abs(F) + np.abs(W) @ np.abs(f)).max():
             return x, x_c, f
     raise SlipmodeError(
-        "static_force: nothing holds the structure under it where contacts open or slip; press "
-        "them together, or fix a DOF"
+        "static_force: no equilibrium was found, because contacts open or slip and do not hold "
+        "the structure; press them together, or fix a DOF"
     )
 
 

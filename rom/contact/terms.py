@@ -14,7 +14,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reaction import strongest_resonance
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 
 if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
@@ -141,14 +141,14 @@ class ContactTerms:
         reduced = self.problem.reduced
         met = strongest_resonance(reduced, self.orders, self.problem.combinations)
         n, m = met.order
-        part = f"{off:.0%}" if off <= 1.0 else "more than itself"
+        part = percentage(off) if off <= 1.0 else "more than 100 %"
         rigid = ""
         if reduced.contacts is None:
             rigid = "let contacts be elastic while they stick (rom.Jenkins), "
         raise UnsettledError(
-            "contacts: the modes' response to them does not converge, it changes by "
-            f"{part} in a period; the mode at {met.mode:.4g} rad/s responds most, to harmonic "
-            f"({n}, {m}) at {met.harmonic:.4g} rad/s: {rigid}retain that mode, move the forcing "
-            "away from it, give it damping, lower the largest amplitudes, or integrate in time "
-            "(rom.full)"
+            "contacts: the response of the modes to the contact forces does not converge. It "
+            f"changes by {part} in a period. The mode at {met.mode:.4g} rad/s responds most, to "
+            f"harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s; {rigid}retain that mode, move the "
+            "forcing away from it, give it damping, lower the largest amplitudes, or integrate in "
+            "time (rom.full)"
         )

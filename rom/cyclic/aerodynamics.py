@@ -71,16 +71,21 @@ class Aerodynamics:
 
 
 def influence_coefficients(by_diameter: Mapping[int, complex], sectors: int) -> dict[int, complex]:
-    """Convert aerodynamic coefficients of nodal diameters to influence coefficients l_d.
+    """Return influence coefficients l_d from aerodynamic coefficients c_k of nodal diameters.
 
-    The coefficient of the nodal diameter k is c_k = sum_d l_d exp(i k d 2 pi / N).
+    They are related by c_k = sum_d l_d exp(i k d 2 pi / N).
 
     Parameters
     ----------
     by_diameter : {k: complex}
-        c_k of every nodal diameter, k from -((N - 1) // 2) to N // 2, in any unit.
+        Coefficient c_k of every nodal diameter k from -((N - 1) // 2) to N // 2, in any unit.
     sectors : int
-        N.
+        Number of sectors N.
+
+    Returns
+    -------
+    dict of int to complex
+        Influence l_d by the distance d of the blades, in the unit of c_k.
 
     Raises
     ------

@@ -23,21 +23,34 @@ if TYPE_CHECKING:
 
 @frozen
 class NodalDiameterDiagram:
-    """Natural frequencies of the mode families of a disk against the nodal diameter.
+    """Hold the natural frequencies of the mode families of a disk against the nodal diameter.
 
     Attributes
     ----------
     sectors : int
-        N.
+        Number of sectors N.
     frequency : (N // 2 + 1, families) ndarray
-        With stuck contacts, of nodal diameters 0 to N // 2 [rad/s].
+        Natural frequencies with stuck contacts for nodal diameters 0 to N // 2 [rad/s].
     """
 
     sectors: int
     frequency: Floats
 
     def plot(self, ax: Axes | None = None, units: Units = SI) -> Any:
-        """Draw each family against the nodal diameter."""
+        """Plot the frequency of each family against the nodal diameter.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Matplotlib axes. Default: the current axes.
+        units : Units
+            Unit of frequencies. Default: rad/s.
+
+        Returns
+        -------
+        Axes
+            Axes of the plot.
+        """
         if ax is None:
             ax = extra("matplotlib.pyplot", "pictures").gca()
         for family, values in enumerate(self.frequency.T):
@@ -56,7 +69,18 @@ class NodalDiameterDiagram:
         return ax
 
     def columns(self, units: Units = SI) -> dict[str, Floats]:
-        """Return columns by name, with a row per nodal diameter."""
+        """Return the diagram as named columns, one row for each nodal diameter.
+
+        Parameters
+        ----------
+        units : Units
+            Unit of frequencies. Default: rad/s.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Nodal diameter, and frequency of each family.
+        """
         found = {"nodal_diameter": np.arange(len(self.frequency), dtype=float)}
         for family, values in enumerate(self.frequency.T):
             found[units.named(f"frequency_{family}")] = units.of_frequency(values)
@@ -65,14 +89,24 @@ class NodalDiameterDiagram:
     def campbell(
         self, rotor_speed: tuple[float, float], engine_orders: Sequence[int]
     ) -> CampbellDiagram:
-        """Return where engine orders meet the modes that they excite.
+        """Return the Campbell diagram: crossings of engine orders with the modes that they excite.
 
         Parameters
         ----------
         rotor_speed : (float, float)
             Lowest and highest rotor speed [rpm], >= 0.
         engine_orders : sequence of int
-            From 1.
+            Engine orders, >= 1.
+
+        Returns
+        -------
+        CampbellDiagram
+            Frequencies and crossings in this range of speeds.
+
+        Raises
+        ------
+        SlipmodeError
+            If the speeds are not ascending, or an engine order is below 1.
         """
         low, high = rotor_speed
         if not (np.isfinite(high) and 0.0 <= low < high):
@@ -94,16 +128,20 @@ class NodalDiameterDiagram:
 
 @frozen
 class Crossing:
-    """Rotor speed at which an engine order excites a mode in resonance.
+    """Hold a rotor speed at which an engine order excites a mode in resonance.
 
     Attributes
     ----------
-    engine_order, nodal_diameter, mode : int
-        A negative nodal diameter is a wave that travels backward.
+    engine_order : int
+        Engine order.
+    nodal_diameter : int
+        Nodal diameter; negative for a backward wave.
+    mode : int
+        Mode of this nodal diameter, from 0.
     rotor_speed : float
-        [rpm]
+        Rotor speed [rpm].
     frequency : float
-        [rad/s]
+        Natural frequency [rad/s].
     """
 
     engine_order: int
@@ -115,18 +153,20 @@ class Crossing:
 
 @frozen
 class CampbellDiagram:
-    """Frequencies against rotor speed: modes, engine orders, and where they meet.
+    """Hold frequencies against rotor speed: modes, engine orders, and their crossings.
 
-    Modes have the same frequency at all rotor speeds.
+    Natural frequencies do not depend on the rotor speed.
 
     Attributes
     ----------
     diameters : NodalDiameterDiagram
+        Natural frequencies.
     rotor_speed : (float, float)
-        Lowest and highest [rpm].
+        Lowest and highest rotor speed [rpm].
     engine_orders : tuple of int
+        Engine orders.
     crossings : tuple of Crossing
-        Of an engine order with the modes of the nodal diameter that it excites.
+        Crossings of each engine order with the modes of the nodal diameter that it excites.
     """
 
     diameters: NodalDiameterDiagram
@@ -135,7 +175,20 @@ class CampbellDiagram:
     crossings: tuple[Crossing, ...]
 
     def plot(self, ax: Axes | None = None, units: Units = SI) -> Any:
-        """Draw the bands of the families, the engine orders, and mark the crossings."""
+        """Plot mode families, engine orders and crossings against the rotor speed.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Matplotlib axes. Default: the current axes.
+        units : Units
+            Unit of frequencies. Default: rad/s.
+
+        Returns
+        -------
+        Axes
+            Axes of the plot.
+        """
         if ax is None:
             ax = extra("matplotlib.pyplot", "pictures").gca()
         frequency, speed = units.of_frequency(self.diameters.frequency), np.array(self.rotor_speed)
@@ -156,7 +209,18 @@ class CampbellDiagram:
         return ax
 
     def columns(self, units: Units = SI) -> dict[str, Floats]:
-        """Return columns by name, with a row per crossing."""
+        """Return the diagram as named columns, one row for each crossing.
+
+        Parameters
+        ----------
+        units : Units
+            Unit of frequencies. Default: rad/s.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Engine order, nodal diameter, mode, rotor speed [rpm] and frequency.
+        """
         names = ("engine_order", "nodal_diameter", "mode", "rotor_speed")
         found = {
             name: np.array([getattr(each, name) for each in self.crossings], dtype=float)
@@ -169,15 +233,27 @@ class CampbellDiagram:
 def nodal_diameter_diagram(
     structure: CyclicStructure, law: Elastic, families: int = 3
 ) -> NodalDiameterDiagram:
-    """Return the natural frequencies of a disk with stuck contacts, by nodal diameter.
+    """Return the natural frequencies of a disk with stuck contacts against the nodal diameter.
 
     Parameters
     ----------
     structure : CyclicStructure
+        Disk without aerodynamic forces.
     law : Jenkins, Iwan, Sliders, FrictionalContact or Contacts
-        Of the contacts of a sector, which are its springs.
-    families : int
+        Elastic law of the contacts of one sector.
+        Its springs are the stuck contacts.
+    families : int, default 3
         Number of modes of each nodal diameter, at most the number of free DOFs of a sector.
+
+    Returns
+    -------
+    NodalDiameterDiagram
+        Frequencies for nodal diameters 0 to N // 2.
+
+    Raises
+    ------
+    SlipmodeError
+        If the law is not elastic, or the number of families is not allowed.
     """
     most = structure.free_dofs.size
     if isinstance(families, bool) or not 1 <= families <= most:

@@ -280,6 +280,6 @@ class AllDiameters:
 
 def _rigid_body() -> SlipmodeError:
     return SlipmodeError(
-        "stiffness: sectors with stuck contacts can move as a rigid body; hold the disk by "
-        "springs to ground"
+        "stiffness: the disk with stuck contacts has a rigid-body mode; connect it to ground by "
+        "springs"
     )

@@ -20,26 +20,42 @@ def lumped_disk(
     contact: ArrayLike | None = None,
     next_contact: ArrayLike | None = None,
 ) -> CyclicStructure:
-    """Return a disk of one disk mass and two blade masses a sector, DOFs 0, 1 and 2.
+    """Return a disk with one disk mass and two blade masses in each sector.
 
-    The springs of a sector are: disk to ground, to the next disk mass and to the first blade mass,
-    and between the blade masses. The defaults are the lumped disk of pyHarm's tutorial: natural
-    frequencies 88.264, 169.344 (twice) and 189.302 Hz (twice) at nodal diameters 0, 1 and 2 of 24
-    sectors.
+    DOFs 0, 1 and 2 of a sector are the disk and the two blade masses. Springs connect the disk
+    mass to the ground, to the next disk mass and to the first blade mass, and both blade masses.
+    The defaults are the lumped disk of the tutorial of pyHarm. Its natural frequencies are 88.264,
+    169.344 (twice) and 189.302 Hz (twice) at nodal diameters 0, 1 and 2.
 
     Parameters
     ----------
-    sectors : int
-        At least 3.
-    beta : float
-        C = beta K [s].
-    disk_mass, blade_masses : float
-        [kg]
-    disk_stiffness, ground_stiffness, blade_stiffnesses : float
-        [N/m]
+    sectors : int, default 24
+        Number of sectors N, at least 3.
+    beta : float, default 2e-6
+        Factor of stiffness-proportional damping, C = beta K [s].
+    disk_mass : float, default 1.2
+        Mass of the disk [kg].
+    blade_masses : (float, float), default (0.35, 0.25)
+        Masses of the blade, from the root [kg].
+    disk_stiffness : float, default 5e7
+        Stiffness between neighbouring disk masses [N/m].
+    ground_stiffness : float, default 6e5
+        Stiffness between disk mass and ground [N/m].
+    blade_stiffnesses : (float, float), default (1e6, 2e6)
+        Stiffness between disk and first blade mass, and between the blade masses [N/m].
     contact, next_contact : (3, N_c) array_like, optional
-        Directions on a sector and on the next. Default: the blade tips, DOF 2, of neighbours touch
-        each other, by displacements in the direction of the DOFs.
+        Directions of the contacts on a sector and on the next sector [-]. Default: the tips (DOF
+        2) of neighbouring blades rub against each other.
+
+    Returns
+    -------
+    CyclicStructure
+        Disk with n = 3 DOFs in each sector.
+
+    Examples
+    --------
+    >>> rom.lumped_disk(24)
+    CyclicStructure(24 sectors of 3 DOFs, 1 contacts each)
     """
     k, (k1, k2) = disk_stiffness, blade_stiffnesses
     # DOF 3 is the disk mass of the next sector.

@@ -18,28 +18,28 @@ _FITS = 1e-5  # distance of nodes that meet, relative to the sector's extent: ro
 
 
 class SectorMesh:
-    """The nodes of a sector of a disk, in Cartesian coordinates of the whole disk.
+    """Hold the nodes of a sector of a disk, in Cartesian coordinates of the disk.
 
-    The next sector is this one, turned by 2 pi / N about the axis, counter-clockwise as seen from
-    its tip.
+    The next sector is this sector turned by 2 pi / N about the axis, counter-clockwise as seen
+    from the tip of the axis.
 
     Parameters
     ----------
     coordinates : (nodes, 3) array_like
-        [m]; the axis goes through the origin.
+        Positions [m]; the axis goes through the origin.
     dofs : (nodes, 3) or (nodes, 6) array_like of int
-        DOFs of the x, y, z displacement of each node, and of its rotations; -1 where it is held.
-        Of the deck of another program: `structure.labels.dofs(nodes)`.
+        DOFs of the x, y, z displacement of each node, and of its rotations; -1 where it is fixed.
+        `Labels.dofs` of `Structure.labels` returns them for a finite element model.
     left, right : (k,) array_like of int
-        Nodes on the two sides, by their row in `coordinates`, in any order. Those on the right
-        are those on the left of the next sector.
-    axis : {"x", "y", "z"}
+        Nodes on the two sides, as rows of `coordinates`, in any order. The nodes `right` coincide
+        with the nodes `left` of the next sector.
+    axis : {"x", "y", "z"}, default "z"
         Axis of rotation.
 
     Raises
     ------
     SlipmodeError
-        If an argument is not as stated above.
+        If an argument has a wrong shape or value.
     """
 
     def __init__(
@@ -82,18 +82,23 @@ class SectorMesh:
         Parameters
         ----------
         structure : Structure
-            Of one sector with the DOFs on both of its sides, in x, y, z of the whole disk. Its
-            contact directions are those of the contacts of one sector.
+            One sector with the DOFs on both of its sides, in x, y, z of the disk, and with the
+            contact directions of one sector.
         sectors : int
-            Number of sectors N of the disk.
+            Number of sectors N.
         next_contact : (n, N_c) array or sparse matrix, optional
-            Directions of the same contacts on the next sector, in x, y, z of the whole disk.
-            `with_next` gives both by `rom.contact_pairs`. Default: no contacts between neighbours.
+            Directions of the contacts on the next sector [-], in x, y, z of the disk. See
+            `with_next`. Default: no contacts between neighbouring sectors.
+
+        Returns
+        -------
+        CyclicStructure
+            Disk in rotated coordinates of each sector.
 
         Raises
         ------
         SlipmodeError
-            If the sides do not meet.
+            If the sides do not coincide after a rotation by 2 pi / N.
         """
         size = structure.n_dofs
         if self.dofs.max() >= size or np.unique(self.dofs[self.dofs >= 0]).size != size:
@@ -130,10 +135,23 @@ class SectorMesh:
         )
 
     def with_next(self, sectors: int) -> tuple[Floats, NDArray[np.intp]]:
-        """Return coordinates and DOFs of this sector and the next, for `rom.contact_pairs`.
+        """Return coordinates and DOFs of this sector and the next sector, for `rom.contact_pairs`.
 
-        Nodes of the next sector follow those of this one, and so do their DOFs: the upper half of
-        its W (2 n, N_c) are the directions of this sector, the lower half `next_contact`.
+        The nodes of the next sector follow the nodes of this sector. Their DOFs are n to 2 n - 1.
+        In the contact directions W (2 n, N_c) the first n rows are the directions of this sector.
+        The last n rows are `next_contact` of `cyclic`.
+
+        Parameters
+        ----------
+        sectors : int
+            Number of sectors N.
+
+        Returns
+        -------
+        coordinates : (2 nodes, 3) ndarray
+            Positions [m].
+        dofs : (2 nodes, 3) or (2 nodes, 6) ndarray of int
+            DOFs of each node; -1 where it is fixed.
         """
         turned = self.coordinates @ self._rotation(sectors).T
         size = int(self.dofs.max()) + 1
@@ -174,8 +192,8 @@ class SectorMesh:
         if differs.any():
             raise SlipmodeError(
                 f"left, right: nodes {self.left[np.argmax(differs)]} and "
-                f"{right[np.argmax(differs)]} meet, but are not held alike in all directions "
-                f"across {self.axis}"
+                f"{right[np.argmax(differs)]} meet, but have different free DOFs across "
+                f"{self.axis}; fix the same directions of both"
             )
         return self.left, right
 

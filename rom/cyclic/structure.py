@@ -29,50 +29,55 @@ from slipmode.rom.structure.structure import Structure, checked_damping
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class CyclicStructure:
-    """A ring of equal sectors, with friction contacts inside the sectors or between neighbours.
+    """Represent a ring of equal sectors with friction contacts, by the matrices of one sector.
 
-    Sector j has the displacements u_j (n,). Its DOFs `right` are the DOFs `left` of sector j + 1.
-    Its contacts move by x_c = contact^T u_j + next_contact^T u_(j+1).
+    Sector j has the displacements u_j (n,) [m]. Its DOFs `right` are the DOFs `left` of sector
+    j + 1. Its contact displacements are x_c = contact^T u_j + next_contact^T u_(j+1).
 
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        Of one sector [kg], symmetric; positive definite once `right` is joined to `left`.
+        Mass matrix of one sector [kg], symmetric, and positive definite after `right` is joined to
+        `left`.
     stiffness : (n, n) array or sparse matrix
-        Of one sector without contacts [N/m], symmetric.
+        Stiffness matrix of one sector without contacts [N/m], symmetric.
     sectors : int
         Number of sectors N, at least 3.
     damping : float, Rayleigh or (n, n) array or sparse matrix, default 0.0
-        beta [s] of C = beta K, C = alpha M + beta K, or C itself [N s/m].
-    left, right : sequence of int, optional
-        The same number of DOFs on either side, in the order in which they meet, in the directions
-        of their own sector. Default: none, sectors touch at contacts alone.
+        A number is beta [s] of C = beta K. `Rayleigh` stands for C = alpha M + beta K. A matrix is
+        C [N s/m] of one sector.
     contact : sequence of int, or (n, N_c) array or sparse matrix
-        DOFs, or directions W [-], of the contacts of each sector.
+        Contact DOFs of each sector, or their directions [-].
     next_contact : (n, N_c) array or sparse matrix, optional
-        Directions on the next sector, of contacts between neighbours. Default: none.
+        Directions of the contacts on the next sector [-]. Default: contacts within each sector
+        only.
     blade : (n, n) array or sparse matrix, optional
-        Part of the stiffness that differs from blade to blade in a mistuned disk [N/m], symmetric.
-        Default: all of it.
+        Part of the stiffness that differs between the blades of a mistuned disk [N/m], symmetric.
+        Default: the complete stiffness.
+    left, right : sequence of int, optional
+        DOFs on the two sides of the sector, in corresponding order and in the directions of the
+        sector. Default: neighbouring sectors are connected by contacts only.
 
     Attributes
     ----------
     sectors : int
+        Number of sectors N.
     mass, stiffness, damping, blade : (n, n) CSC matrix
-        Of one sector.
+        Matrices of one sector [kg], [N/m], [N s/m], [N/m].
     beta : float
-        Damping [s] per stiffness, also of the part in which blades differ; 0 if C was given.
+        Stiffness-proportional damping [s], also of `blade`; 0 if a matrix C was given.
     own_directions, next_directions : (n, N_c) CSC matrix
-        `contact` and `next_contact`.
+        Directions of the contacts on a sector and on the next sector [-].
     aerodynamics : Aerodynamics or None
-        See `with_aerodynamics`.
+        Aerodynamic forces from `with_aerodynamics`.
     left, right : (pairs,) ndarray of int
+        DOFs on the two sides.
 
     Raises
     ------
     SlipmodeError
-        If sectors do not fit: another number of DOFs on either side, DOFs on both sides or twice;
-        if a matrix is not as stated above.
+        If the sides have different numbers of DOFs, or a DOF is on both sides or occurs twice. If
+        a matrix has a wrong shape, is not symmetric, or has a DOF without mass.
     """
 
     sectors: int
@@ -139,7 +144,7 @@ class CyclicStructure:
         for name, value in fields.items():
             object.__setattr__(self, name, value)
         if np.any(self.of_diameter(0)[0].diagonal().real <= 0.0):
-            raise SlipmodeError("mass: every DOF needs some mass, once right is joined to left")
+            raise SlipmodeError("mass: every DOF must have mass after right is joined to left")
 
     def __repr__(self) -> str:
         return (
@@ -152,27 +157,37 @@ class CyclicStructure:
     ) -> CyclicStructure:
         """Return the structure with aerodynamic forces between its blades.
 
-        Blade j has the displacements q_j = D^T u_j, and the forces -D sum_d l_d q_(j+d) while all
-        move at the frequency omega_0. In a wave of nodal diameter k the coefficient is
-        c_k = sum_d l_d exp(i k d 2 pi / N): Re c_k > 0 stiffens, Im c_k > 0 damps. Coefficients
-        with which the force is +L q have the opposite sign, l = -L.
+        Blade j has the displacements q_j = D^T u_j. The forces are -D sum_d l_d q_(j+d) while all
+        blades move at the frequency omega_0. A wave of nodal diameter k has the coefficient c_k =
+        sum_d l_d exp(i k d 2 pi / N). Re c_k > 0 adds stiffness, and Im c_k > 0 adds damping.
 
         Parameters
         ----------
         directions : sequence of int, or (n, m) array or sparse matrix
-            DOFs, or D. With DOFs q are displacements [m] and coefficients are in N/m. With
-            D = M phi of mass-normalised modes phi q are their amplitudes, and coefficients are
-            modal [rad^2/s^2].
+            Matrix D, or DOFs. With DOFs, q are displacements [m] and the coefficients are in N/m.
+            With D = M phi and mass-normalised modes phi, q are modal amplitudes and the
+            coefficients are modal [rad^2/s^2].
         influence : {distance: complex or (m, m) array_like}
-            l_d: influence of blade j + d on blade j, for instance of d = -2 to 2. See
-            `influence_coefficients` for coefficients of nodal diameters.
+            Influence l_d of blade j + d on blade j [N/m] or [rad^2/s^2], for instance for d = -2
+            to 2. If coefficients L are defined by forces +L q, give -L.
+            `rom.influence_coefficients` converts coefficients of nodal diameters.
         frequency : float
-            omega_0 [rad/s], about the natural frequency of the family.
+            Frequency omega_0 [rad/s], near the natural frequency of the mode family.
+
+        Returns
+        -------
+        CyclicStructure
+            Structure with these forces.
+
+        Raises
+        ------
+        SlipmodeError
+            If an argument has a wrong shape or is not finite.
 
         Notes
         -----
-        At other frequencies the forces are -D sum_d (Re l_d + Im l_d / omega_0 d/dt) q_(j+d), by a
-        real stiffness and damping between sectors. These are equivalent to l_d at omega_0 alone.
+        At other frequencies the forces are -D sum_d (Re l_d + Im l_d / omega_0 d/dt) q_(j+d), with
+        a real stiffness and damping between sectors. They are equivalent to l_d at omega_0 only.
         """
         D = _directions("directions", directions, self.mass.shape[0])
         other = copy(self)
@@ -182,12 +197,12 @@ class CyclicStructure:
 
     @property
     def n_contacts(self) -> int:
-        """Number N_c of contact directions of a sector."""
+        """Number N_c of contact DOFs of one sector."""
         return int(self.own_directions.shape[1])
 
     @cached_property
     def free_dofs(self) -> NDArray[np.intp]:
-        """DOFs of a sector that are not those of the next one, (n_s,), ascending."""
+        """DOFs of a sector without `right`, (n_s,) ndarray of int, ascending."""
         return np.setdiff1d(np.arange(self.mass.shape[0]), self.right)
 
     @cached_property
@@ -201,17 +216,38 @@ class CyclicStructure:
 
     @property
     def highest_diameter(self) -> int:
-        """The largest nodal diameter, N // 2."""
+        """Largest nodal diameter, N // 2."""
         return self.sectors // 2
 
     def angle(self, nodal_diameter: int) -> float:
-        """Return the phase of the next sector [rad]; exact multiples of N are 0."""
+        """Return the phase of the next sector in a travelling wave.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            Nodal diameter k.
+
+        Returns
+        -------
+        float
+            k 2 pi / N [rad], 0 for multiples of N.
+        """
         return 2.0 * np.pi * (nodal_diameter % self.sectors) / self.sectors
 
     def expansion(self, nodal_diameter: int) -> Any:
-        """Return T (n, n_s): all DOFs of sector 0 from its free DOFs, in a travelling wave.
+        """Return the displacements of sector 0 in a travelling wave, from its free DOFs.
 
-        Sector j moves like exp(i k 2 pi j / N) times sector 0, with the nodal diameter k.
+        Sector j moves as exp(i k 2 pi j / N) times sector 0.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            Nodal diameter k.
+
+        Returns
+        -------
+        (n, n_s) complex CSC array
+            Matrix T of u_0 = T u_free [-].
         """
         rows = np.concatenate((self.free_dofs, self.right))
         column = np.full(self.mass.shape[0], -1)
@@ -223,7 +259,23 @@ class CyclicStructure:
         return scipy.sparse.csc_array((values, (rows, columns)), shape=shape)
 
     def force_on_sector(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
-        """Return {DOF: amplitude}, or amplitudes, as forces on the free DOFs (n_s,) [N]."""
+        """Return a force as amplitudes on the free DOFs of a sector.
+
+        Parameters
+        ----------
+        force : {DOF: amplitude} or (n_s,) array_like
+            Complex amplitudes [N].
+
+        Returns
+        -------
+        (n_s,) complex ndarray
+            Amplitudes [N].
+
+        Raises
+        ------
+        SlipmodeError
+            If a DOF does not exist, or an amplitude is not finite.
+        """
         size = self.free_dofs.size
         if isinstance(force, Mapping):
             vector = np.zeros(size, dtype=complex)
@@ -241,21 +293,56 @@ class CyclicStructure:
         return vector
 
     def of_diameter(self, nodal_diameter: int) -> tuple[Any, Any, Any]:
-        """Return mass, damping and stiffness of a nodal diameter, (n_s, n_s) Hermitian CSC."""
+        """Return the matrices of a nodal diameter.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            Nodal diameter k.
+
+        Returns
+        -------
+        mass, damping, stiffness : (n_s, n_s) CSC array
+            T^H M T [kg], T^H C T [N s/m] and T^H K T [N/m], Hermitian.
+        """
         T = self.expansion(nodal_diameter)
         matrices = (self.mass, self.damping, self.stiffness)
         return tuple((T.conj().T @ (each @ T)).tocsc() for each in matrices)
 
     def contact_motion(self, nodal_diameter: int) -> Any:
-        """Return the contact displacements of sector 0 per free DOF, (N_c, n_s) CSC, complex."""
+        """Return the contact displacements of sector 0 per displacement of its free DOFs.
+
+        Parameters
+        ----------
+        nodal_diameter : int
+            Nodal diameter k of the travelling wave.
+
+        Returns
+        -------
+        (N_c, n_s) complex CSC array
+            Contact displacements [-].
+        """
         turned = np.exp(1j * self.angle(nodal_diameter)) * self.next_directions
         return ((self.own_directions + turned).T @ self.expansion(nodal_diameter)).tocsc()
 
     def annulus(self, deviation: ArrayLike | None = None) -> Structure:
-        """Return all sectors as one structure: n_s N DOFs and N_c N contacts, sector by sector.
+        """Return all sectors as one structure.
 
-        `deviation` (N,) of a mistuned disk: sector j has deviation_j times the stiffness `blade`
-        in addition. A structure with aerodynamic forces is refused: they are not symmetric.
+        Parameters
+        ----------
+        deviation : (N,) array_like, optional
+            Relative stiffness deviation of each blade [-]: sector j has the additional stiffness
+            deviation_j times `blade`. Default: equal blades.
+
+        Returns
+        -------
+        Structure
+            Structure with n_s N DOFs and N_c N contact DOFs, sector by sector.
+
+        Raises
+        ------
+        SlipmodeError
+            If the structure has aerodynamic forces, whose matrices are not symmetric.
         """
         self.refuse_aerodynamics("annulus")
         N = self.sectors
@@ -283,15 +370,39 @@ class CyclicStructure:
         )
 
     def refuse_aerodynamics(self, name: str) -> None:
-        """Refuse aerodynamic forces for what does not include them."""
+        """Check that the structure has no aerodynamic forces.
+
+        Parameters
+        ----------
+        name : str
+            Name of the function that does not include them, for the message.
+
+        Raises
+        ------
+        SlipmodeError
+            If the structure has aerodynamic forces.
+        """
         if self.aerodynamics is not None:
             raise SlipmodeError(
-                f"aerodynamics: {name} does not include these forces; take the structure without "
-                "them"
+                f"aerodynamics: {name} does not include these forces; give the structure without "
+                "aerodynamics"
             )
 
     def around(self, wave: Complexes, nodal_diameter: int) -> Complexes:
-        """Return a travelling wave at all DOFs of the annulus, (n_s N, ...), from sector 0."""
+        """Return a travelling wave at all DOFs of the annulus.
+
+        Parameters
+        ----------
+        wave : (n_s, ...) complex ndarray
+            Displacements of sector 0 [m].
+        nodal_diameter : int
+            Nodal diameter k.
+
+        Returns
+        -------
+        (n_s N, ...) complex ndarray
+            Displacements of all sectors [m].
+        """
         turn = np.exp(1j * self.angle(nodal_diameter) * np.arange(self.sectors))
         return np.concatenate([each * wave for each in turn])
 
@@ -306,15 +417,27 @@ class CyclicStructure:
 
 
 def excited_diameter(engine_order: int, sectors: int) -> int:
-    """Return the nodal diameter that an engine order excites, from -(N // 2) to N // 2.
+    """Return the nodal diameter that an engine order excites.
 
-    Engine orders that differ by multiples of the number N of sectors load the sectors alike: they
-    are aliased. A negative nodal diameter is a wave that travels backward.
+    Engine orders that differ by a multiple of the number of sectors N are aliased: they excite one
+    nodal diameter.
 
     Parameters
     ----------
-    engine_order, sectors : int
-        From 1.
+    engine_order : int
+        Engine order, >= 1.
+    sectors : int
+        Number of sectors N.
+
+    Returns
+    -------
+    int
+        Nodal diameter, -(N // 2) to N // 2; negative for a backward wave.
+
+    Examples
+    --------
+    >>> rom.excited_diameter(21, 24)
+    -3
     """
     k = engine_order % sectors
     return k if 2 * k <= sectors else k - sectors

@@ -102,7 +102,7 @@ def component_modes(
 
     References
     ----------
-    R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
+    Craig, R. R., M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
     (1968).
 
     Examples

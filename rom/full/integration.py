@@ -46,8 +46,8 @@ def integrate(
     steps_per_period : float, default 64
         Smallest number of steps per period of the fastest forcing.
     step : float, optional
-        Largest time step [s], instead of `steps_per_period`. Steps are as long as fits between
-        samples and starts of segments.
+        Largest time step [s], instead of `steps_per_period`. Steps are the longest that divide
+        the time between samples and starts of segments.
     outputs : sequence of int, or (outputs, n) array_like, optional
         DOFs whose displacement is returned, or rows that combine DOFs. Default: all DOFs.
     start : State, optional
@@ -65,15 +65,16 @@ def integrate(
 
     Notes
     -----
-    Rigid friction uses the L-stable six-stage ESDIRK4(3)6L[2]SA of Kennedy and Carpenter [1]_. It
+    Rigid friction uses the L-stable six-stage method ESDIRK4(3)6L[2]SA (Kennedy and Carpenter). It
     is of fourth order for friction that is smooth over a step, and of about second order for exact
     Coulomb friction. Each stage is a convex minimisation over the contact velocities, which always
     has a solution. A stage costs O(n N_c) with modal damping, otherwise O(n^2).
 
     Elastic contacts are return maps. Each step has four substeps of the trapezoidal rule
-    (Newmark's average acceleration), at a cost of O(n N_c). It is prewarped [2]_: motion at the
-    forcing frequencies is exact at any step, other motion is of second order. Modes that turn by
-    more than 1 rad in a substep use backward Euler and do not oscillate numerically.
+    (Newmark's average acceleration), at a cost of O(n N_c). The rule is prewarped (Oppenheim and
+    Schafer): motion at the forcing frequencies is exact at any step, other motion is of second
+    order. Modes that turn by more than 1 rad in a substep use backward Euler and do not oscillate
+    numerically.
 
     Relative errors on the two-mass structure with two slipping modes::
 
@@ -86,10 +87,11 @@ def integrate(
 
     References
     ----------
-    .. [1] C. A. Kennedy, M. H. Carpenter, Additive Runge-Kutta schemes for
-       convection-diffusion-reaction equations, Applied Numerical Mathematics 44 (2003).
-    .. [2] A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.1: the
-       bilinear transformation.
+    Kennedy, C. A., M. H. Carpenter, Additive Runge-Kutta schemes for
+    convection-diffusion-reaction equations, Applied Numerical Mathematics 44 (2003).
+
+    Oppenheim, A. V., R. W. Schafer, Discrete-Time Signal Processing, section 7.1: the bilinear
+    transformation.
 
     Examples
     --------

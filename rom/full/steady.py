@@ -15,7 +15,7 @@ from slipmode.rom.full.motion import State
 from slipmode.rom.full.window import Nonharmonic, Window
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.structure import Structure
 
 OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
@@ -124,11 +124,10 @@ def steady_amplitude(
         else:
             rest = nonharmonic_motion(integrator, state)
             raise SlipmodeError(
-                f"steady amplitude: still changing after {most_windows} windows of "
-                f"{window.length:.4g} s, {rest.share:.2g} of the contacts' motion at frequencies "
-                f"beside the harmonics of the forces, most at {rest.frequency:.4g} rad/s; raise "
-                "most_windows, periods (longer windows) or the tolerance, or look at the motion "
-                "itself"
+                f"steady amplitude: still changes after {most_windows} windows of "
+                f"{window.length:.4g} s. {percentage(rest.share)} of the contact motion is not at "
+                f"harmonics of the forces, mostly at {rest.frequency:.4g} rad/s; increase "
+                "most_windows, periods (longer windows) or the tolerance"
             )
     error = np.abs(found[-1] - coarse[-1]) + np.abs(found[-1] - found[-2])
     return SteadyAmplitude(found[-1], error, state)

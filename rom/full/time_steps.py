@@ -49,7 +49,7 @@ class Schedule:
         end = float(time.max())
         if (end - begin) / longest > _MOST_STEPS:
             raise SlipmodeError(
-                f"step: must reach the end in {_MOST_STEPS:g} steps, {longest:g} s"
+                f"step: must reach the end in at most {_MOST_STEPS:g} steps, got {longest:g} s"
             )
         inside = segments[(segments > begin) & (segments < end)]
         if time.ndim == 0:

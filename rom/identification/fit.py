@@ -119,7 +119,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     initial = 2 * form.modes
     now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():
-        raise SlipmodeError("law: decays by the first guess of the law overflow; check the bands")
+        raise SlipmodeError("law: decays by the initial guess are not finite; check the bands")
     damping = 1e-3
     for _ in range(40):
         diagonal = np.einsum("ikk->ik", now.matrix)

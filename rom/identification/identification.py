@@ -111,7 +111,8 @@ class Identification(IdentifiedLaw):
         given = record if isinstance(record, Record) else self.source.measurement[record]
         if len(given.signal) != len(self.shapes):
             raise SlipmodeError(
-                f"record: has {len(given.signal)} channels, the measurement {len(self.shapes)}"
+                f"record: has {len(given.signal)} channels, must have {len(self.shapes)} like the "
+                "measurement"
             )
         prepared = prepare(given, self.source.plan)
         if prepared.part is None:
@@ -119,8 +120,8 @@ class Identification(IdentifiedLaw):
         found = self._predicted([prepared.part])[0]
         if found.beyond and not extrapolate:
             raise SlipmodeError(
-                f"record: {prepared.name}: {found.beyond} that was fitted; extrapolate=True "
-                "predicts it nevertheless"
+                f"record: {prepared.name}: {found.beyond} that was fitted; give extrapolate=True "
+                "to predict it nevertheless"
             )
         return found
 
@@ -187,9 +188,17 @@ def identify(
 
     References
     ----------
-    M. Cenedese, J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
+    Cenedese, M., J. Axas, B. Baeuerlein, K. Avila, G. Haller, Data-driven modeling and prediction
     of non-linearizable dynamics via spectral submanifolds, Nat. Commun. 13, 872 (2022): the error
     norm.
+
+    Examples
+    --------
+    One mode between 80 and 120 Hz from hammer tests::
+
+        data = rom.read_measurement("hit*.csv", quantity="acceleration", unit="m/s^2")
+        found = rom.identify(data, bands=[(80.0, 120.0)])
+        found.backbone().plot()
     """
     checked = checked_bands(bands, data)
     forms = allowed_forms(law, cross, len(checked))

@@ -16,6 +16,7 @@ from slipmode.rom.identification.prediction import normalised_error
 from slipmode.rom.identification.records.measurement import Prepared
 from slipmode.rom.identification.records.preparation import Plan
 from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.short_repr import percentage
 
 # Distance from 1:2, relative to the fastest rate of slow time, up to which laws with a quadratic
 # coupling are tried. There the coupling drives B at a third of the amplitude at resonance, and to
@@ -76,8 +77,8 @@ def determined(forms: Sequence[LawForm], look: FirstLook) -> list[LawForm]:
     kept = [form for form in forms if form.free.sum() <= values]
     if not kept:
         raise SlipmodeError(
-            f"law = {forms[0]}: has {forms[0].free.sum()} parameters, the records have {values} "
-            "independent values of frequency and damping; give more or longer records"
+            f"law = {forms[0]}: has {forms[0].free.sum()} parameters, but the records have only "
+            f"{values} independent values of frequency and damping; give more or longer records"
         )
     apart = [form for form in kept if not form.cross and form.law != "quadratic"]
     return apart if apart and len(look.rates) < SHARE else kept
@@ -109,13 +110,13 @@ def outliers(
     for name, error in errors.items():
         usual = max(typical, noise[name])
         if error > (DOUBTFUL * usual if typical else POOR):
-            line = f"the error of its own fit is {100 * error:.2g} % of the signal"
+            line = f"the error of its own fit is {percentage(error)} of the signal"
             if typical:
                 line += f", {error / typical:.2g} times the median of the records"
             if error > max(POOR, OUTLYING * usual):
                 broken[name] = f"no decay fits it: {line}"
             else:
-                doubtful[name] = f"{line}: look for disturbances"
+                doubtful[name] = f"{line}; check it for disturbances"
     return broken, doubtful
 
 

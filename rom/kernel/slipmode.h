@@ -358,6 +358,12 @@ SM_API sm_status sm_curve_point_near(const sm_curve *curve, const double *guess,
  * SM_NOT_CONVERGED: none is found. */
 SM_API sm_status sm_curve_solved(const sm_curve *curve, double *z);
 
+/* 1 if a solution z lies on a branch: `points` rows that follow one another by `stride` doubles. */
+SM_API int32_t sm_curve_passes(int32_t unknowns, size_t points, size_t stride, const double *row,
+                               const double *z);
+/* 1 if all small deviations from a point, a row, decay. */
+SM_API int32_t sm_curve_is_stable(int32_t unknowns, const double *row);
+
 /* A slow flow under inputs that change along a straight line. */
 typedef struct {
     const sm_slow_flow *flow;
@@ -367,6 +373,10 @@ typedef struct {
 
 /* Its steady states as a curve, as sm_slow_flow_balance has them. The curve refers to `forced`. */
 SM_API sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve *curve);
+/* Steady states z (found, k + 1) of the curve, at most `most`, at `sections` >= 2 values of p from 0
+ * to 1. They are searched from many amplitudes up to `scale` and all phases that balance the forces. */
+SM_API sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, size_t most,
+                                     double *z, size_t *found);
 
 /* ---- the step-able component ----------------------------------------------------------- */
 

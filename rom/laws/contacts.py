@@ -40,7 +40,9 @@ class Contacts:
         if not groups:
             raise SlipmodeError("contacts: must have at least one group")
         if not all(isinstance(law, ElasticLaw) for law, _ in groups):
-            raise SlipmodeError("contacts: groups are of elastic laws; rigid ones are on all")
+            raise SlipmodeError(
+                "contacts: groups must have elastic laws; a rigid law applies to all contacts"
+            )
         object.__setattr__(self, "groups", groups)
 
     def elements(self, contacts: int) -> Elements:
@@ -65,8 +67,8 @@ class Contacts:
         if sorted(columns) != list(range(contacts)):
             wrong = {
                 "missing": sorted(set(range(contacts)) - set(columns)),
-                "doubled": sorted({c for c in columns if columns.count(c) > 1}),
-                "not there": sorted(set(columns) - set(range(contacts))),
+                "in two groups": sorted({c for c in columns if columns.count(c) > 1}),
+                "unknown": sorted(set(columns) - set(range(contacts))),
             }
             said = "; ".join(f"{word}: {which}" for word, which in wrong.items() if which)
             raise SlipmodeError(

@@ -25,8 +25,8 @@ _UNITS = {
 # Cosine of the angle between directions of a contact, and relative difference of their lengths.
 _SKEWED = 0.01
 _OF_ONE_CONTACT = (
-    " (columns of W): directions of one contact should be at right angles and equally long, "
-    "unless DOFs are rotations or modal coordinates"
+    " (columns of W). Directions of one contact must be orthogonal and equally long, unless DOFs "
+    "are rotations or modal coordinates"
 )
 
 

@@ -110,18 +110,18 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
         )
     if contacts == 0:
         raise SlipmodeError(
-            "law: there are no contacts; rom.model_of_rates has made the whole model"
+            "law: a model from rom.model_of_rates has no contacts; use that model as it is"
         )
     if isinstance(law, Tanh | Coulomb):
         limits(law, contacts)
         if reference is not None:
             raise SlipmodeError(
-                "law: the structure was reduced with elastic contacts, this law is rigid; "
-                "leave out law= in reduce()"
+                "law: this law is rigid, but the structure was reduced with elastic contacts; "
+                "call rom.reduce without law"
             )
         return
     if reference is None or not np.array_equal(law.elements(contacts).reference, reference):
         raise SlipmodeError(
             "law: the structure was not reduced with the stiffness of these contacts; "
-            "use reduce(..., law=law)"
+            "call rom.reduce(..., law=law)"
         )

@@ -69,7 +69,7 @@ class FrictionalContact:
         loads, gaps = np.atleast_1d(self.preload), np.atleast_1d(self.gap)
         fits = 1 in (loads.size, gaps.size) or loads.size == gaps.size
         if fits and np.any((gaps > 0.0) & (loads > 0.0)):
-            raise SlipmodeError("gap: must be 0 where there is a preload, for it touches there")
+            raise SlipmodeError("gap: must be 0 where preload > 0, because the contact is closed")
 
     @classmethod
     def on_areas(
@@ -153,8 +153,8 @@ class FrictionalContact:
         count, left = divmod(contacts, columns)
         if left:
             raise SlipmodeError(
-                f"contact: a frictional contact has {columns} directions ({self.tangents} "
-                f"tangential, 1 normal), so their number must be a multiple; got {contacts}"
+                f"contact: a frictional contact has {columns} DOFs ({self.tangents} tangential, 1 "
+                f"normal), so the number of DOFs must be a multiple of {columns}; got {contacts}"
             )
         element = np.zeros(count, dtype=kernel.ELEMENT)
         element["law"] = FRICTIONAL

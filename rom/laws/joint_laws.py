@@ -97,7 +97,7 @@ class Iwan:
 
     References
     ----------
-    D. J. Segalman, A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
+    Segalman, D. J., A four-parameter Iwan model for lap-type joints, J. Appl. Mech. 72 (2005).
     """
 
     force: float

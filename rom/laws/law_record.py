@@ -48,7 +48,7 @@ def law_of(record: Any) -> Friction:
         return single
     groups = record.get("groups")
     if set(record) != {"law", "groups"} or not isinstance(groups, list):
-        raise SlipmodeError("law: must have groups of contacts, and nothing else")
+        raise SlipmodeError("law: must have a list of groups, and no other entries")
     made: Contacts = _made(Contacts, [_group(group) for group in groups])
     return made
 
@@ -79,7 +79,7 @@ def _single_law(record: Any) -> Any:
         raise SlipmodeError(f"law: {name} needs {missing[0]}")
     for key, value in values.items():
         if not _is_parameter(value, known[key]):
-            raise SlipmodeError(f"law: {key} of {name} is no such parameter")
+            raise SlipmodeError(f"law: {key} of {name} has a wrong type")
     return _made(kind, **values)
 
 

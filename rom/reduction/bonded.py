@@ -31,8 +31,8 @@ def reduce_bonded(
     n_elastic = structure.n_dofs - structure.n_contacts
     if n_elastic == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_dofs} DOFs are contacts, which leaves no mode with rigid "
-            "friction (Tanh, Coulomb); use an elastic law, reduce(..., law=law)"
+            f"contact: all {structure.n_dofs} DOFs are contacts, so there is no mode with rigid "
+            "friction (Tanh, Coulomb); use an elastic law, rom.reduce(..., law=law)"
         )
     if not all(0 <= mode < n_elastic for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
@@ -109,7 +109,8 @@ def _check_stiffness(stiffness: Floats) -> None:
     """Refuse contacts that nothing but friction holds, (N_c, N_c)."""
     if not is_positive_definite(stiffness, "stiffness"):
         raise SlipmodeError(
-            "stiffness: must be positive definite for motion of the contacts, or they slip away"
+            "stiffness: must be positive definite for motion of the contacts; otherwise they "
+            "drift without bound"
         )
 
 

@@ -35,8 +35,8 @@ def reduce_stuck(
     """Return one or two modes of the structure with stuck contacts, and the elastic contacts."""
     if not contacts.reference.any():
         raise SlipmodeError(
-            "gap: all contacts are open at rest; at least one must touch, or a static force "
-            "press it (rom.preload, in scenes [preload])"
+            "gap: all contacts are open at rest, and at least one must touch; reduce a gap, or "
+            "close it by a static force (rom.preload, in scenes [preload])"
         )
     if not all(0 <= mode < structure.n_dofs for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
@@ -50,8 +50,8 @@ def reduce_stuck(
     retained = np.isin(np.arange(omega.size), modes)
     if np.any(rigid & retained):
         raise SlipmodeError(
-            f"modes: the first {rigid.sum()} are rigid-body modes of the stuck structure, and do "
-            f"not resonate; retain others, from {rigid.sum()} on"
+            f"modes: the first {rigid.sum()} are rigid-body modes of the stuck structure, which "
+            f"have no resonance; retain modes from {rigid.sum()} on"
         )
     below = (omega < omega[retained].min()) & ~retained
     contact_motion = as_dense(W.T @ shapes).T  # (k, N_c) per modal amplitude

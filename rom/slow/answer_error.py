@@ -29,8 +29,9 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.table.model import Model
+from slipmode.rom.validity import reference_frequency_finding
 
 
 @frozen
@@ -114,16 +115,15 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
 def off_carrier_findings(
     tolerance: float, error: float, apart: Floats, what: str
 ) -> list[Finding]:
-    """Report an answer whose error, by forcing so far `apart` from the carriers, is too large."""
+    """Report a curve `what` whose error, so far `apart` from the reference frequency, is large."""
     if error <= tolerance:
         return []
-    size = "more than 100 %" if error > 1.0 else f"up to {100.0 * error:.2g} %"
+    size = "more than 100 %" if error > 1.0 else f"up to {percentage(error)}"
     reason = (
-        f"forcing is up to {np.abs(apart).max():.1%} from the carriers of the friction table: "
-        f"{what} wrong by {size}, tolerance is {100.0 * tolerance:g} %; put the carriers at the "
-        "forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
+        f"the relative error of {what} there is {size} (tolerance {percentage(tolerance)}). Call "
+        "rom.reduce with carrier = this frequency, or compare with slipmode validate"
     )
-    return [Finding("carriers", "left", reason, "warning")]
+    return [reference_frequency_finding(float(np.abs(apart).max()), reason)]
 
 
 def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:

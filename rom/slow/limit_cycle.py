@@ -101,6 +101,15 @@ def limit_cycles(
     modes" in docs/theory.md. The damping of sliding friction decreases with the amplitude. Above a
     stable limit cycle there is therefore often an unstable one, beyond which the amplitude grows
     without bound.
+
+    Examples
+    --------
+    A self-excited mode with a stable and an unstable limit cycle:
+
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,), aerodynamics=[-0.02j], carrier=[0.98])
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(12.0,))
+    >>> [(abs(cycle.amplitude).round(2), cycle.stable) for cycle in rom.limit_cycles(model)]
+    [(array([1.26]), True), (array([4.69]), False)]
     """
     force = [{}] * model.modes if force is None else force
     applied = AppliedForces.of(model.reduced, force)

@@ -179,7 +179,7 @@ def sum_harmonics(model: Model, trajectory: SlowTrajectory, times: ArrayLike) ->
     force, which have corners, are larger.
     """
     if model.harmonics is None:
-        raise SlipmodeError("harmonics: this model keeps none; tabulate it with harmonics=7")
+        raise SlipmodeError("harmonics: this model has none; tabulate it with harmonics=7")
     sample = _sample_times(trajectory, times)
     part = trajectory.between(sample[0], sample[-1]).resolved(model)
     response = modal_response(model, part)

@@ -216,6 +216,16 @@ def steady(
     -----
     The amplitudes solve (omega_j^2 - Omega_j^2 + i gamma_j Omega_j - Q_j) a_j = F_j exp(i psi_j) /
     2, see "Steady states" in docs/theory.md.
+
+    Examples
+    --------
+    The peak displacement of DOF 0 is about 2 |a| [m], because its modal mass is 1 kg:
+
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(4.0,))
+    >>> abs(rom.steady(model, [[0.97], [0.98]], [{0: 0.15}])).round(2)
+    array([[1.46],
+           [3.32]])
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):

@@ -115,8 +115,8 @@ class _SteadyFlow(ForcedFlow):
         if outside.any() and self._excited.any():
             raise SlipmodeError(
                 f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
-                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles says how "
-                "far friction holds it"
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles finds the "
+                "amplitude at which friction limits it"
             )
         if outside.any():
             raise outside_table(np.abs(self.effective(amplitude))[outside], self.model.table)
@@ -204,13 +204,15 @@ class _SteadyFlow(ForcedFlow):
                 return np.asarray(point[0])
             if free.any() and self._is_balanced(point)[0]:
                 raise SlipmodeError(
-                    f"aerodynamics: mode {_named(free)} is self-excited and not forced: it does "
-                    "not stay at rest; rom.limit_cycles finds its limit cycles"
+                    f"aerodynamics: mode {_named(free)} is self-excited and not forced, so its "
+                    "state of rest is unstable; rom.limit_cycles finds its limit cycles"
                 )
         held = ""
         if self._excited.any():
-            held = f": self-excited mode {_named(self._excited)} is not held by its force there"
-        raise SlipmodeError(f"frequency: no steady state found at {self.frequency[0]} rad/s{held}")
+            held = f", and mode {_named(self._excited)} is self-excited"
+        raise SlipmodeError(
+            f"frequency: no steady state was found at {self.frequency[0]} rad/s{held}"
+        )
 
     def _inside(self, amplitude: Complexes) -> Complexes:
         """Return amplitudes scaled back where the effective ones would leave the table."""

@@ -75,7 +75,7 @@ class Rayleigh:
         zeta, omega = (np.atleast_1d(as_floats(key, value)) for key, value in given.items())
         if zeta.shape not in ((1,), (2,)) or zeta.shape != omega.shape:
             raise SlipmodeError(
-                f"ratio, frequency: must be one or two of each, got {ratio} and {frequency}"
+                f"ratio, frequency: must have one or two values each, got {ratio} and {frequency}"
             )
         if not (np.all(zeta >= 0.0) and np.all(omega > 0.0) and fits(zeta) and fits(omega)):
             raise SlipmodeError(
@@ -84,14 +84,14 @@ class Rayleigh:
         if zeta.size == 1:
             return cls(0.0, float(2.0 * zeta[0] / omega[0]))
         if omega[0] == omega[1]:
-            raise SlipmodeError(f"frequency: must be two different ones, got {frequency}")
+            raise SlipmodeError(f"frequency: must be two different frequencies, got {frequency}")
         rows = 0.5 * np.stack((1.0 / omega, omega), axis=1)
         alpha, beta = np.linalg.solve(rows, zeta).tolist()
         if alpha < 0.0 or beta < 0.0:
             quotient = float(omega.max() / omega.min())
             raise SlipmodeError(
-                f"ratio: alpha M + beta K reaches ratios that differ by a factor of {quotient:.3g}"
-                f" at most at these frequencies, got {ratio}; give a damping matrix"
+                "ratio: with alpha M + beta K the ratios differ at most by a factor of "
+                f"{quotient:.3g} at these frequencies, got {ratio}; give a damping matrix"
             )
         return cls(alpha, beta)
 

@@ -47,7 +47,7 @@ def _mass_file(path: Path) -> Path:
     """Return the file of the mass that the same job wrote."""
     file = path.with_suffix(".mas") if path.suffix == ".sti" else abaqus_mass_file(path)
     if file == path or not file.is_file():
-        expected = "" if file == path else f" ({file.name} is not there)"
+        expected = "" if file == path else f" (there is no {file.name})"
         raise SlipmodeError(f"{path}: mass is missing{expected}; give its file: mass=")
     return file
 
@@ -79,7 +79,7 @@ def _renamed(found: Mapping[str, Any], path: Path) -> dict[str, Named]:
             if name.lower().startswith(beginnings) and name.lower() not in (*_NAMES, *_CONTACT)
         ]
         if len(names) > 1:
-            raise SlipmodeError(f"{path}: {part} may be {', '.join(names)}; keep one of them")
+            raise SlipmodeError(f"{path}: {', '.join(names)} may each be {part}; keep one of them")
         if names:
             parts[part] = found[names[0]]
     for name, value in found.items():
@@ -101,7 +101,7 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
     free = np.flatnonzero(matrices["stiffness"].diagonal() < 1e30)
     if free.size < size:
         _log.warning(
-            "%s: %d DOFs are held by boundary conditions: left out", path, size - free.size
+            "%s: %d DOFs are fixed by boundary conditions and left out", path, size - free.size
         )
         matrices = {name: matrix[free][:, free] for name, matrix in matrices.items()}
         if labels is not None:
@@ -109,8 +109,8 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
     empty = np.flatnonzero(matrices["stiffness"].diagonal() == 0)
     if empty.size:
         raise SlipmodeError(
-            f"{path}: stiffness has nothing at {empty.size} DOFs, the first DOF {empty[0]}: "
-            "is the file whole?"
+            f"{path}: the diagonal of stiffness is 0 at {empty.size} DOFs, the first is DOF "
+            f"{empty[0]}; check that the file is complete"
         )
     found: dict[str, Any] = {
         name: _symmetrised(matrix, name, path) for name, matrix in matrices.items()
@@ -137,7 +137,7 @@ def _in_order(part: Named, labels: Labels | None, size: int, key: str) -> Any:
     places = labels.places(part.labels)
     if places.min(initial=0) < 0:
         node = part.labels.node[np.argmin(places)]
-        raise SlipmodeError(f"{key}: node {node} has a DOF that stiffness has not")
+        raise SlipmodeError(f"{key}: node {node} has a DOF that is not in stiffness")
     entries = (np.ones(places.size), (places, np.arange(places.size)))
     selection = scipy.sparse.csc_array(entries, shape=(size, places.size))
     return selection @ matrix @ selection.T

@@ -71,14 +71,14 @@ def _read_npz(path: Path) -> dict[str, Any]:
     except Exception as error:
         raise SlipmodeError(f"{path}: is not a readable .npz file") from error
     if not isinstance(stored, np.lib.npyio.NpzFile):
-        raise SlipmodeError(f"{path}: holds a single array, allowed: a .npz file")
+        raise SlipmodeError(f"{path}: holds a single array; must be a .npz file")
     with stored:
         matrices = {}
         for name in _NAMES:
             try:
                 matrix = _read_npz_matrix(stored, name)
             except Exception as error:
-                raise SlipmodeError(f"{path}: {name} is damaged or no plain array") from error
+                raise SlipmodeError(f"{path}: {name} is damaged or not a plain array") from error
             if matrix is not None:
                 matrices[name] = matrix
             elif name in _REQUIRED:

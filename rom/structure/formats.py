@@ -85,7 +85,7 @@ def _read_calculix(path: Path) -> Named:
     matrix = _symmetric(numbers[:, :2], numbers[:, 2], len(pairs))
     if matrix.shape[0] != len(pairs):
         raise SlipmodeError(
-            f"{path}: has {matrix.shape[0]} DOFs, {dof_file.name} names {len(pairs)}"
+            f"{path}: has {matrix.shape[0]} DOFs, but {dof_file.name} has {len(pairs)}"
         )
     return Named(matrix, Labels(pairs[:, 0], pairs[:, 1]))
 
@@ -104,7 +104,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
     try:
         return {name: value for name, value in loadmat(path).items() if name[:2] != "__"}
     except NotImplementedError as error:
-        raise SlipmodeError(f"{path}: is of MATLAB's -v7.3; save it with -v7") from error
+        raise SlipmodeError(f"{path}: is a MATLAB -v7.3 file; save it with -v7") from error
 
 
 def _read_op4(path: Path) -> dict[str, Any]:
@@ -132,7 +132,7 @@ def _read_full(path: Path) -> dict[str, Any]:
     # fdfull.inc). The reader would read past the end of a shorter file.
     ends = np.fromfile(path, "<u4", 129)[127:]
     if ends.size < 2 or path.stat().st_size < 4 * (int(ends[0]) + (int(ends[1]) << 32)):
-        raise SlipmodeError(f"{path}: is damaged, or no .full file of Ansys: it ends too early")
+        raise SlipmodeError(f"{path}: is incomplete, or not a .full file of Ansys")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a missing matrix: read_external refuses it
         pairs, stiffness, mass = reader.FullFile(str(path)).load_km()
@@ -170,10 +170,10 @@ def _read_numbers(path: Path, columns: tuple[int, ...], kind: str) -> NDArray[np
         numbers = np.loadtxt(StringIO(text), comments="*", ndmin=2)
     except (ValueError, OSError) as error:
         reason = " ".join(str(error).split())
-        raise SlipmodeError(f"{path}: is damaged or no {kind}: {reason}") from error
+        raise SlipmodeError(f"{path}: is damaged or not a {kind}: {reason}") from error
     if numbers.size == 0 or numbers.shape[1] not in columns:
         allowed = " or ".join(map(str, columns))
-        raise SlipmodeError(f"{path}: is no {kind}: its rows must have {allowed} numbers")
+        raise SlipmodeError(f"{path}: is not a {kind}, whose rows have {allowed} numbers")
     return numbers
 
 

@@ -34,8 +34,8 @@ _RIGID, _ROUNDED, _GAP = 1e-13, 1e-9, 1e-6
 _ACCURACY = 1e-13  # of static displacements without rigid-body motion
 
 _MODES_ARE_RIGID = (
-    "stiffness: must be positive definite with bonded contacts, but the structure has a "
-    "rigid-body mode then; fix a DOF or add a contact"
+    "stiffness: must be positive definite with bonded contacts, but the structure then has a "
+    "rigid-body mode; fix a DOF or add a contact"
 )
 _INDEFINITE = "stiffness: must be positive semidefinite with stuck contacts"
 

@@ -90,7 +90,7 @@ def contact_directions(contact: MatrixLike, n_dofs: int) -> Sparse:
         raise SlipmodeError(f"contact: W must have {n_dofs} rows, one per DOF, got {rows}")
     if not 1 <= n_contacts <= n_dofs:
         raise SlipmodeError(
-            f"contact: must have 1 to {n_dofs} contacts, one per DOF at most, got {n_contacts}"
+            f"contact: must have 1 to {n_dofs} contacts, at most one per DOF, got {n_contacts}"
         )
     lengths = np.sqrt(W.power(2).sum(axis=0))
     if not lengths.all():
@@ -137,6 +137,6 @@ def _pivot_dofs(W: Sparse) -> Indices:
     if pivots.size < W.shape[1] or pivots[-1] <= TOLERANCE * pivots[0]:
         raise SlipmodeError(
             "contact: directions (columns of W) of rigid contacts must be linearly independent; "
-            "those of a closed ring need not be if the contacts are elastic (rom.Jenkins)"
+            "for dependent ones, as in a closed ring, use elastic contacts (rom.Jenkins)"
         )
     return np.sort(touched[order[: W.shape[1]]]).astype(np.intp)

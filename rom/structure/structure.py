@@ -189,6 +189,11 @@ class Structure:
         ----------
         path : path
             Name of the file, which ends in .npz.
+
+        Raises
+        ------
+        SlipmodeError
+            If the name has another ending, or the file cannot be written.
         """
         matrices: dict[str, Any] = {
             "mass": self.mass,
@@ -245,6 +250,12 @@ def load_structure(
     SlipmodeError
         If the file cannot be read, contacts are missing, a node is not in the file, or a matrix is
         refused by `Structure`.
+
+    Examples
+    --------
+    Matrices of Abaqus, with one friction contact between two nodes along x::
+
+        structure = rom.load_structure("job_STIF1.mtx", damping=1e-6, contact=[(12, 47, "x")])
     """
     file = as_path("path", path)
     if file.is_dir() or file.suffix not in READERS:
@@ -334,7 +345,7 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
         return Rayleigh(0.0, float(damping))
     C = as_symmetric("damping", damping, size)
     if not is_positive_semidefinite(C, "damping"):
-        raise SlipmodeError("damping: must be positive semidefinite (it may not feed energy in)")
+        raise SlipmodeError("damping: must be positive semidefinite (it must not add energy)")
     return C
 
 

@@ -7,6 +7,7 @@ from math import inf, isfinite
 
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding
+from slipmode.rom.short_repr import percentage
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class Accuracy:
         return self.interpolation + self.resolution + harmonics + self.neglected_modes
 
     def findings(self) -> list[Finding]:
-        """Return warnings about a missed tolerance or a neglected harmonic response.
+        """Return warnings if the tolerance is not met or a harmonic response is neglected.
 
         Returns
         -------
@@ -76,20 +77,20 @@ class Accuracy:
         found = []
         if self.interpolation > self.tolerance:
             reason = (
-                "at some amplitudes it jumps, or contacts do not come to one motion: the relative "
-                f"error of the friction table is up to {self.interpolation:.1g}, tolerance is "
-                f"{self.tolerance:g}; compare with slipmode validate"
+                f"its relative error is up to {percentage(self.interpolation)} (tolerance "
+                f"{percentage(self.tolerance)}). At some amplitudes friction jumps, or the "
+                "contact motion does not converge. Compare with slipmode validate"
             )
-            found.append(Finding("friction", "uncertain", reason, "warning"))
+            found.append(Finding("friction table", "misses its tolerance", reason, "warning"))
         if (neglected := self.neglected_response) > ErrorBudget(self.tolerance).harmonics:
             reason = (
-                "the contact motion at the largest amplitudes does not converge, so the response "
-                "to harmonics beyond the fifth is not known and is left out"
+                "it is not known, because the contact motion at the largest amplitudes does not "
+                "converge"
                 if neglected == inf
-                else "a harmonic beyond the fifth would change the contact motion by up to "
-                f"{neglected:.1%}, but the motion does not converge with the response of the "
-                "modes to it, which is left out"
+                else f"it changes the contact motion by up to {percentage(neglected)}, but the "
+                "contact motion does not converge with it"
             )
-            reason += "; compare with slipmode validate"
-            found.append(Finding("harmonics", "neglected", reason, "warning"))
+            reason += ". Compare with slipmode validate"
+            choice = "above the fifth is neglected"
+            found.append(Finding("response to harmonics", choice, reason, "warning"))
         return found

@@ -85,7 +85,7 @@ def find(name: str, load: Callable[[Path], Found]) -> Found | None:
     try:
         found = load(path) if path.is_file() else None
     except (SlipmodeError, OSError) as error:
-        _log.info("%s; it is made again", error)
+        _log.info("%s; it is computed again", error)
         return None
     with suppress(OSError):  # where it cannot be marked as used it will go a little earlier
         os.utime(path)
@@ -107,7 +107,7 @@ def keep(name: str, save: Callable[[Path], None]) -> None:
         save(path)
     except OSError as error:
         reason = error.strerror or error
-        _log.warning("%s: cannot be kept (%s); it will be made again next time", path, reason)
+        _log.warning("%s: cannot be stored (%s); the next run computes it again", path, reason)
         return
     # nobody finishes a file that has not changed for an hour
     _remove_abandoned(3600.0)

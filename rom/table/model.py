@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from dataclasses import asdict, astuple, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -82,13 +83,12 @@ class Model:
         """Number of modes, 1 or 2."""
         return len(self.reduced.modes)
 
-    @property
+    @cached_property
     def all_shapes(self) -> Floats:
-        """Shapes of all modes, then shapes of `dof_response`, (n, modes + nonresonant [+ q])."""
-        of_modes = self.reduced.all_shapes
+        """Shapes of all modes, then shapes of `dof_response`, (n, modes + nonresonant + q)."""
         if self.dof_response is None:
-            return of_modes
-        return np.hstack((of_modes, self.dof_response.shapes.T))
+            return self.reduced.all_shapes
+        return np.hstack((self.reduced.all_shapes, self.dof_response.shapes.T))
 
     @property
     def hash(self) -> str:
@@ -229,7 +229,8 @@ class Model:
             raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(
-                f"{path}: model format {header.get('format')} is not {FORMAT}; tabulate it again"
+                f"{path}: model format {header.get('format')} must be {FORMAT}; tabulate the "
+                "model again"
             )
         if digest(header, content) != expected:
             raise SlipmodeError(f"{path}: damaged: its content does not fit its hash")

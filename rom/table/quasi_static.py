@@ -19,6 +19,7 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.model import Model
 
 _ROUNDING = 1e-9  # relative difference of forces that are the same
@@ -54,20 +55,21 @@ def check_force_patterns(
     if np.all(error <= tolerance):
         return
     mode = "AB"[int(error.argmax())]
-    size = f"{error.max():.2g}" if error.max() < 1.0 else "1 or more"
+    size = percentage(error.max()) if error.max() < 1.0 else "100 % or more"
     if model.reduced.force_patterns is not None and _same(applied).all():
         advice = (
-            "the contacts move as much by the forces as by the modes, so no table has it; use "
-            "rom.steady_state, or time integration (rom.full)"
+            "the forces move the contacts about as much as the modes do, which no friction table "
+            "includes; use rom.steady_state, or time integration (rom.full)"
         )
     else:
         advice = (
-            "give rom.reduce(..., force_patterns=) the forces, one {DOF: amplitude} per mode, and "
-            "tabulate again"
+            "give rom.reduce the forces as force_patterns, one {DOF: amplitude} per mode, and "
+            "tabulate the model again"
         )
     raise SlipmodeError(
-        f"force_patterns: the forces also move the contacts directly, which changes amplitude "
-        f"{mode} by a relative {size}, above the tolerance {tolerance:g} of the table: {advice}"
+        "force_patterns: the forces also act on the contacts directly, which changes amplitude "
+        f"{mode} by {size}, more than the tolerance of the table of {percentage(tolerance)}; "
+        f"{advice}"
     )
 
 

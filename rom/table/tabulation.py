@@ -112,7 +112,7 @@ def tabulate(
     ------
     SlipmodeError
         If an argument is outside its range, or the law does not fit `reduced`. If the tolerance
-        cannot be reached, or not within the budget; the message states the reachable tolerance.
+        cannot be reached, or not within the budget; the message then states what is possible.
         If a carrier is below 0.62 or above 10 times the natural frequency of its mode.
 
     Warns

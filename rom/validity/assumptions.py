@@ -20,6 +20,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reaction import STRAINED, stiffness_loss
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity.friction import friction_findings
 
@@ -93,10 +94,11 @@ def separation_findings(
         distance = np.abs(others / frequency[number] - 1.0).min(initial=np.inf)
         if distance < _SEPARATION:
             reason = (
-                f"its nearest neighbour is {distance:.1%} away, below {_SEPARATION:.0%}: "
-                "that mode will move too, and is not modelled"
+                f"the nearest natural frequency is {percentage(distance)} away, less than "
+                f"{percentage(_SEPARATION)}. That mode also responds at the frequency of mode "
+                f"{mode}, which is not modelled. Compare with slipmode validate"
             )
-            found.append(Finding(f"mode {mode}", "not separated", reason, "warning"))
+            found.append(Finding(f"mode {mode}", "is close to another mode", reason, "warning"))
     return found
 
 
@@ -116,63 +118,80 @@ def contact_findings(
     found = []
     for mode, share in zip(names, shares, strict=False):
         if share < 1e-8:
-            reason = f"contacts are {share:.1e} of its stiffness: friction does not affect it"
-            found.append(Finding(f"mode {mode}", "does not touch the contacts", reason, "warning"))
+            reason = (
+                f"the share of its stiffness due to contacts is {share:.1e}, so friction does not "
+                "affect it. Choose another mode or other contacts"
+            )
+            found.append(Finding(f"mode {mode}", "does not move the contacts", reason, "warning"))
     if reduced.contacts is not None:
         return found
     loss, _ = stiffness_loss(reduced, combinations)
     if loss > STRAINED:
         reason = (
-            f"modes take away {loss:.0%} of their stiffness, above {STRAINED:.0%}: the friction "
-            "table takes long; compare with slipmode validate"
+            f"the response of the modes reduces the contact stiffness by {percentage(loss)}, more "
+            f"than {percentage(STRAINED)}. The friction table takes long to compute. Compare with "
+            "slipmode validate"
         )
-        found.append(Finding("contacts", "soft", reason, "warning"))
+        found.append(Finding("contact stiffness", "is low", reason, "warning"))
     return found
 
 
 def detuning_findings(
     tolerance: float, detuning: float | None, corrected: bool, apart: Floats
 ) -> list[Finding]:
-    """Report forcing so far from a table's carriers that it exceeds the tolerance.
+    """Report frequencies so far from the reference frequency that the error exceeds the tolerance.
 
     `apart` is the relative distance, `detuning` Accuracy.detuning; `corrected` tables have
     dS_j / dOmega_k.
     """
-    off = float(np.abs(apart).max(initial=0.0))
+    distance = float(np.abs(apart).max(initial=0.0))
     if detuning is None:
-        if off <= 1e-9:  # rounding
+        if distance <= 1e-9:  # rounding
             return []
         reason = (
-            f"forcing is up to {off:.2%} from the carriers of the friction table, whose error "
-            "there is not known; tabulate at the forcing frequency, or with detuning=True"
+            "the friction error there is not known. Tabulate at the forcing frequency, or with "
+            "detuning=True"
         )
-        return [Finding("carriers", "left", reason, "warning")]
-    # a table states its error for forcing 5 % from the carriers
-    error = detuning * (off / 0.05) ** (2 if corrected else 1)
+        return [reference_frequency_finding(distance, reason)]
+    # a table states its error for forcing 5 % from its reference frequency
+    error = detuning * (distance / 0.05) ** (2 if corrected else 1)
     if error <= tolerance:
         return []
+    size = f"about {percentage(error)}" if error < 1.0 else "100 % or more"
     reason = (
-        f"forcing is up to {off:.1%} from the carriers of the friction table, whose error there "
-        f"is about {min(error, 1.0):.1g} of its largest value, above the tolerance {tolerance:g}; "
-        "put them at the forcing (rom.reduce(..., carrier=)), or compare with slipmode validate"
+        f"the friction error there is {size} of the largest friction (tolerance "
+        f"{percentage(tolerance)}). Call rom.reduce with carrier = this frequency, or "
+        "compare with slipmode validate"
     )
-    return [Finding("carriers", "left", reason, "warning")]
+    return [reference_frequency_finding(distance, reason)]
+
+
+def reference_frequency_finding(distance: float, reason: str) -> Finding:
+    """Return the warning that a frequency is a relative `distance` from that of the table."""
+    choice = f"is up to {percentage(distance)} away from the reference frequency of the table"
+    return Finding("frequency", choice, reason, "warning")
 
 
 def direction_findings(structure: Structure, law: Friction) -> list[Finding]:
     """Report directions of a contact that are not orthogonal and equally long."""
     reason = skewed_directions(structure.directions, law)
-    return [Finding("contacts", "in skewed directions", reason, "warning")] if reason else []
+    return [Finding("contacts", "have skewed directions", reason, "warning")] if reason else []
 
 
 def share_findings(share: Floats, names: Sequence[str] = "AB") -> list[Finding]:
     """Report modes that contact motion does not merely perturb; share is |Q_j| / omega_j^2."""
     reason = (
-        "contact motion takes {:.0%} of its stiffness, above {:.0%}: too much for a "
-        "perturbation; compare with slipmode validate"
+        "contact motion changes the modal stiffness by {}, more than {}. The slow flow assumes "
+        "a small perturbation. Compare with slipmode validate"
     )
+    limit = percentage(_SMALL)
     return [
-        Finding(f"mode {mode}", "large contact motion", reason.format(part, _SMALL), "warning")
+        Finding(
+            f"mode {mode}",
+            "is strongly perturbed",
+            reason.format(percentage(part), limit),
+            "warning",
+        )
         for mode, part in zip(names, share, strict=False)
         if part > _SMALL
     ]
@@ -193,11 +212,11 @@ def force_findings(applied: AppliedForces, names: Sequence[str] = "AB") -> list[
     directly = acting * reduced.frequency**2 > 1e-3 * through
     known = (steady_force(reduced)[0] != 0.0).any(axis=1)
     reason = (
-        "it moves the contacts directly about as much as through its mode, which no friction "
-        'table includes; use model.table = "none" or rom.steady_state'
+        "its direct effect on them is about as large as its effect through the mode. A friction "
+        'table does not include it. Use model.table = "none" or rom.steady_state'
     )
     return [
-        Finding(f"force {mode}", "acts on contacts", reason, "warning")
+        Finding(f"force {mode}", "acts on the contacts directly", reason, "warning")
         for mode, neglected in zip(names, directly & ~known & (applied.modal != 0.0), strict=False)
         if neglected
     ]

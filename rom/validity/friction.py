@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.slip_onset import largest_load
@@ -19,6 +20,7 @@ from slipmode.rom.short_repr import short_list
 _EXCEEDED = 1e-2
 # Largest and smallest tanh velocity, relative to the velocity of sliding without friction.
 _BLURRED, _SHARP = 2.0, 1e-10
+_DASHPOT = "acts as a dashpot"
 
 
 def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> list[Finding]:
@@ -36,22 +38,22 @@ def friction_findings(reduced: Reduced, law: Friction, amplitude: Floats) -> lis
         of_tanh = _tanh_findings(reduced, law, amplitude, np.maximum(limit, force), touched)
     if share < _EXCEEDED:
         reason = (
-            f"{where} {share:.1e} of the elastic force at the largest amplitude, below "
-            f"{_EXCEEDED:g}: friction hardly acts; is the force or the amplitude too large, or "
-            "the limit in another unit?"
+            f"{where} {share:.1e} times the elastic force at the largest amplitude, less than "
+            f"{_EXCEEDED:g} times. Check whether the force or the amplitude is too large, or the "
+            "limit is in another unit"
         )
-        found.append(Finding("friction", "faint", reason, "warning"))
+        found.append(Finding("friction", "hardly acts", reason, "warning"))
     elif (
         0.0 < load < 1.0
-        and not any(each.choice == "blurred" for each in of_tanh)
+        and not any(each.choice == _DASHPOT for each in of_tanh)
         and not _creeps(reduced, law, amplitude)
     ):
         reason = (
-            f"no contact slips or opens: the largest load on a contact is {load:.3g} of its "
-            f"limit, so friction acts from {1.0 / load:.3g} times the largest amplitude on; is "
-            "the force or the amplitude too small, or the limit in another unit?"
+            f"no contact slips or opens. The largest load on a contact is {load:.3g} times its "
+            f"limit, so contacts slip from {1.0 / load:.3g} times the largest amplitude on. Check "
+            "whether the force or the amplitude is too small, or the limit is in another unit"
         )
-        found.append(Finding("friction", "does nothing", reason, "warning"))
+        found.append(Finding("friction", "does not act", reason, "warning"))
     return [*found, *of_tanh]
 
 
@@ -63,19 +65,24 @@ def frictionless_findings(law: Friction, contacts: int) -> list[Finding]:
     free = np.flatnonzero((limits(law, contacts) == 0.0) & ~_is_preloaded(law, contacts))
     found = []
     if free.size:
-        which = "all" if free.size == contacts else short_list(map(str, free))
-        reason = f"the friction limit is 0 at contacts: {which}; friction does not act there"
-        found.append(Finding("friction", "none", reason, "warning"))
+        reason = f"the friction limit is 0 at {_contact_list(free, contacts)}"
+        found.append(Finding("friction", "is zero", reason, "warning"))
     if not isinstance(law, RigidFriction):
         element = law.elements(contacts).element
         smooth = element[(element["law"] == FRICTIONAL) & (element["friction"] == 0.0)]
         if smooth.size:
-            which = short_list(map(str, smooth["column"][:, 0]))
-            reason = (
-                f"the friction coefficient is 0 at contacts: {which}; they only open and close"
-            )
-            found.append(Finding("friction", "none", reason))
+            where = _contact_list(smooth["column"][:, 0], contacts)
+            reason = f"the friction coefficient is 0 at {where}. They only open and close"
+            found.append(Finding("friction", "is zero", reason))
     return found
+
+
+def _contact_list(numbers: NDArray[np.intp], contacts: int) -> str:
+    """Return the numbers of some of the contact DOFs in words."""
+    if numbers.size == contacts:
+        return "all contacts"
+    word = "contact" if numbers.size == 1 else "contacts"
+    return f"{word} {short_list(map(str, numbers))}"
 
 
 def elastic_force(reduced: Reduced, amplitude: Floats) -> Floats:
@@ -103,10 +110,10 @@ def _least_holding(
     """
     preloaded = _is_preloaded(law, limit.size)
     single, together = np.flatnonzero(touched & ~preloaded), touched & preloaded
-    shares = {f"at contact {k} the limit is": float(limit[k] / force[k]) for k in single}
+    shares = {f"the limit of contact {k} is": float(limit[k] / force[k]) for k in single}
     if together.any():
         whole = float(limit[together].sum() / force[together].sum())
-        shares["of preloaded contacts the limits are together"] = whole
+        shares["the sum of the limits of preloaded contacts is"] = whole
     return min(shares.items(), key=lambda each: each[1])
 
 
@@ -142,15 +149,16 @@ def _tanh_findings(
     speed = (Omega * force / np.diag(reduced.stiffness))[touched]
     if law.alpha > _BLURRED * speed.max():
         reason = (
-            f"alpha is {law.alpha / speed.max():.2g} times the velocity at which contacts slide, "
-            f"above {_BLURRED:g}: they neither stick nor slide, friction is a dashpot; an alpha "
-            f"of {round_down(0.1 * speed.max()):g} m/s would resolve both"
+            f"alpha = {law.alpha:g} m/s is {law.alpha / speed.max():.2g} times the velocity at "
+            f"which contacts slide, more than {_BLURRED:g} times. Contacts neither stick nor "
+            f"slide. Use alpha = {round_down(0.1 * speed.max()):g} m/s or less"
         )
-        return [Finding("friction", "blurred", reason, "warning")]
+        return [Finding("friction", _DASHPOT, reason, "warning")]
     if law.alpha < _SHARP * speed.min():
         reason = (
-            f"alpha is {law.alpha / speed.min():.1e} of the velocity at which contacts slide, "
-            f"below {_SHARP:g}: no march resolves it; Coulomb's law is its limit, and exact"
+            f"alpha = {law.alpha:g} m/s is {law.alpha / speed.min():.1e} times the velocity at "
+            f"which contacts slide, less than {_SHARP:g} times. The contact solution does not "
+            "resolve it. Use Coulomb's law, the exact limit"
         )
-        return [Finding("friction", "too sharp", reason, "warning")]
+        return [Finding("friction", "changes too sharply", reason, "warning")]
     return []

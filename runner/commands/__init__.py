@@ -18,7 +18,7 @@ from typing import Any
 
 # The commands by task, as the help lists them.
 _GROUPS = {
-    "run and look": ("run", "replay", "plan", "validate", "scenes"),
+    "run and look": ("run", "replay", "explore", "plan", "validate", "scenes"),
     "analyse": ("modes", "curve", "backbone", "design", "diameters"),
     "studies": ("study",),
     "from measurements": ("identify",),

@@ -8,10 +8,10 @@ from collections.abc import Container
 # Advice for Python, and the advice for a user of the command line.
 _ADVICE = (
     (
-        r"tabulate at the forcing frequency, or with detuning=True",
-        "compare with slipmode validate",
+        r"Tabulate at the forcing frequency, or with detuning=True",
+        "Compare with slipmode validate",
     ),
-    (r"put them at the forcing \(rom\.reduce\([^)]*\)\), or (compare with slipmode)", r"\1"),
+    (r"Call rom\.reduce with carrier = this frequency, or compare", "Compare"),
     (
         r"tabulate (further|a larger range)",
         "give a larger model.amplitude (or a model.file with a larger range)",

@@ -67,7 +67,7 @@ def scene_response_curve(
     which = _in_model(vary, excited.modes)
     if span is None:
         if not which.startswith("frequency_"):
-            raise SlipmodeError(f"span: give the first and last value of {vary}")
+            raise SlipmodeError(f"span: is missing; give the first and last value of {vary}")
         natural = float(excited.reduced.frequency["AB".index(which[-1])])
         span = [0.95 * natural, 1.05 * natural]
 
@@ -93,8 +93,9 @@ def scene_response_curve(
     if scene.saved_model is not None:
         curve, largest = curve_of(scene.saved_model), np.array(forcing.plan.amplitude)
         if vary != "limit" and np.any(np.abs(curve.amplitude) > at_edge * largest):
-            reason = "the steady states go on beyond the friction table of model.file"
-            warn([Finding("curve", "is cut off", reason, "warning")])
+            reason = "more steady states lie outside it. Save a model with a larger range"
+            choice = "ends at the range of the friction table of model.file"
+            warn([Finding("curve", choice, reason, "warning")])
         return curve
     tried = np.array(forcing.plan.amplitude)
     largest = 3.0**8 * tried  # 7000 times is more than resonance
@@ -107,7 +108,7 @@ def scene_response_curve(
             break
         tried = np.where(cut_off, 3.0 * tried, tried)
         if np.any(tried > largest):
-            raise SlipmodeError("span: the amplitudes grow without bound in it")
+            raise SlipmodeError("span: the amplitudes grow without bound in this span")
     amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
     return _with_structure(curve, forcing.plan.known_structure)
@@ -140,7 +141,7 @@ def scene_performance(
     if not forcing.force[at].any():
         name = plan.excited.modes[at]
         raise SlipmodeError(
-            f"forcing.{name}: must not be 0: the resonance peak of mode {name} is under this force"
+            f"forcing.{name}: must not be 0, because this force causes the resonance peak"
         )
     law, aerodynamics = plan.excited.law, plan.excited.reduced.aerodynamics
     reduced = rom.reduce(

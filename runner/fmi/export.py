@@ -63,9 +63,9 @@ def export_fmu(
         scene = load_scene(scene)
     plan = make_plan(scene.in_slow_time(), progress=progress)
     if scene.saved_model is not None and headroom not in (1.0, HEADROOM):
-        raise SlipmodeError("range: leave it out: the model of model.file has its own")
+        raise SlipmodeError("range: must be left out, because the model of model.file has its own")
     if contacts and not plan.excited.reduced.n_contacts:
-        raise SlipmodeError("contacts: leave it out: the model of model.file has no contacts")
+        raise SlipmodeError("contacts: must be left out, because the model of model.file has none")
     warn(each for each in plan.decisions if each.subject == "transients")
     elastic = plan.scene.output.elastic
     contact = bool(scene.contact or elastic or contacts)

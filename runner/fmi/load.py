@@ -49,5 +49,6 @@ def open_fmu(path: str | PathLike[str], plan: Plan, model: Model) -> Imported:
 
 def _another_model(path: str | PathLike[str]) -> SlipmodeError:
     return SlipmodeError(
-        f"{path}: holds another model than the scene's; export that one with slipmode fmu"
+        f"{path}: has a different model than the scene; export the model of the scene with "
+        "slipmode fmu"
     )

@@ -105,7 +105,7 @@ def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
         element, _, name = connector.partition(".")
         variables = [v for part in parts if part.name == element for v in part.connected]
         if name not in {v.name for v in variables if v.causality == kind}:
-            raise SlipmodeError(f"connections: {connector} is no {kind} of a component")
+            raise SlipmodeError(f"connections: {connector} is not an {kind} of a component")
         said |= {f"{side}Element": element, f"{side}Connector": name}
     return said
 

@@ -57,8 +57,8 @@ def _levels(found: SineIdentification) -> str:
         line = f"{x.name:{width}}  {x.amplitude:18.4g}{frequency}{damping}"
         lines.append(f"{line}{x.phase_error:8.3f} rad")
     lines += [
-        "damping by others: what the law of the other levels predicts",
-        "damping no phase: of a fit without phase error of the channels",
+        "damping by others: prediction by the law of the other levels",
+        "damping no phase: from a fit without phase error of the channels",
         f"natural frequencies scatter by {found.frequency_scatter / (2.0 * np.pi):.3g} Hz",
     ]
     for each in found.held_out:
@@ -72,7 +72,7 @@ def _law(found: IdentifiedLaw) -> str:
     lines = [f"law: {form}"]
     if isinstance(found, Identification) and found.errors:
         errors = (f"{each} {percentage(error)}" for each, error in found.errors.items())
-        listed = f"errors for loud records from fits to the others: {', '.join(errors)}"
+        listed = f"prediction errors of loud records by fits to the others: {', '.join(errors)}"
         lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
     if form.law == "linear":
         return "\n".join(lines)
@@ -97,7 +97,7 @@ def _parameters(found: IdentifiedLaw) -> str:
             unit = f"1/s per {found.unit}"
         lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
     scattered = all(np.isfinite(each) for each in found.deviation.values())
-    nothing = "none" if scattered else "fewer than three fitted records do not show it"
+    nothing = "none" if scattered else "unknown with fewer than three fitted records"
     lines.append(f"not identified: {', '.join(found.unidentified) or nothing}")
     return "\n".join(lines)
 

@@ -85,7 +85,7 @@ def dry_run(
     least = np.maximum(1.15 * reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
     amplitude = tuple(round_up(float(value)) for value in least)
-    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; 15% margin"
+    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; the margin is 15 %"
     share = _contact_share(excited, coarse, reached)
     return DryRun(amplitude, reached, reason, share, *transient)
 
@@ -113,9 +113,9 @@ def _unbounded(excited: Excited) -> SlipmodeError:
     for mode, damping in zip(excited.modes, excited.reduced.modal_damping, strict=True):
         if damping < 0.0:
             return SlipmodeError(
-                f"aerodynamics.{mode}: friction does not hold mode {mode}, which grows without "
-                "bound; excite it less or give structure.damping more; or give model.amplitude, "
-                "and the run ends there"
+                f"aerodynamics.{mode}: friction does not limit mode {mode}, which grows without "
+                "bound; reduce the excitation, increase structure.damping, or give "
+                "model.amplitude, at which the run ends"
             )
     return SlipmodeError(
         "forcing: the amplitudes grow without bound; give structure.damping a value > 0"

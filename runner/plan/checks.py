@@ -30,14 +30,14 @@ def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> Non
     longest = 1e6 / per_second  # rounding then changes a phase by 1e-9 in a step
     if scene.run.step > longest:
         raise SlipmodeError(
-            f"run.step: must be at most {longest:.3g} s, 1e+06 periods of the forcing, "
-            f"got {scene.run.step:g}"
+            f"run.step: must be at most {longest:.3g} s (1e+06 periods of the forcing), "
+            f"got {scene.run.step:g} s"
         )
     samples = sum(per_second * w.samples_per_period * (w.end - w.start) for w in scene.windows)
     if samples > 1e8:  # some GB in a recording
         raise SlipmodeError(
-            f"contact.window, elastic.window: would hold {samples:.2g} samples, allowed: 1e+08; "
-            "make them shorter or samples_per_period smaller"
+            f"contact.window, elastic.window: have {samples:.2g} samples, allowed: 1e+08; use "
+            "shorter windows or a smaller samples_per_period"
         )
 
 
@@ -87,11 +87,11 @@ def _self_excited(excited: Excited, largest_force: Floats) -> list[Finding]:
     found = []
     for j in np.flatnonzero(excited.reduced.modal_damping < 0.0):
         mode, damping = excited.modes[j], excited.reduced.modal_damping[j]
-        reason = f"modal damping {damping:.3g} 1/s: it grows until friction holds it"
+        reason = f"modal damping {damping:.3g} 1/s; it grows until friction limits it"
         found.append(Finding(f"mode {mode}", "self-excited", reason))
         if excited.amplitude[j] == 0.0 and largest_force[j] == 0.0:
             reason = (
-                "self-excited, but at rest it stays at rest until something moves it; give "
+                "it is self-excited, but remains at rest without a disturbance; give "
                 f"initial.{mode} a value other than 0"
             )
             found.append(Finding(f"mode {mode}", "starts at rest", reason, "warning"))

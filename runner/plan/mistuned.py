@@ -12,7 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.mistuned.disk_flow import SPAN
 from slipmode.rom.errors import naming
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
@@ -108,8 +108,8 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
     law = cast(Elastic, law_of(scene, structure.n_contacts))
     if not law.elements(structure.n_contacts).odd:
         raise SlipmodeError(
-            "contacts.law: contacts of mistuned disks slide and do not lift off; use "
-            '"jenkins", "iwan" or "sliders"'
+            'contacts.law: must be "jenkins", "iwan" or "sliders" with [mistuning], because '
+            "contacts of mistuned disks do not lift off"
         )
     for dof in scene.output.elastic:
         if dof >= structure.free_dofs.size:
@@ -126,8 +126,8 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
         unit = scene.units.frequency
         ends = " to ".join(f"{scene.units.of_frequency(each):.6g}" for each in (low, high))
         raise SlipmodeError(
-            f"forcing.A.engine_order * rotor_speed: must stay within {SPAN:.0%} of the middle of "
-            f"its range, got {ends} {unit}; pass one resonance in each scene"
+            f"forcing.A.engine_order * rotor_speed: must stay within {percentage(SPAN)} of the "
+            f"middle of its range, got {ends} {unit}; use one scene per resonance"
         )
     plan.decisions.extend(_decisions(plan))
     return plan
@@ -136,7 +136,7 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
 def _decisions(plan: MistunedPlan) -> list[Finding]:
     scene, sectors, order = plan.scene, plan.disk.structure.sectors, plan.engine_order
     deviation = np.array(scene.mistuning)
-    spread = f"{deviation.min():+.2%} to {deviation.max():+.2%}"
+    spread = f"{100 * deviation.min():+.2f} to {100 * deviation.max():+.2f} %"
     tuned = excited_diameter(order, sectors)
     at = np.linspace(*plan.frequency_range, _FREQUENCIES)
     shown = f"[{', '.join(f'{each.start:g} to {each.end:g} s' for each in scene.windows)}]"
@@ -144,19 +144,19 @@ def _decisions(plan: MistunedPlan) -> list[Finding]:
         Finding(
             "nodal diameters",
             f"0 to {sectors // 2} respond",
-            f"stiffness of the blades deviates by {spread}: modes are not travelling waves; "
-            f"engine order {order} excites nodal diameter {tuned} alone if blades are equal",
+            f"blade stiffnesses deviate by {spread}, so the modes are not travelling waves; with "
+            f"equal blades engine order {order} excites nodal diameter {tuned} alone",
         ),
         Finding(
             "amplitudes",
             f"{sectors} of each family",
-            "instead of one of a wave: each mode of the mistuned disk has its own frequency, "
-            "and each blade its own amplitude",
+            "each mode of the mistuned disk has its own frequency, and each blade its own "
+            "amplitude",
         ),
         Finding(
             "contacts",
-            "one table for each of a sector",
-            "over its own amplitude: at higher harmonics contacts respond to their own forces",
+            "one friction table per contact of a sector",
+            "over the amplitude of the contact, with its own response to higher harmonics",
         ),
         Finding(
             "fast motion",

@@ -23,6 +23,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
@@ -74,8 +75,8 @@ class Plan:
         how = f"amplitudes to {amplitudes}" if self.scene.tabulated else "integrated"
         return (
             f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
-            f"{self.excited.reduced.n_contacts} contacts, {how}, "
-            f"{self.schedule.steps} steps, {len(self.decisions)} decisions)"
+            f"{self.excited.reduced.n_contacts} contacts, {how}, {self.schedule.steps} steps, "
+            f"{len(self.decisions)} decisions)"
         )
 
     @property
@@ -257,7 +258,7 @@ def _integrated(plan: Plan) -> Plan:
     reason = f'model.table = "none", for {scene.run.duration:g} s in {plan.schedule.steps} steps'
     decisions = [
         *plan.decisions,
-        Finding("friction table", "none, all at full order", reason),
+        Finding("friction table", "none, time integration at full order", reason),
         *(_fast_motion_decisions(scene) if scene.windows else ()),
         _recording_decision(scene),
         *check_frequencies(plan.excited, plan.schedule, scene.units.frequency),
@@ -306,12 +307,13 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
     seen, inside = run_on_saved_model(excited, schedule, model)
     found = [Finding("friction table", _ranges(excited.modes, seen.amplitude), seen.reason)]
     if not inside:
-        reason = "the run ends there; force it less, or save a model with a larger range"
-        found.append(Finding("model.file", "amplitudes leave its range", reason, "warning"))
+        reason = "the run ends there. Reduce the forcing, or save a model with a larger range"
+        choice = "leave the range of model.file"
+        found.append(Finding("amplitudes", choice, reason, "warning"))
     if excited.reduced.n_contacts:
         found += [_other_modes(excited), *_combination_decisions(model.combinations)]
     else:
-        found.append(Finding("contacts", "none", "model.file has damping and frequency alone"))
+        found.append(Finding("contacts", "none", "model.file has only damping and frequency"))
     amplitude, combinations = seen.amplitude, model.combinations
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
     return _add_decisions(plan, found, seen)
@@ -359,13 +361,13 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
             reason = "part of model.file; neither forced nor moving at t = 0"
         else:
             choice = "left out"
-            reason = "neither forced nor moving at t = 0; its flexibility stays in the contacts"
+            reason = "neither forced nor moving at t = 0; the contact stiffness includes it"
         if choice == "modelled":
             modes.append(mode)
         decisions.append(Finding(f"mode {mode}", choice, reason))
     if not moves:
         raise SlipmodeError(
-            "forcing: nothing moves; give forcing.A.amplitude or initial.A a value other than 0"
+            "forcing: no mode moves; give forcing.A.amplitude or initial.A a value other than 0"
         )
     return tuple(modes), decisions
 
@@ -394,34 +396,36 @@ def _preload_decisions(rest: Preload | None) -> list[Finding]:
     )
     found = [Finding("contacts at rest", states, pressed)]
     if reason := loaded_by_friction(rest):
-        found.append(Finding("static force", "tangential at contacts", reason, "warning"))
+        found.append(Finding("static force", "loads contacts tangentially", reason, "warning"))
     return found
 
 
 def _other_modes(excited: Excited) -> Finding:
     """Return how the modes that are not retained are modelled."""
     if excited.waves is not None:
-        reason = "harmonics of the contacts move the modes of their nodal diameters, in the table"
-        return Finding("other modes", "modelled, without an equation", reason)
+        reason = "harmonics of the contacts excite the modes of their nodal diameters"
+        return Finding("other modes", "in the friction table", reason)
     reduced = excited.reduced
     responding = reduced.nonresonant_frequency
     if reduced.formulation == "paper":
-        return Finding("other modes", "follow statically", 'model.formulation is "paper"')
+        return Finding("other modes", "quasi-static response", 'model.formulation is "paper"')
     if not responding.size:
-        reason = "no harmonic of the contacts makes one of them respond otherwise"
-        return Finding("other modes", "follow statically", reason)
+        reason = "no harmonic of the contacts excites another mode dynamically"
+        return Finding("other modes", "quasi-static response", reason)
     listed = ", ".join(f"{omega:.3g}" for omega in responding)
-    reason = f"the modes at {listed} rad/s respond to harmonics of the contacts, in the table"
-    return Finding("other modes", f"{responding.size} modelled, without an equation", reason)
+    reason = f"the modes at {listed} rad/s respond dynamically to harmonics of the contacts"
+    return Finding("other modes", f"{responding.size} in the friction table", reason)
 
 
 def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Finding]:
     if not combinations:
-        return [Finding("combination resonances", "none", "no combination frequency is near")]
+        reason = "no combination frequency comes near a mode"
+        return [Finding("combination resonances", "none", reason)]
     found = []
     for term in combinations:
-        within = f"within {separation((term.n, term.m)):.0%} of mode {MODES[term.mode]}"
-        reason = f"{within} in this scene: in its slow flow"
+        within = percentage(separation((term.n, term.m)))
+        mode = MODES[term.mode]
+        reason = f"comes within {within} of mode {mode}; the slow flow of mode {mode} includes it"
         found.append(Finding("combination resonance", f"{term.n:+d} A {term.m:+d} B", reason))
     return found
 
@@ -430,7 +434,7 @@ def _fast_motion_decisions(scene: Scene) -> list[Finding]:
     """Return the windows in which fast motion is computed, and the DOFs that are recorded."""
     if not scene.windows:
         return [Finding("fast motion", "none", "no [[contact]] or [[elastic]] window")]
-    how = "marched" if scene.tabulated else "integrated"
+    how = "reconstructed" if scene.tabulated else "integrated"
     found = []
     for kind, windows in (("contact", scene.contact), ("elastic", scene.elastic)):
         for window in windows:
@@ -444,4 +448,4 @@ def _fast_motion_decisions(scene: Scene) -> list[Finding]:
 
 def _recording_decision(scene: Scene) -> Finding:
     kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
-    return Finding("recording", " and ".join(kinds) or "none", "[log]")
+    return Finding("recording", " and ".join(kinds) or "none", "chosen in [log]")

@@ -32,7 +32,7 @@ def plan_transients(
     limit = f"{100 * allowed:g} %"
     if seen is None:
         choice = f"full order where the error exceeds {limit}" if scene.switches else "slow time"
-        reason = "model.amplitude is given: the run estimates the transient error"
+        reason = "model.amplitude is given, so the run estimates the transient error"
         return (), Finding("transients", choice, reason)
     error = seen.transient_error / amplitude
     largest = said_error(modes, error.max(axis=0, initial=0.0))
@@ -43,7 +43,7 @@ def plan_transients(
     least = 4.0 * 2.0 * np.pi / float(carrier.min())  # the window of `demodulation`
     found = _intervals(seen.time, error, allowed, least)
     listed = short_list(f"{start:.4g} to {end:.4g} s" for start, end in found)
-    reason = f"{largest} in slow time, allowed: {limit}; times as in the dry run"
+    reason = f"{largest} in slow time, allowed: {limit}; times from the dry run"
     return found, Finding("transients", f"full order from {listed}", reason)
 
 

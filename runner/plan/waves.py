@@ -118,7 +118,7 @@ def waves_of(
         of_mode, _, allowed = str(refusal).partition("mode: ")
         if of_mode:
             raise SlipmodeError(f"structure: {refusal}") from None
-        raise SlipmodeError(f"modes: {allowed}, of one nodal diameter") from None
+        raise SlipmodeError(f"modes: {allowed}; modes of a nodal diameter count from 0") from None
     for mode, wave, pattern in zip(modes, waves, force, strict=True):
         if pattern.any():
             try:

@@ -108,13 +108,13 @@ class Channel:
         """
         empty = self._empty_message
         if messages.dtype.itemsize != empty.nbytes:
-            raise SlipmodeError(f"{self.topic}: a sample has not the length of its fields")
+            raise SlipmodeError(f"{self.topic}: the length of a sample does not fit its fields")
         wire = messages.view(empty.dtype)
         values = np.empty((len(messages), len(self.fields)))
         for number in range(len(self.fields)):
             values[:, number] = wire[f"value {number}"]
             if np.any(wire[f"tag {number}"] != empty[f"tag {number}"]):
-                raise SlipmodeError(f"{self.topic}: a sample has not the fields of its schema")
+                raise SlipmodeError(f"{self.topic}: the fields of a sample do not fit its schema")
         return values
 
     @cached_property

@@ -56,7 +56,7 @@ class Info:
         """Return lines for a reader."""
         start, end = self.span
         name = f"  ({self.scene_name})" if self.scene_name else ""
-        lines = [f"{self.title or 'no slipmode recording'}{name}"]
+        lines = [f"{self.title or 'not a recording of slipmode'}{name}"]
         size = f"chunks: {self.chunks}; {self.size / 1024:.0f} KiB"
         count = f"{sum(channel.count for channel in self.channels)} messages"
         lines.append(f"  {end - start:g} s, t = {start:g} to {end:g} s; {count}; {size}")

@@ -34,7 +34,7 @@ def export(
     with naming(path):
         wanted = {topic: channels[topic] for topic in topics or channels}
     if target.exists() and target.samefile(path):
-        raise SlipmodeError(f"{target} is the recording itself: give another name")
+        raise SlipmodeError(f"{target}: is the recording itself; give another name")
     if target.suffix == ".npz":
         _write_npz(target, wanted)
         return [target]

@@ -97,7 +97,7 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
                 left_out.append(f"{len(rows[number])} of {kind}: no numbers")
         if not channels:
             seen = "; ".join(filter(None, [*left_out, inventory.damage])) or "no messages at all"
-            raise SlipmodeError(f"no numbers to show: {seen}")
+            raise SlipmodeError(f"has no numbers to show ({seen})")
     words = "not a recording of slipmode"
     if origin:
         words += f"; t = 0 is {datetime.fromtimestamp(origin / NANOSECONDS, UTC).isoformat()}"

@@ -141,7 +141,9 @@ class Selection:
 
     def __post_init__(self) -> None:
         if not self.start <= self.end:
-            raise SlipmodeError(f"start {self.start:g} s must not be after end {self.end:g} s")
+            raise SlipmodeError(
+                f"start = {self.start:g} s: must not be after end = {self.end:g} s"
+            )
 
     def of(self, data: RecordingData) -> RecordingData:
         """Return the selected part; refuse unknown channels and times without samples."""
@@ -154,8 +156,8 @@ class Selection:
             header = replace(header, title=f"{header.title}, t = {self.start:g} to {self.end:g} s")
             if not any(signals.time.size for signals in channels.values()):
                 raise SlipmodeError(
-                    f"no samples from {self.start:g} to {self.end:g} s: "
-                    f"the recording ends at {data.end_time:g} s"
+                    f"there are no samples from {self.start:g} to {self.end:g} s; the recording "
+                    f"ends at {data.end_time:g} s"
                 )
         events = [event for event in data.events if self.start <= event.time <= self.end]
         return replace(data, header=header, channels=channels, events=events)
@@ -218,7 +220,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
                 try:
                     events.append(decode_event(data, time_ns))
                 except (DecodeError, KeyError) as error:
-                    raise SlipmodeError(f"{EVENTS} holds something else than events") from error
+                    raise SlipmodeError(f"{EVENTS}: must have events only") from error
         elif (channel := layout(number)) is not None:
             batch = messages.prefix["log_time"], channel.decode(messages.data())
             samples.setdefault(number, []).append(batch)
@@ -226,7 +228,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
     with opened(path) as file:
         inventory.read(file, take)
         if "units" not in inventory.metadata:
-            raise SlipmodeError("no slipmode recording")
+            raise SlipmodeError("not a recording of slipmode")
         if complaint := inventory.mixed_clocks():
             raise SlipmodeError(complaint)
         channels, left_out = Channels(), []
@@ -262,9 +264,9 @@ def sample_channel(inventory: Inventory, number: int) -> Channel | None:
         units = record.metadata
         fields = tuple(Field(member.name, units[member.name]) for member in message.field)
     except (DecodeError, IndexError, KeyError) as error:
-        raise SlipmodeError(f"{record.topic} has not the schema of samples with units") from error
+        raise SlipmodeError(f"{record.topic}: is not a channel of samples with units") from error
     if any(member.type != FieldDescriptorProto.TYPE_DOUBLE for member in message.field):
-        raise SlipmodeError(f"{record.topic} has a schema of other than numbers")
+        raise SlipmodeError(f"{record.topic}: must have numbers only")
     return Channel(record.topic, fields, record.metadata.get("description", ""))
 
 

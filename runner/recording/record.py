@@ -287,7 +287,7 @@ def create_file(path: Path) -> IO[bytes]:
     run is writing the file, which stays as it is; OSError if the file cannot be written.
     """
     if path.is_dir():
-        raise SlipmodeError(f"{path} is a directory: give the name of a file to record to")
+        raise SlipmodeError(f"{path}: is a directory; give the name of a file to record to")
     binary = getattr(os, "O_BINARY", 0)  # on Windows
     file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | binary, 0o666), "wb")
     if sys.platform != "win32":
@@ -316,17 +316,19 @@ def checked_batch(
     Refuse topics that are not in `channels`, values that are not finite, and other shapes.
     """
     if topic not in channels:
-        raise SlipmodeError(f"{topic} is not recorded: channels are {', '.join(channels)}")
+        raise SlipmodeError(f"{topic}: is not recorded; channels are {', '.join(channels)}")
     channel = channels[topic]
     seconds, rows = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     expected = (seconds.size, len(channel.fields))
     if seconds.ndim != 1 or rows.shape != expected:
-        raise SlipmodeError(f"{topic}: values have shape {rows.shape}, not {expected}")
+        raise SlipmodeError(f"{topic}: values must have shape {expected}, got {rows.shape}")
     finite = np.isfinite(rows)
     if not finite.all():
         row, column = np.argwhere(~finite)[0]
         name, value = channel.names[column], rows[row, column]
-        raise SlipmodeError(f"{topic}: {name} is {value} at t = {seconds[row]:g} s")
+        raise SlipmodeError(
+            f"{topic}: {name} must be finite, got {value} at t = {seconds[row]:g} s"
+        )
     return channel, nanoseconds(topic, seconds), rows
 
 

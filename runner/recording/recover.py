@@ -64,9 +64,9 @@ def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     """
     source, target = Path(path), Path(output)
     if target.is_dir():
-        raise SlipmodeError(f"{target} is a directory: give the name of a file to write")
+        raise SlipmodeError(f"{target}: is a directory; give the name of a file to write")
     if target.exists() and source.exists() and target.samefile(source):
-        raise SlipmodeError(f"{target} is the file to recover from: give another name")
+        raise SlipmodeError(f"{target}: is the file to recover from; give another name")
     with opened(source) as file, replacing(target) as out:
         return _salvage(file, McapWriter(out))
 
@@ -78,7 +78,7 @@ def _salvage(file: BinaryIO, writer: McapWriter) -> Recovery:
     known: list[Record] = []  # schemas and channels that are written
     for record in _records(file, lost):
         if isinstance(record, records.Message):
-            raise SlipmodeError("messages outside chunks are not recovered here")
+            raise SlipmodeError("has messages outside chunks, which cannot be recovered")
         try:
             messages = inventory.add(record)
         except DamagedError:
@@ -98,7 +98,7 @@ def _salvage(file: BinaryIO, writer: McapWriter) -> Recovery:
             case records.Metadata() | records.Attachment():
                 writer.add(record)
     if not inventory.channels:
-        raise SlipmodeError("cut before its first channel: nothing can be recovered")
+        raise SlipmodeError("ends before its first channel; nothing can be recovered")
     kept, lost_bytes = inventory.counts.total(), sum(size for *_, size in lost)
     mean = kept_bytes / kept if kept else 64  # bytes of a message; 64 is a guess
     count, exact = round(lost_bytes / mean), not lost_bytes

@@ -28,11 +28,11 @@ STAND_IN = (
 def read_friction(table: Table) -> RigidFriction:
     """Read the section [friction]."""
     if table.given("law") in tuple(ELASTIC_LAWS):
-        raise table.error("law", "is an elastic law: use a group [[contacts]] instead")
+        raise table.error("law", "is an elastic law; use a group [[contacts]] instead")
     if table["law"] == "tanh":
         table.required("alpha")
     elif "alpha" in table:
-        raise table.error("alpha", 'goes with law = "tanh"; "coulomb" is not regularised')
+        raise table.error("alpha", 'needs law = "tanh"; "coulomb" is not regularised')
     limit, alpha = table["limit"], table["alpha"]
     return Coulomb(limit) if alpha is None else Tanh(limit, alpha)
 
@@ -42,8 +42,9 @@ def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
     groups = tuple(_group(table) for table in tables)
     for table, group in zip(tables, groups, strict=True):
         if group.contacts is None and len(groups) > 1:
-            each = "of several groups each says which contact DOFs it has"
-            raise table.error("contacts", f"is missing: {each}")
+            raise table.error(
+                "contacts", "is missing; each of several groups needs its contact DOFs"
+            )
     return groups
 
 
@@ -54,7 +55,9 @@ def _group(table: Table) -> ContactGroup:
     own = [field.name for field in fields(ELASTIC_LAWS[name])]
     for key in table:
         if key not in ("law", "contacts", *own):
-            raise table.error(key, f'is no parameter of law = "{name}"; it has {", ".join(own)}')
+            raise table.error(
+                key, f'is not a parameter of law = "{name}"; it has {", ".join(own)}'
+            )
     kinds = {  # where the law takes fewer kinds of values than other laws with such a parameter
         ("sliders", "limit"): numbers(NON_NEGATIVE),
         ("sliders", "stiffness"): numbers(POSITIVE),
@@ -72,13 +75,13 @@ def read_preload(table: Table, groups: tuple[ContactGroup, ...], folder: Path) -
     """Read the section [preload]; a file name in it is relative to `folder`."""
     if not any(isinstance(group.law, FrictionalContact) for group in groups):
         raise SlipmodeError(
-            "preload: presses contacts together, and these have no normal direction; use a group "
-            '[[contacts]] with law = "frictional", or leave it out'
+            "preload: must be left out, because the contacts have no normal direction; or use a "
+            'group [[contacts]] with law = "frictional"'
         )
     table.exactly_one(("dof", "vector"), "dof", "give exactly one of dof and vector")
     if "vector" in table:
         if "force" in table:
-            raise table.error("force", "goes with dof; vector has the forces")
+            raise table.error("force", "must be left out with vector, which has the forces")
         vector = table["vector"]
         return StaticForce(existing(table, "vector", folder) if type(vector) is str else vector)
     dof, force = table["dof"], table.required("force")
@@ -147,6 +150,6 @@ def check_scale(scene: Scene, law: Friction, contacts: int) -> None:
         gap = gaps[0] if gaps else "the gap of contacts that [preload] opens"
         against, instead = f"{gap} is a length", "contacts without a gap"
     raise SlipmodeError(
-        f"limits.scale: the motion has to scale with limits and preloads, and {against} that does "
-        f"not; use {instead}, or a scene for each scale"
+        f"limits.scale: the motion must scale with limits and preloads, but {against} that does "
+        f"not; use {instead}, or one scene per scale"
     )

@@ -28,16 +28,17 @@ def read_saved_model(root: Table, folder: Path) -> Model | None:
         raise table.error("file", f"no such model file: {str(path)!r}") from None
     except SlipmodeError as refusal:
         raise table.error("file", str(refusal)) from None
-    its_own = "leave it out: the model of model.file has its own"
+    its_own = "must be left out, because the model of model.file has its own"
     for name in ("structure", "friction", "contacts", "preload", "aerodynamics", "modes"):
         if name in root:
             raise root.error(name, its_own)
     for key in table:
         if key in ("table", "transients"):
-            raise table.error(key, "leave it out: model.file has no structure for full order")
+            reason = "must be left out, because model.file has no structure for full order"
+            raise table.error(key, reason)
         if key != "file":
             raise table.error(key, its_own)
-    without = "leave it out: the model of model.file has no contacts"
+    without = "must be left out, because the model of model.file has no contacts"
     if "limits" in root and not model.reduced.n_contacts:
         raise root.error("limits", without)
     if "contact" in root and not model.reduced.n_contacts:

@@ -86,8 +86,9 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
 
     Examples
     --------
-    >>> runner.load_scene("sweep").run.duration > 0.0
-    True
+    >>> scene = runner.load_scene("sweep")
+    >>> scene.run.duration
+    6000.0
     """
     path = as_path("scene", scene)
     if not os.path.isfile(path):  # noqa: PTH113  # Path.is_file raises for impossible names
@@ -148,13 +149,13 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         for table in (tables["initial"], tables["aerodynamics"])
     )
     if not forcing and not any(initial.values()):
-        raise root.error("forcing", "nothing moves; give A, B or an initial amplitude")
+        raise root.error("forcing", "no mode moves; give A, B or an initial amplitude")
     contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
     if "friction" in root and tables["contacts"]:
-        one = f"are elastic, [friction] is rigid: give one of both; {STAND_IN}"
+        one = f"are elastic and [friction] is rigid; give one of them. {STAND_IN}"
         raise root.error("contacts", one)
     if not ("friction" in root or tables["contacts"] or saved):
-        raise root.error("friction", "is missing: give [friction] or [[contacts]]")
+        raise root.error("friction", "is missing; give [friction] or [[contacts]]")
     laws = read_contacts(tables["contacts"])
     if saved is None:
         model = _model(tables["model"], modes, bool(laws), bool(aerodynamics))
@@ -170,9 +171,10 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
         else:
             modes = _of_disk(tables["modes"], structure.sectors, modes, forcing)
     elif mistuned:
-        raise root.error("mistuning", "is for structures with sectors")
+        raise root.error("mistuning", "must be left out, because structure has no sectors")
     elif modes.nodal_diameters is not None:
-        raise tables["modes"].error("nodal_diameters", "is for structures with sectors")
+        reason = "must be left out, because structure has no sectors"
+        raise tables["modes"].error("nodal_diameters", reason)
     elif modes.A == modes.B:
         raise tables["modes"].error("B", "must be another mode than A")
     limit_scale = tables["limits"]["scale"]
@@ -217,11 +219,11 @@ def _check_disk(root: Table, model: ModelOptions) -> None:
         raise root.error("friction", f"sectors need elastic contacts, [[contacts]]; {STAND_IN}")
     for name in ("preload", "limits", "aerodynamics"):
         if name in root:
-            raise root.error(name, "leave it out: structures with sectors have none in scenes")
+            raise root.error(name, "must be left out with structure.sectors")
     kept_out = {
         "table": (model.table == "none", 'must be "whole"'),
         "transients": (model.transients == "hybrid", 'must be "auto" or "slow"'),
-        "budget": (model.budget is not None, "leave it out"),
+        "budget": (model.budget is not None, "must be left out"),
     }
     for key, (given, instead) in kept_out.items():
         if given:
@@ -234,16 +236,18 @@ def _check_mistuned(root: Table, forcing: Mapping[str, Forcing]) -> None:
         "modes": "all modes of a mistuned disk respond",
         "model": "a mistuned disk has no friction table over amplitudes of modes",
         "initial": "a mistuned disk starts from rest",
-        "contact": "windows of a mistuned disk are [[elastic]], with the contact states",
+        "contact": "a mistuned disk has [[elastic]] windows, which have the contact states",
     }
     for name, reason in kept_out.items():
         if name in root:
-            raise root.error(name, f"leave it out: {reason}")
+            raise root.error(name, f"must be left out, because {reason}")
     if forcing["A"].engine_order is None:
-        needed = "is missing: it says how the force travels round the mistuned disk"
+        needed = "is missing; it says how the force travels around the mistuned disk"
         raise root["forcing"]["A"].error("engine_order", needed)
     if "phase" in root["forcing"]["A"]:
-        raise root["forcing"]["A"].error("phase", "leave it out: a mistuned disk has phase 0")
+        raise root["forcing"]["A"].error(
+            "phase", "must be left out, because a mistuned disk has phase 0"
+        )
     output = root["output"]
     if len(output["elastic"]) + len(output["nodes"]) > 1:
         raise output.error("elastic", "must be one DOF, which is recorded of every blade")
@@ -258,7 +262,7 @@ def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, For
         for mode in names:
             if mode not in excited:
                 raise table.error(
-                    "nodal_diameters", f"is missing: no engine order says which mode {mode} has"
+                    "nodal_diameters", f"is missing, and no engine order gives it for mode {mode}"
                 )
         given = tuple(excited[mode] for mode in names)
     if len(given) != len(names):
@@ -271,10 +275,10 @@ def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, For
             )
         if excited.get(mode, k) % sectors != k % sectors:
             raise SlipmodeError(
-                f"forcing.{mode}.engine_order: {orders[mode]} excites nodal diameter "
-                f"{excited[mode]} of {sectors} sectors, and mode {mode} has {k} "
-                f"(modes.nodal_diameters); engine orders {k % sectors or sectors}, "
-                f"{k % sectors + sectors * (1 + (k % sectors == 0))}, ... excite that"
+                f"forcing.{mode}.engine_order = {orders[mode]}: excites nodal diameter "
+                f"{excited[mode]} of {sectors} sectors, but modes.nodal_diameters is {k} for mode "
+                f"{mode}; engine orders {k % sectors or sectors}, "
+                f"{k % sectors + sectors * (1 + (k % sectors == 0))}, ... excite {k}"
             )
     if len(names) == 2 and (modes.A, abs(given[0])) == (modes.B, abs(given[1])):
         raise table.error(
@@ -288,7 +292,7 @@ def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, For
 def _present_modes(table: Table, modes: Modes) -> list[str]:
     """Return the modes that have a key in a table; refuse one that is not retained."""
     if "B" in table and modes.B is None:
-        raise table.error("B", "there is no mode B in [modes], or in model.file; allowed: A")
+        raise table.error("B", "must be left out, because [modes] or model.file has only mode A")
     return [mode for mode in MODES if mode in table]
 
 
@@ -305,7 +309,7 @@ def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
         ("dof", "node", "vector"), "dof", "give exactly one of dof and vector (or node, direction)"
     )
     if "direction" in table and "node" not in table:
-        raise table.error("direction", "is of node, which is missing")
+        raise table.error("direction", "needs node, which is missing")
     if "node" in table:
         pattern = NodeDof(table["node"], table.required("direction"))
     else:
@@ -313,10 +317,10 @@ def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
     given, order, speed = (table[key] for key in ("frequency", "engine_order", "rotor_speed"))
     if order is None:
         if speed is not None:
-            raise table.error("rotor_speed", "goes with engine_order, which is missing")
+            raise table.error("rotor_speed", "needs engine_order, which is missing")
         frequency = table.required("frequency").scaled(units.per_frequency)
     elif given is not None:
-        raise table.error("frequency", "leave it out: it is engine_order times rotor_speed")
+        raise table.error("frequency", "must be left out; it is engine_order times rotor_speed")
     else:
         frequency = table.required("rotor_speed").scaled(order * RPM)
     return Forcing(mode, pattern, table["amplitude"], frequency, table["phase"], order)
@@ -354,7 +358,7 @@ def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> Mode
         (paper and integrated, "table", 'must be "whole" with model.formulation = "paper"'),
         (paper and model.transients == "hybrid", "transients", slow_only),
     ]
-    leave_out = 'leave it out: model.table = "none" integrates the scene'
+    leave_out = 'must be left out, because model.table = "none" integrates the scene'
     unused = ("amplitude", "transients", "budget")
     conflicts += [(integrated and key in table, key, leave_out) for key in unused]
     n_modes = len(modes.numbers)
@@ -395,7 +399,9 @@ def _output(table: Table, contact: Sequence[Window], elastic: Sequence[Window]) 
         raise table.error("elastic", "DOFs must be distinct")
     if (dofs or nodes) and not (contact or elastic):
         key = "elastic" if dofs else "nodes"
-        raise table.error(key, "is reconstructed inside windows; give [[elastic]] window")
+        raise table.error(
+            key, "needs [[elastic]] window, because DOFs are reconstructed inside windows"
+        )
     if elastic and not (dofs or nodes):
-        raise SlipmodeError("elastic.window: needs output.elastic, the DOFs that are wanted")
+        raise SlipmodeError("elastic.window: needs output.elastic, the DOFs to reconstruct")
     return Output(dofs, nodes)

@@ -36,9 +36,13 @@ class Script:
                 )
         for first, third in zip(self.times, self.times[2:], strict=False):
             if first == third:
-                raise SlipmodeError(f"at most two breakpoints (a jump) at one time, t = {first:g}")
+                raise SlipmodeError(
+                    f"must have at most two breakpoints (a jump) at one time, t = {first:g}"
+                )
         if len(self.times) > 1 and not np.isfinite(self._slopes).all():
-            raise SlipmodeError("breakpoints too close in time for the change between them")
+            raise SlipmodeError(
+                "breakpoints must be further apart in time for this change of value"
+            )
 
     @classmethod
     def constant(cls, value: float) -> Self:

@@ -36,7 +36,7 @@ class NodeDof:
     def dof(self, key: str, labels: Labels | None, source: str) -> int:
         """Return the number of the DOF; a refusal names the key, and the source of the labels."""
         if labels is None:
-            raise SlipmodeError(f"{key}: {source} no nodes; give DOFs")
+            raise SlipmodeError(f"{key}: {source} no nodes; give numbers of DOFs")
         with naming(key):
             return labels.dof(self.node, self.direction)
 
@@ -292,9 +292,9 @@ class Scene:
         """
         if self.mistuning:
             raise SlipmodeError(
-                "mistuning: this needs a model of one or two waves, and a mistuned disk responds "
-                "in all its modes; leave [mistuning] out, or use rom.MistunedDisk. slipmode "
-                "run, study, validate and plan (runner.plan_scene) take mistuned disks"
+                "mistuning: this needs a model of one or two waves, but a mistuned disk responds "
+                "in all its modes; leave [mistuning] out, or use slipmode run, study, "
+                "validate or plan (runner.plan_scene), or rom.MistunedDisk"
             )
 
     def check_tabulated(self) -> None:
@@ -308,8 +308,7 @@ class Scene:
         self.check_tuned()
         if not self.tabulated:
             raise SlipmodeError(
-                'model.table: "none" integrates runs of the scene, and this needs a friction '
-                'table; give "whole"'
+                'model.table = "none": must be "whole", because this needs a friction table'
             )
 
     def build(self) -> Structure:
@@ -327,13 +326,14 @@ class Scene:
         """
         if self.structure is None:
             raise SlipmodeError(
-                "model.file: a saved model has no structure, and this needs one; give [structure] "
+                "model.file: must be left out, because this needs a structure; give [structure] "
                 "and its contacts instead"
             )
         if self.disk is not None:
             raise SlipmodeError(
-                "structure.sectors: this needs a whole structure, and the scene has one sector; "
-                "slipmode diameters has its modes, rom.CyclicStructure.annulus() all sectors"
+                "structure.sectors: this needs a whole structure, but the scene has one sector; "
+                "use slipmode diameters for its modes, or rom.CyclicStructure.annulus() for all "
+                "sectors"
             )
         return self.structure.build()  # type: ignore[return-value]
 
@@ -367,5 +367,7 @@ class Scene:
         dofs = self.output.elastic
         dofs += tuple(node.dof("output.nodes", labels, source) for node in self.output.nodes)
         if len(set(dofs)) < len(dofs):
-            raise SlipmodeError("output.nodes: DOFs must be distinct, also from output.elastic")
+            raise SlipmodeError(
+                "output.nodes: DOFs must differ from each other and output.elastic"
+            )
         return replace(self, forcing=forcing, output=Output(dofs))

@@ -93,7 +93,7 @@ class SectorFile:
         if self.interface or self.next_contacts:
             if sector.labels is None:
                 raise SlipmodeError(
-                    "structure.interface, structure.next_contacts: the matrices name no nodes; "
+                    "structure.interface, structure.next_contacts: the matrices have no nodes; "
                     "give left and right, or a model.file"
                 )
             for pair in self.interface:
@@ -121,7 +121,7 @@ class SectorFile:
         for contact, node, direction in self.next_contacts:
             if not 0 <= contact < contacts:
                 raise SlipmodeError(
-                    f"structure.next_contacts: must be contacts 0 to {contacts - 1}, got {contact}"
+                    f"structure.next_contacts: contacts must be 0 to {contacts - 1}, got {contact}"
                 )
             with naming("structure.next_contacts"):
                 found[labels.dof(node, direction), contact] = -1.0
@@ -166,13 +166,14 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
             of = "matrices" if model is None else f'model = "{model}"'
             raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
         if model is not None and key in ("mass", "contacts", "rayleigh"):
-            raise table.error(key, f'is for matrices, not for model = "{model}"')
+            raise table.error(key, f'must be left out with model = "{model}"; it is for matrices')
         if key == "blade_stiffnesses" and model != "lumped-disk":
-            raise table.error(key, 'is for model = "lumped-disk"')
+            raise table.error(key, 'must be left out; it is for model = "lumped-disk"')
         if key in _SECTOR_KEYS and (model is not None or "sectors" not in table):
-            raise table.error(key, "is for matrices of one sector, which go with sectors")
+            raise table.error(key, "needs matrices of one sector, and sectors")
     if model == "two-mass" and "sectors" in table:
-        raise table.error("sectors", 'is for model = "lumped-disk", or for matrices of one sector')
+        reason = 'must be left out; it is for model = "lumped-disk" or matrices of one sector'
+        raise table.error("sectors", reason)
     damping = table["damping"]
     if model is not None:
         own = (*_TWO_MASS_KEYS, "sectors", "blade_stiffnesses")
@@ -210,7 +211,7 @@ def read_mistuning(table: Table, sectors: int) -> tuple[float, ...]:
         (drawn,) = random_mistuning(1, sectors, table["standard_deviation"], seed=table["seed"])
         return tuple(drawn.tolist())
     if "seed" in table:
-        raise table.error("seed", "goes with standard_deviation")
+        raise table.error("seed", "needs standard_deviation, which is missing")
     if len(given) != sectors:
         raise table.error("deviation", f"must be {sectors} numbers, one per sector")
     return given

@@ -95,8 +95,8 @@ def _connected(distributed: Any, scheduler: str) -> Iterator[Any]:
         client = distributed.Client(scheduler, timeout=_ANSWERS, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise SlipmodeError(
-            f"scheduler: {scheduler} does not answer ({one_line(error)}); `dask scheduler` starts "
-            "one"
+            f"scheduler: {scheduler} does not answer ({one_line(error)}); start one with "
+            "`dask scheduler`"
         ) from None
     with client:
         if not client.nthreads():
@@ -105,6 +105,7 @@ def _connected(distributed: Any, scheduler: str) -> Iterator[Any]:
                 client.wait_for_workers(1, timeout=_ANSWERS)
             except TimeoutError:
                 raise SlipmodeError(
-                    f"scheduler: {scheduler} has no workers; `dask worker {scheduler}` starts one"
+                    f"scheduler: {scheduler} has no workers; start one with "
+                    f"`dask worker {scheduler}`"
                 ) from None
         yield client

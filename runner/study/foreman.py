@@ -136,15 +136,15 @@ class Foreman:
             if not may_grow or work.step >= 10:  # the range is then 1024 times that of the plan
                 why = "the amplitudes grow without bound; give structure.damping a value > 0"
                 for place in outside:
-                    own = f"{work.batch.reason[place]}; leave out model.amplitude, and it is found"
+                    own = f"{work.batch.reason[place]}; leave out model.amplitude to find it"
                     work.batch.reason[place] = f"forcing: {why}" if may_grow else own
                 outside = []
         elif future.status == "error":
             for place in work.places:
                 work.batch.reason[place] = one_line(future.exception())
         else:
-            goes_on = "what was computed stays, and the same command goes on from there"
-            raise SlipmodeError(f"scheduler: was lost; {goes_on}")
+            goes_on = "repeat the command to continue; the samples computed so far are kept"
+            raise SlipmodeError(f"scheduler: the connection is lost; {goes_on}")
         if outside:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:

@@ -45,10 +45,10 @@ class Results:
                 group = zarr.open_group(path, mode="r+")
                 digest = group.attrs.get("study_digest")
         if digest is None:
-            raise SlipmodeError(f"{path}: holds no results of a study; give another --output")
+            raise SlipmodeError(f"{path}: has no results of a study; give another --output")
         if digest != study.digest:
             raise SlipmodeError(
-                f"{path}: holds results of another study, or of other values, files or version; "
+                f"{path}: has results of another study, or of other values, files or version; "
                 "give another --output, or remove it"
             )
         self._arrays = dict(group.arrays())  # group[name] would open the array each time
@@ -107,8 +107,8 @@ class Results:
             yield
         except OSError as error:
             raise SlipmodeError(
-                f"{self._path}: cannot be written: {error.strerror or error}; what was computed "
-                "stays, and the same command goes on from there"
+                f"{self._path}: cannot be written: {error.strerror or error}; repeat the "
+                "command to continue; the samples computed so far are kept"
             ) from error
 
 

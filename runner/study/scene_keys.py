@@ -37,7 +37,7 @@ def check_key(name: str, path: str, content: Content) -> None:
                 raise SlipmodeError(f"{name}: no such key of the scene, {path!r}: of {of} {there}")
             below = below[int(word)]
         else:
-            raise SlipmodeError(f"{unknown}: nothing is below a value")
+            raise SlipmodeError(f"{unknown}: a value has no keys")
     if isinstance(part, Section):
         raise SlipmodeError(f"{unknown}: give one of {', '.join(part.by_name)}")
 

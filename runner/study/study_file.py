@@ -243,7 +243,9 @@ def _set(values: Any, content: Content) -> Content:
         raise SlipmodeError('set: must be a table of keys of the scene, "run.step" = 0.1')
     for key, value in values.items():
         if isinstance(value, Mapping):
-            raise SlipmodeError(f'set: keys with dots are quoted: "{key}.{next(iter(value), "")}"')
+            raise SlipmodeError(
+                f'set: keys with dots must be quoted, "{key}.{next(iter(value), "")}"'
+            )
         check_key("set", key, content)
         content = with_value(content, key, value)
     return content
@@ -262,7 +264,7 @@ def _varied(table: Table, name: str, content: Content) -> Varied:
         own += DISTRIBUTIONS[table["distribution"]]
     for other in table:
         if other not in ("key", *own):
-            raise table.error(other, f"does not go with {way}; allowed: {', '.join(own)}")
+            raise table.error(other, f"must be left out with {way}; allowed: {', '.join(own)}")
     if way == "from":
         return Varied(key, _range(table, whole=declared(key).kind.words == "integer"))
     if way == "distribution":
@@ -312,7 +314,7 @@ def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
         raise table.error("method", '"saltelli" needs distributions of all keys')
     for key in ("samples", "seed"):
         if key in table and not random:
-            raise table.error(key, "goes with distributions; a grid has all its points")
+            raise table.error(key, "needs a distribution; a grid has all its points")
     samples = table["samples"] if random else 1
     if method == "list" and len(set(lengths)) > 1:
         raise table.error("method", f'"list" needs as many values of each key, got {lengths}')
@@ -360,6 +362,6 @@ def _outputs(table: Table, scene: Scene) -> Outputs:
 def _choose(table: Table, varied: tuple[Varied, ...], outputs: Outputs) -> Choose:
     listed = [each.key for each in varied if not isinstance(each.values, Distribution)]
     if not listed:
-        raise table.error("key", "needs a key that is varied by values, and none is")
+        raise table.error("key", "must be a key that is varied by values, but there is none")
     key = table.read("key", choice(*listed))
     return Choose(key, table.read("output", choice(*outputs.single_numbers)), table["quantile"])

@@ -13,6 +13,7 @@ from tqdm import tqdm
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
@@ -249,7 +250,7 @@ class IntegratedPass(Pass):
         plan, stretch, end = self._plan, self._stretch, self._plan.scene.run.duration
         recorder, length = self._recorder, self._full.window
         last = max(end, length)  # a demodulation needs a window
-        recorder.event(0.0, "info", f"{plan.scene.title}: integrated, without a friction table")
+        recorder.event(0.0, "info", f"{plan.scene.title}: integrated without a friction table")
         record_findings(recorder, plan.decisions)
         done = 0
         while done < self._points.size:
@@ -290,10 +291,11 @@ def integration_cost(plan: Plan) -> list[Finding]:
     demodulated = time.process_time()
     seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
     seconds += (demodulated - integrated) * plan.schedule.steps / 8
-    reason = 'model.table = "none" needs no friction table, which pays for many runs'
-    found = [Finding("a single run", f"{seconds:.2g} s of a processor integrated", reason)]
+    reason = 'a run with model.table = "none"; for many runs a friction table is faster'
+    found = [Finding("full-order run", f"about {seconds:.2g} s of processor time", reason)]
     if plan.full_order:
         share = sum(end - start for start, end in plan.full_order) / plan.scene.run.duration
-        choice = f"about {share * seconds:.2g} s of a processor"
-        found.append(Finding("full order", choice, f"for {share:.1%} of the scene"))
+        choice = f"about {share * seconds:.2g} s of processor time"
+        reason = f"for {percentage(share)} of the scene in this run"
+        found.append(Finding("full order", choice, reason))
     return found

@@ -26,8 +26,8 @@ def check_one_wave(plan: Plan) -> None:
     """Refuse two waves: forces of two patterns in two phases each."""
     if len(plan.excited.modes) > 1:
         raise SlipmodeError(
-            "forcing.B: all sectors are integrated under one engine order; validate with "
-            "[forcing.A] or [forcing.B] alone"
+            "forcing.B: must be left out, or [forcing.A], because all sectors are integrated "
+            "under one engine order"
         )
 
 

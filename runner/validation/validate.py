@@ -97,7 +97,7 @@ def validate(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     if scene.limit_scale is not None:
-        raise SlipmodeError("limits.scale: full order has fixed limits; validate without it")
+        raise SlipmodeError("limits.scale: must be left out, because full order has fixed limits")
     if scene.mistuning:
         return _validate_blades(scene, output, progress=progress)
     started = perf_counter()

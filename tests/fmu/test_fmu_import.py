@@ -173,11 +173,11 @@ def test_wrong_use_is_refused_and_named(fmus, fmi):
     with pytest.raises(SlipmodeError, match="outside the friction table"):
         Imported(fmus[fmi], {"A_re": 1e3})
     with Imported(fmus[fmi]) as imported:
-        with pytest.raises(SlipmodeError, match="A_re: not an input; inputs are force_A, "):
+        with pytest.raises(SlipmodeError, match="A_re: is not an input; inputs are force_A, "):
             imported.set_inputs(A_re=1.0)
         with pytest.raises(SlipmodeError, match="frequency_A: must be > 0"):
             imported.set_inputs(frequency_A=-1.0)
-        with pytest.raises(SlipmodeError, match="the FMU stands at 0 s, not at 1 s"):
+        with pytest.raises(SlipmodeError, match="time of the FMU, 0 s, got 1 s"):
             imported.do_step(1.0, 1.0)
 
 
@@ -235,7 +235,7 @@ def _damaged_table(entries):
         (_no_energy, "dissipated_energy is not among its outputs: A_re, "),
         (_damaged_table, "table.npy: damaged, its checksum"),
         (_no_library, "has no library for "),
-        (_no_co_simulation, "must be for Co-Simulation"),
+        (_no_co_simulation, "must be an FMU for Co-Simulation"),
         (_other_token, "the instantiation token is not that"),
         (_no_description, "not a readable FMU"),
     ],
@@ -254,9 +254,9 @@ def test_files_of_other_kinds_are_refused(tmp_path, capsys, monkeypatch, fmus):
     shutil.copy(fmus[3], "other.fmu")
     for name, message in (
         ("none.fmu", "none.fmu: no such FMU"),
-        ("text.fmu", "text.fmu: not an FMU: it is no zip archive"),
-        (".", ".: not an FMU: it is no zip archive"),
-        ("other.fmu", "other.fmu: holds another model than the scene's; export that one with "),
+        ("text.fmu", "text.fmu: is not an FMU, because"),
+        (".", ".: is not an FMU, because"),
+        ("other.fmu", "other.fmu: has a different model than the scene; export the model of the "),
     ):
         assert main(["run", "one-mode", "--fmu", name]) == 1
         (line,) = capsys.readouterr().err.splitlines()

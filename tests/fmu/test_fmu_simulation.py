@@ -313,10 +313,10 @@ def test_wrong_calls_are_refused_and_named(unzipped, fmi):
             assert refused.value.status == 3
             assert reason in made.messages[-1][1]
 
-        refuse(made.step, 0.0, 0.0, reason="step 0 s, must be finite and > 0")
+        refuse(made.step, 0.0, 0.0, reason="step 0 s: must be finite and > 0")
         refuse(made.step, 0.0, -1.0, reason="step -1 s")
         refuse(made.step, 0.0, np.nan, reason="step nan s")
-        refuse(made.step, 3.0, 1.0, reason="from t = 3 s, the FMU stands at 0 s")
+        refuse(made.step, 3.0, 1.0, reason="t = 3 s: must be the present time of the FMU, 0 s")
         refuse(made.set, reason="force_A: must be finite, got nan", force_A=np.nan)
         refuse(made.set, reason="frequency_B: must be > 0", frequency_B=-1.0)
         refuse(made.set, reason="A_abs: is not an input or parameter", A_abs=1.0)
@@ -469,7 +469,7 @@ def test_resources_of_another_version_are_refused(unzipped, fmi, tmp_path, versi
     checksums[0] = np.array([crc], dtype="<u4").view("<i4")[0]
     np.save(resources / "checksums.npy", checksums)
     ((_, message),) = _refusal(folder, fmi)
-    assert f"layout.npy: version {version}, this binary reads version {FORMAT}" in message
+    assert f"layout.npy: version {version} must be {FORMAT} for this binary" in message
 
 
 def _cut(path, end):

@@ -19,8 +19,11 @@ FORCE = ({0: 0.15}, {1: 0.25})
 @pytest.mark.parametrize(
     ("frequency", "words"),
     [
-        ((0.61, 1.65), "frequency: must be 0.62 to 10 rad/s, for mode A resonates at 1 rad/s"),
-        ((0.98, 17.1), "frequency: must be 1.06 to 17 rad/s, for mode B resonates at 1.7 rad/s"),
+        ((0.61, 1.65), "frequency: must be 0.62 to 10 rad/s, because mode A resonates at 1 rad/s"),
+        (
+            (0.98, 17.1),
+            "frequency: must be 1.06 to 17 rad/s, because mode B resonates at 1.7 rad/s",
+        ),
         ((0.98, 0.2626), "got 0.2626; if that is in Hz, give 1.65 rad/s"),
     ],
 )
@@ -139,10 +142,10 @@ LIMIT, ALPHA = "limit = 2.0 ", "alpha = 0.02 "
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("amplitude = 0.15", "amplitude = 150.0"), "friction faint: at contact 0 the limit is "),
-        ((LIMIT, "limit = 1.5e-7 "), "friction faint: at contact 1 the limit is "),
-        ((ALPHA, "alpha = 2.0 "), "friction blurred: alpha is "),
-        ((ALPHA, "alpha = 1e-14 "), "friction too sharp: alpha is "),
+        (("amplitude = 0.15", "amplitude = 150.0"), "friction hardly acts: the limit of "),
+        ((LIMIT, "limit = 1.5e-7 "), "friction hardly acts: the limit of contact 1 "),
+        ((ALPHA, "alpha = 2.0 "), "friction acts as a dashpot: alpha = 2 m/s is "),
+        ((ALPHA, "alpha = 1e-14 "), "friction changes too sharply: alpha = 1e-14 m/s is "),
     ],
 )  # fmt: skip
 def test_nonsense_is_told_in_the_plan(change, words):
@@ -159,7 +162,9 @@ def test_nonsense_is_told_among_the_events_of_a_recording(tmp_path):
         tmp_path,
     )
     told = [event for event in recording.read().events if event.level == "warning"]
-    assert any(event.message.startswith("friction faint: at contact") for event in told)
+    assert any(
+        event.message.startswith("friction hardly acts: the limit of contact") for event in told
+    )
 
 
 @pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Tanh(2.0, 1e-8), rom.Tanh(2.0, 0.1)])
@@ -175,9 +180,9 @@ def test_hard_cases_have_no_warning(law):
 @pytest.mark.parametrize(
     ("law", "amplitude", "words"),
     [
-        (rom.Tanh(1.5e-7, 0.02), 4.0, "friction faint: .* is 1.9e-08 of"),
-        (rom.Tanh(2.0, 2.0), 4.0, "friction blurred: alpha is 5.2 times"),
-        (rom.Tanh(2.0, 0.02), 4000.0, "friction faint: .* is 2.5e-04 of"),
+        (rom.Tanh(1.5e-7, 0.02), 4.0, "friction hardly acts: .* is 1.9e-08 times"),
+        (rom.Tanh(2.0, 2.0), 4.0, "friction acts as a dashpot: .* is 5.2 times"),
+        (rom.Tanh(2.0, 0.02), 4000.0, "friction hardly acts: .* is 2.5e-04 times"),
     ],
 )
 def test_python_is_warned_too(law, amplitude, words):
@@ -191,15 +196,15 @@ def test_a_table_that_is_off_by_more_than_asked_for_says_so():
     stated = Accuracy(1e-3, 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 64, 1, 100)
     assert stated.findings() == []
     (found,) = replace(stated, interpolation=4e-3).findings()
-    assert (found.subject, found.level) == ("friction", "warning")
-    assert "error of the friction table is up to 0.004, tolerance is 0.001;" in found.reason
+    assert (found.subject, found.level) == ("friction table", "warning")
+    assert "relative error is up to 0.4 % (tolerance 0.1 %). " in found.reason
 
 
 def test_an_alpha_that_is_advised_is_accepted():
     reduced = rom.reduce(rom.two_mass(), modes=(0,))
     with pytest.warns(rom.ValidityWarning) as issued:
         rom.tabulate(reduced, rom.Tanh(2.0, 2.0), (4.0,), tolerance=0.05)
-    advised = float(str(issued[0].message).split("an alpha of ")[1].split()[0])
+    advised = float(str(issued[0].message).split("Use alpha = ")[1].split()[0])
     with warnings.catch_warnings():
         warnings.simplefilter("error", rom.ValidityWarning)
         rom.tabulate(reduced, rom.Tanh(2.0, advised), (4.0,), tolerance=0.05)
@@ -208,15 +213,19 @@ def test_an_alpha_that_is_advised_is_accepted():
 @pytest.mark.parametrize("saved", [False, True])
 def test_a_component_warns_of_what_its_model_strains(saved, tmp_path):
     reduced = rom.reduce(rom.two_mass(), modes=(0,))
-    with pytest.warns(rom.ValidityWarning, match="friction blurred"):
+    with pytest.warns(rom.ValidityWarning, match="friction acts as a dashpot"):
         model = rom.tabulate(reduced, rom.Tanh(2.0, 2.0), (4.0,), tolerance=0.05)
     if saved:
         model.save(tmp_path / "one_mass.rom")
         model = rom.Model.load(tmp_path / "one_mass.rom")
-    with pytest.warns(rom.ValidityWarning, match="friction blurred: alpha is 5.2 times") as issued:
+    with pytest.warns(
+        rom.ValidityWarning, match="friction acts as a dashpot: .* is 5.2 times"
+    ) as issued:
         Component(model)
     assert [warning.filename for warning in issued] == [__file__]
-    with pytest.warns(rom.ValidityWarning, match="friction blurred: alpha is 5.2 times") as issued:
+    with pytest.warns(
+        rom.ValidityWarning, match="friction acts as a dashpot: .* is 5.2 times"
+    ) as issued:
         export(model, tmp_path / "one_mass.fmu")
     assert [warning.filename for warning in issued] == [__file__]
     with warnings.catch_warnings():

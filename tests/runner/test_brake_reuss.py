@@ -89,7 +89,7 @@ def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
 
 
 def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
-    with pytest.warns(rom.ValidityWarning, match="what friction can hold"):
+    with pytest.warns(rom.ValidityWarning, match="of its friction limit"):
         rest = rom.preload(lap.structure, lap.law, lap.bolts)
     assert rest.normal_force.sum() == pytest.approx(4000.0, rel=1e-6)
     reduced = rom.reduce(lap.structure, (example.A,), law=rest.law)

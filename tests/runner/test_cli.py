@@ -273,7 +273,7 @@ def file_for_the_output_folder(folder, recording):
 
 def folder_for_an_output_file(folder, recording):
     (folder / "one-mode.mcap").mkdir()
-    return ("run", "one-mode", "-o", folder), "one-mode.mcap is a directory"
+    return ("run", "one-mode", "-o", folder), "one-mode.mcap: is a directory"
 
 
 def unknown_shipped_scene(folder, recording):

@@ -20,7 +20,10 @@ def test_a_backbone_has_no_warning_about_its_own_table(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("command", "begins"),
     [
-        (["curve", "--vary", "force"], "--span: give the first and last value of force"),
+        (
+            ["curve", "--vary", "force"],
+            "--span: is missing; give the first and last value of force",
+        ),
         (["curve", "--vary", "force_B", "--span", "0", "1"], "--vary: the scene does not force"),
         (["curve", "--vary", "frequency_A", "--span", "0.1", "1"], "--span: must be 0.62"),
         (["curve", "--dof", "9"], "--dof: must be 0 to 3"),
@@ -64,8 +67,8 @@ def test_a_design_whose_table_ends_too_early_names_the_key_of_the_scene(tmp_path
         ("mode: A is self-excited; rom.limit_cycles is for that", "mode: A is self-excited"),
         ("contacts: integrate in time (rom.full)",
          'contacts: integrate in time (model.table = "none")'),
-        ("carriers left: off; put them at the forcing (rom.reduce(..., carrier=)), or compare "
-         "with slipmode validate", "carriers left: off; compare with slipmode validate"),
+        ("there is 2 %. Call rom.reduce with carrier = this frequency, or compare with "
+         "slipmode validate", "there is 2 %. Compare with slipmode validate"),
     ],
 )  # fmt: skip
 def test_advice_for_python_is_replaced(message, words):

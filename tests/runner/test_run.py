@@ -199,7 +199,7 @@ def elastic_windows(window, dofs):
 def test_elastic_windows_record_the_motion_of_contact_windows(tmp_path):
     scene = elastic_windows([100, 150], [0])
     choice, reason = decisions(scene)["elastic motion"]
-    assert choice == "100 to 150 s, marched"
+    assert choice == "100 to 150 s, reconstructed"
     assert reason == "64 samples per period"
     recording = runner.run(scene, tmp_path)
     assert set(recording.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}

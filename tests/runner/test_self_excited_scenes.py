@@ -114,7 +114,7 @@ def test_past_the_unstable_limit_cycle_the_run_ends_and_says_why(tmp_path):
         ({"aerodynamics": "A = [nan, 0.0]"}, "aerodynamics.A[0]: must be finite"),
         ({"aerodynamics": "C = [0.0, 0.0]"}, "aerodynamics.C: unknown key; allowed: A, B"),
         ({"more": '[model]\nformulation = "paper"'}, "model.formulation: must be"),
-        ({"initial": ""}, "forcing: nothing moves"),
+        ({"initial": ""}, "forcing: no mode moves"),
     ],
 )
 def test_refused_in_one_line(given, message):
@@ -129,7 +129,7 @@ def test_what_a_single_run_costs_is_in_the_plan(tmp_path, capsys):
     of = tmp_path / "flutter.toml"
     of.write_text(scene().text)
     assert main(["plan", str(of)]) == 0
-    assert "s of a processor integrated" in capsys.readouterr().out
+    assert "s of processor time" in capsys.readouterr().out
 
 
 def test_full_order_of_a_self_excited_scene_is_that_of_slow_time(tmp_path):

@@ -23,7 +23,7 @@ fmu_status fmu_say_outside(const fmu_instance *instance, const double *outputs, 
     return fmu_say(instance, FMU_DISCARD,
                    "%s at t = %g s: an amplitude is outside the friction table%s: at t = %.6g s "
                    "%s is %.4g, the table ends at %.4g; %sexport the model with a larger range "
-                   "(slipmode fmu --range, rom.tabulate amplitude=)",
+                   "(--range of slipmode fmu and explore, rom.tabulate amplitude=)",
                    doing, instance->outputs[0], consequence, outputs[0],
                    fmu_name_of(instance, FMU_MODULUS, mode), modulus[mode],
                    end[mode] * instance->run.inputs.limit_scale, lower);
@@ -54,11 +54,10 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
     const int apart = (before > 0.0 && after > 0.0) || (before < 0.0 && after < 0.0);
     if (instance->model->modes < SM_MODES || apart) return FMU_OK;
     return fmu_say(instance, too_far(instance, to),
-                   "frequency_A, frequency_B: must differ at all times, the same one staying "
-                   "above");
+                   "frequency_A, frequency_B: must differ at all times, and must not cross");
 }
 
-/* Writes advice if a factor 2 pi explains the distance of a frequency from its mode; else "". */
+/* Writes advice if a frequency is a factor of about 2 pi from its mode; else "". */
 static void unit_hint(double frequency, double natural, char hint[64]) {
     const double two_pi = 6.283185307179586, ratio = frequency / natural;
     const double near = 0.25; /* a ratio so near to 2 pi is a mistaken unit */
@@ -66,7 +65,8 @@ static void unit_hint(double frequency, double natural, char hint[64]) {
     if (fabs(ratio * two_pi - 1.0) < near)
         snprintf(hint, 64, "; if that is in Hz, give %.4g rad/s", frequency * two_pi);
     else if (fabs(ratio / two_pi - 1.0) < near)
-        snprintf(hint, 64, "; a factor 2 pi explains it: give %.4g rad/s", frequency / two_pi);
+        snprintf(hint, 64, "; if a factor 2 pi was applied twice, give %.4g rad/s",
+                 frequency / two_pi);
 }
 
 /* Refuses forcing frequencies that the slow flow cannot follow (rom/frequencies.py), and logs the
@@ -89,8 +89,8 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
         if (instance->far_forcing_logged) continue;
         instance->far_forcing_logged = 1;
         fmu_say(instance, FMU_WARNING,
-                "%s: far from its mode, %.4g rad/s is %.3g times the natural frequency of %.4g "
-                "rad/s, outside %.2g to %g%s",
+                "%s: is far from its mode: %.4g rad/s is %.3g times the natural frequency of %.4g "
+                "rad/s, outside %.2g to %g times%s",
                 name, frequency, frequency / natural, natural, 1.0 / FARTHEST_FORCING,
                 FARTHEST_FORCING, hint);
     }

@@ -45,7 +45,7 @@ fmu_status fmu_enter_continuous(fmu_instance *instance) {
 static fmu_status check(const fmu_instance *instance, const double *values, size_t count) {
     if (!values) return fmu_say(instance, FMU_ERROR, "states: the array is NULL");
     if (count == fmu_state_count(instance)) return FMU_OK;
-    return fmu_say(instance, FMU_ERROR, "states: there are %lu, not %lu",
+    return fmu_say(instance, FMU_ERROR, "states: must be %lu, got %lu",
                    (unsigned long)fmu_state_count(instance), (unsigned long)count);
 }
 

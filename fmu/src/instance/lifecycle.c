@@ -85,7 +85,7 @@ fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double toler
                      int stop_defined, double stop) {
     if (!isfinite(start) || (stop_defined && !(isfinite(stop) && stop >= start)))
         return fmu_say(instance, FMU_ERROR,
-                       "start time %g, stop time %g: must be finite, in order", start,
+                       "start time %g, stop time %g: must be finite and in this order", start,
                        stop_defined ? stop : start);
     if (tolerance_defined && !(isfinite(tolerance) && tolerance > 0.0))
         return fmu_say(instance, FMU_ERROR, "tolerance %g: must be finite and > 0", tolerance);
@@ -96,7 +96,8 @@ fmu_status fmu_setup(fmu_instance *instance, int tolerance_defined, double toler
     const double kept = fmin(fmax(tolerance, FMU_LEAST_TOLERANCE), FMU_MOST_TOLERANCE);
     instance->run.parameters[FMU_TOLERANCE] = kept;
     if (kept == tolerance) return FMU_OK;
-    return fmu_say(instance, FMU_WARNING, "tolerance %g: %g is used", tolerance, kept);
+    return fmu_say(instance, FMU_WARNING, "tolerance %g: must be %g to %g, so %g is used",
+                   tolerance, FMU_LEAST_TOLERANCE, FMU_MOST_TOLERANCE, kept);
 }
 
 fmu_status fmu_exit_initialization(fmu_instance *instance) {

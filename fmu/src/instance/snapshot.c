@@ -37,7 +37,8 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
     const size_t count = content_count(instance);
     fmu_snapshot *taken = *snapshot;
     if (taken && (taken->head.magic != MAGIC || taken->head.count != count))
-        return fmu_say(instance, FMU_ERROR, "GetFMUState: the state to be replaced is not ours");
+        return fmu_say(instance, FMU_ERROR,
+                       "GetFMUState: the state to replace is not one of this FMU");
     if (!taken) taken = calloc(1, bytes_of(count));
     if (!taken) return fmu_say(instance, FMU_ERROR, "GetFMUState: out of memory");
     fmu_evaluate_inputs(instance); /* so that equal instances give equal states */

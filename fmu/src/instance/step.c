@@ -113,14 +113,16 @@ static fmu_status check_step(const fmu_instance *instance, double time, double d
     const double now = instance->outputs[0], later = now + duration;
     const double same = 1e-9; /* relative: sums of the same steps may round differently */
     if (!(isfinite(duration) && duration > 0.0))
-        return fmu_say(instance, FMU_ERROR, "doStep: step %g s, must be finite and > 0", duration);
+        return fmu_say(instance, FMU_ERROR, "doStep: step %g s: must be finite and > 0", duration);
     if (duration * instance->run.inputs.frequency[0] < 1e-18) /* [rad] of mode A */
-        return fmu_say(instance, FMU_ERROR, "doStep: step %g s, too short to matter", duration);
+        return fmu_say(instance, FMU_ERROR, "doStep: step %g s: must be longer", duration);
     if (!(fabs(time - now) <= same * fmax(1.0, fabs(now))))
-        return fmu_say(instance, FMU_ERROR, "doStep: from t = %.17g s, the FMU stands at %.17g s",
+        return fmu_say(instance, FMU_ERROR,
+                       "doStep: t = %.17g s: must be the present time of the FMU, %.17g s",
                        time, now);
     if (later > instance->run.stop + same * fmax(1.0, fabs(instance->run.stop)))
-        return fmu_say(instance, FMU_ERROR, "doStep: to t = %.17g s, past the stop time %.17g s",
+        return fmu_say(instance, FMU_ERROR,
+                       "doStep: a step to t = %.17g s goes past the stop time %.17g s",
                        later, instance->run.stop);
     return FMU_OK;
 }

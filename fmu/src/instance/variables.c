@@ -91,7 +91,7 @@ fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size
         needed += array ? size : 1;
     }
     if (values != needed)
-        return fmu_say(instance, FMU_ERROR, "values: the variables have %lu, not %lu",
+        return fmu_say(instance, FMU_ERROR, "values: must be %lu for these variables, got %lu",
                        (unsigned long)needed, (unsigned long)values);
     for (size_t k = 0; k < count; k++) {
         const fmu_variable *variable = &instance->model->variable[reference[k]];

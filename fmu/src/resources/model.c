@@ -158,16 +158,16 @@ static int token_fits(loader *l, const char *token) {
 
 static int layout_is_possible(loader *l, const fmu_layout *shape) {
     if (shape->format != FMU_FORMAT)
-        return refuse(l, "resources/layout.npy: version %ld, this binary reads version %d",
+        return refuse(l, "resources/layout.npy: version %ld must be %d for this binary",
                       (long)shape->format, FMU_FORMAT);
     const int32_t counts[] = {shape->contacts, shape->elastic,  shape->combinations,
                               shape->elements, shape->sliders,  shape->orders,
                               shape->count_a,  shape->count_b,  shape->variables};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
-            return refuse(l, "resources/layout.npy: a count of %ld", (long)counts[k]);
+            return refuse(l, "resources/layout.npy: damaged, has a count of %ld", (long)counts[k]);
     if (shape->modes < 1 || shape->modes > SM_MODES || shape->combinations > SM_COMBINATIONS)
-        return refuse(l, "resources/layout.npy: %ld modes and %ld combination resonances",
+        return refuse(l, "resources/layout.npy: damaged, has %ld modes and %ld combinations",
                       (long)shape->modes, (long)shape->combinations);
     return 1;
 }
@@ -227,7 +227,7 @@ static int set_elements(loader *l, fmu_model *model, const fmu_layout *shape) {
         int32_t integer[ROW_FRICTION];
         for (int k = 0; k < ROW_FRICTION; k++) {
             if (!(row[k] >= 0.0 && row[k] <= MOST && row[k] == floor(row[k])))
-                return refuse(l, "resources/contact_elements.npy: element %ld is none", (long)e);
+                return refuse(l, "resources/contact_elements.npy: element %ld is damaged", (long)e);
             integer[k] = (int32_t)row[k];
         }
         element[e] = (sm_element){.law = integer[ROW_LAW],
@@ -287,7 +287,7 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
         if (v.type < FMU_REAL || v.type > FMU_ARRAY || v.kind < FMU_OUTPUT ||
             v.kind >= FMU_KINDS || (array && v.kind != FMU_OUTPUT) || v.slot < first ||
             v.slot > slots(model, v.kind) - size)
-            return refuse(l, "resources/variables.npy: variable %ld is none", (long)k);
+            return refuse(l, "resources/variables.npy: variable %ld is damaged", (long)k);
     }
     const size_t longest = 128; /* bytes of a name */
     char *text = read_text(l, "names.txt", longest * (size_t)count);

@@ -16,12 +16,12 @@ _RESAMPLES = 200  # of a bootstrap
 
 @frozen
 class Amplification:
-    """Amplification factors: peaks of disks relative to the peak of the tuned disk.
+    """Hold amplification factors: peaks of mistuned disks relative to the tuned disk.
 
     Attributes
     ----------
     factor : (patterns,) ndarray
-        Largest amplitude of any blade at any frequency, relative to the tuned disk, ascending.
+        Largest amplitude of any blade at any frequency, relative to the tuned disk [-], ascending.
     tuned : float
         Peak of the tuned disk [m].
     sectors : int
@@ -34,18 +34,29 @@ class Amplification:
 
     @property
     def whitehead(self) -> float:
-        """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks.
+        """Whitehead's bound (1 + sqrt(N)) / 2 of the factor of linear disks [-].
 
-        D. S. Whitehead, Effect of mistuning on the vibration of turbomachine blades induced by
+        Whitehead, D. S., Effect of mistuning on the vibration of turbomachine blades induced by
         wakes, Journal of Mechanical Engineering Science 8 (1966).
         """
         return 0.5 * (1.0 + float(np.sqrt(self.sectors)))
 
     def quantile(self, probability: float, confidence: float = 0.95) -> Floats:
-        """Return a quantile of the factor, and its confidence interval: (3,) middle, low, high.
+        """Return a quantile of the factor with its confidence interval.
 
-        The interval is that of order statistics, for any distribution. Where there are too few
-        disks for a limit, it is 0 or infinite.
+        The interval follows from order statistics and is valid for any distribution.
+
+        Parameters
+        ----------
+        probability : float
+            Probability that the factor is below the quantile [-], 0 to 1.
+        confidence : float, default 0.95
+            Probability of the interval [-].
+
+        Returns
+        -------
+        (3,) ndarray
+            Quantile, lower limit and upper limit [-]. With too few disks a limit is 0 or infinite.
         """
         from scipy.stats import binom  # takes long to import
 
@@ -58,10 +69,17 @@ class Amplification:
         return np.array([middle, padded[low], padded[high + 1]])
 
     def distribution(self, confidence: float = 0.95) -> Floats:
-        """Return the probability that a factor is below each of `factor`: (3, patterns).
+        """Return the probability that the factor of a disk is below each value of `factor`.
 
-        Rows: i / (n + 1) for the i-th of n disks, and the limits between which the probability is
-        with the given confidence, for each factor by itself.
+        Parameters
+        ----------
+        confidence : float, default 0.95
+            Probability of the interval for each value separately [-].
+
+        Returns
+        -------
+        (3, patterns) ndarray
+            Estimates i / (n + 1) for the i-th of n disks, lower limits and upper limits [-].
         """
         from scipy.stats import beta
 
@@ -73,10 +91,9 @@ class Amplification:
 
     @cached_property
     def extreme_value(self) -> Any:
-        """Generalised extreme value distribution that fits best (scipy.stats.genextreme).
+        """Generalised extreme value distribution fitted to the factors (scipy.stats.genextreme).
 
-        With c > 0 it is the Weibull distribution of three parameters, bounded from above by
-        loc + scale / c.
+        With c > 0 it is a Weibull distribution with three parameters, bounded by loc + scale / c.
         """
         from scipy.stats import genextreme
 
@@ -85,9 +102,23 @@ class Amplification:
     def extreme_quantile(
         self, probability: float, confidence: float = 0.95, *, seed: int = 0
     ) -> Floats:
-        """Return a quantile of `extreme_value`, also beyond all disks: (3,) middle, low, high.
+        """Return a quantile of `extreme_value` with its confidence interval.
 
-        The interval is by bootstrap: from fits to resampled disks.
+        The quantile may lie beyond the factors of all disks.
+
+        Parameters
+        ----------
+        probability : float
+            Probability that the factor is below the quantile [-], 0 to 1.
+        confidence : float, default 0.95
+            Probability of the bootstrap interval, from fits to resampled disks [-].
+        seed : int, default 0
+            Seed of the resampling.
+
+        Returns
+        -------
+        (3,) ndarray
+            Quantile, lower limit and upper limit [-].
         """
         from scipy.stats import genextreme
 

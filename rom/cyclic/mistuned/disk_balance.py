@@ -133,8 +133,8 @@ class DiskBalance:
 
     def _unsettled(self) -> UnsettledError:
         return UnsettledError(
-            f"contacts: no steady state was found at {self.at.frequency:g} rad/s; begin farther "
-            "from the resonance, or use smaller steps of frequency"
+            f"contacts: no steady state was found at {self.at.frequency:g} rad/s; start further "
+            "away from the resonance, or use smaller steps of frequency"
         )
 
 

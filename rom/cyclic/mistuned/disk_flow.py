@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.mistuned.local_contacts import LocalContacts
 from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 
 # Width of the bands of frequency within which the fast modes respond as in the middle, relative to
 # the reference frequency: their response changes by less than 1e-3.
@@ -24,33 +24,34 @@ SPAN = 0.1
 
 
 class DiskFlow:
-    """A disk that goes through time step by step, at rest in the beginning.
+    """Step a mistuned disk in time, from rest.
 
-    Made by `MistunedDisk.flow`. With the force deficits y of the contacts and the magnitude F of
-    the excitation, the amplitudes a of the modes of the disk with stuck contacts follow
+    `MistunedDisk.flow` makes it. With the force deficits y of the contacts and the magnitude F of
+    the force, the amplitudes a_m of the modes with stuck contacts obey::
 
         a_m' = (s_m - i Omega) a_m + b_m F + l_m y.
 
     Parameters
     ----------
     modes : StuckModes
+        Modes of the disk with stuck contacts.
     contacts : LocalContacts
-        Force deficits against drives, displacements without the flexibility `own`.
+        Force deficit of each contact against its displacement without the flexibility `own`.
     own : (N N_c,) complex ndarray
         Flexibility of each contact to its own force deficit [m/N].
     frequency : float
-        Reference, and Omega at the start [rad/s].
+        Reference frequency, and forcing frequency Omega at the start [rad/s].
     tolerance : float
-        Error of a step, relative to the amplitudes.
+        Error of a step relative to the amplitudes [-].
 
     Attributes
     ----------
     time : float
-        [s]
+        Present time [s].
     frequency : float
-        Forcing frequency Omega at this time [rad/s].
+        Present forcing frequency Omega [rad/s].
     magnitude : float
-        F at this time: the factor of the force.
+        Present magnitude F, the factor of the force [-].
     """
 
     def __init__(
@@ -100,19 +101,18 @@ class DiskFlow:
         Parameters
         ----------
         duration : float
-            [s]; 0 to change the inputs at once.
+            Length of the step [s]; 0 changes the inputs at once.
         frequency : float, optional
-            Omega at the end of the step [rad/s], to which it changes linearly. Default: constant.
-            At most 10 % from the reference.
+            Forcing frequency at the end of the step [rad/s], linear in between, at most 10 % from
+            the reference frequency. Default: constant.
         magnitude : float, optional
-            Factor of the force at the end of the step, to which it changes linearly. Default:
-            constant.
+            Factor of the force at the end of the step [-], linear in between. Default: constant.
 
         Raises
         ------
         SlipmodeError
             If an input is not allowed, or the step cannot meet its tolerance. The state is
-            unchanged then.
+            unchanged.
         """
         before = (self.frequency, self.magnitude)
         ends = (
@@ -123,8 +123,8 @@ class DiskFlow:
             raise SlipmodeError(f"duration: must be a finite number >= 0, got {duration}")
         if not abs(ends[0] - self._reference) <= SPAN * self._reference:
             raise SlipmodeError(
-                f"frequency = {ends[0]:g} rad/s: must be within {SPAN:.0%} of "
-                f"{self._reference:g} rad/s; begin another flow there"
+                f"frequency = {ends[0]:g} rad/s: must be within {percentage(SPAN)} of "
+                f"{self._reference:g} rad/s; start another flow at this frequency"
             )
         if not np.isfinite(ends[1]):
             raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
@@ -136,8 +136,8 @@ class DiskFlow:
             status = kernel.lib.sm_disk_march(self._disk, inputs, *addresses)
             if status == kernel.NOT_CONVERGED:
                 raise SlipmodeError(
-                    "contacts: act too strongly on each other for amplitudes in slow time; "
-                    "integrate `CyclicStructure.annulus` by `rom.full`"
+                    "contacts: the slow flow does not converge, because contacts act too strongly "
+                    "on each other; integrate CyclicStructure.annulus() in time (rom.full)"
                 )
             kernel.check(status, "slow flow of the disk")
         self.time += duration
@@ -145,21 +145,42 @@ class DiskFlow:
         self._amplitude, self._deficit, self._next_step = state
 
     def displacement(self) -> Complexes:
-        """Return c (N, n_s) of the free DOFs, which move by 2 Re(c exp(i theta)) [m]."""
+        """Return the present harmonics of all free DOFs.
+
+        Returns
+        -------
+        (N, n_s) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m].
+        """
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
         return self._modes.blades(self.frequency, a, self.magnitude, y)
 
     def contact_displacement(self) -> Complexes:
-        """Return c (N N_c,) of the contacts, sector by sector, which move by 2 Re(c exp(i theta)).
+        """Return the present harmonics of all contact displacements.
 
-        In m, without the higher harmonics.
+        Returns
+        -------
+        (N N_c,) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m], sector by sector, without
+            higher harmonics.
         """
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
         moved = self._modes.slow.motion @ a + self._modes.flexibility(self.frequency) @ y
         return np.asarray(moved + self.magnitude * self._modes.displacement(self.frequency))
 
     def amplitude(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF of every blade, (N,) [m]."""
+        """Return the present displacement amplitude of a DOF of every blade.
+
+        Parameters
+        ----------
+        dof : int
+            Free DOF of the sector.
+
+        Returns
+        -------
+        (N,) ndarray
+            Amplitudes [m].
+        """
         return np.asarray(2.0 * np.abs(self.displacement()[:, dof]))
 
     def _in_bands(

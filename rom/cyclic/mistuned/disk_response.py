@@ -10,23 +10,45 @@ from slipmode.rom.short_repr import frozen
 
 @frozen
 class DiskResponse:
-    """Motions of disks by pattern, along frequencies or in time.
+    """Hold the motion of mistuned disks by pattern, against frequency or time.
 
     Attributes
     ----------
     frequency : (frequencies,) ndarray
-        Forcing frequencies [rad/s], in a transient those at its times.
+        Forcing frequencies [rad/s]; in a transient at the sample times.
     displacement : (patterns, frequencies, N, n_s) complex ndarray
-        c of the free DOFs of every sector, which move by 2 Re(c exp(i Omega t)) [m].
+        Harmonics c [m] of the free DOFs of every sector, which move as 2 Re(c exp(i Omega t)).
     """
 
     frequency: Floats
     displacement: Complexes
 
     def amplitude(self, dof: int) -> Floats:
-        """Return the amplitude of a DOF of every blade, (patterns, frequencies, N) [m]."""
+        """Return the displacement amplitude of a DOF of every blade.
+
+        Parameters
+        ----------
+        dof : int
+            Free DOF of the sector.
+
+        Returns
+        -------
+        (patterns, frequencies, N) ndarray
+            Amplitudes [m].
+        """
         return np.asarray(2.0 * np.abs(self.displacement[..., dof]))
 
     def peak(self, dof: int) -> Floats:
-        """Return the largest amplitude of a DOF over blades and frequencies, (patterns,) [m]."""
+        """Return the largest displacement amplitude of a DOF over all blades and frequencies.
+
+        Parameters
+        ----------
+        dof : int
+            Free DOF of the sector.
+
+        Returns
+        -------
+        (patterns,) ndarray
+            Peaks [m].
+        """
         return np.asarray(self.amplitude(dof).max(axis=(1, 2)))

@@ -49,12 +49,12 @@ class InternalResonance:
         return [
             Finding(
                 subject=f"internal resonance 1:{self.harmonic}",
-                choice="is left out by local contacts",
+                choice="is neglected by local contacts",
                 reason=(
                     f"{self.harmonic} x {self.frequency:.5g} rad/s is close to nodal diameter "
                     f"{self.nodal_diameter} of family {self.family}, {self.mode:.5g} rad/s with "
-                    f"{contacts} contacts. Amplitudes may be some per cent off; "
-                    "`MistunedDisk.response` without `local` includes it"
+                    f"{contacts} contacts. Errors of amplitudes may be some per cent. "
+                    "MistunedDisk.response without local includes the resonance"
                 ),
                 level="warning",
             )

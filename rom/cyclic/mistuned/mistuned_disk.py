@@ -31,28 +31,29 @@ _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
 
 class MistunedDisk:
-    """A disk with friction whose blades differ, for one or many mistuning patterns.
+    """Represent a disk with friction and different blades, for one or many mistuning patterns.
 
     Parameters
     ----------
     structure : CyclicStructure
-        Held by springs to ground.
+        Disk that springs connect to the ground.
     law : Jenkins, Iwan or Sliders
-        Of the contacts of a sector, which slide and do not lift off.
+        Law of the contacts of one sector, without lift-off.
     deviation : (N,) or (patterns, N) array_like
-        Sector j has deviation_j times the stiffness `CyclicStructure.blade` in addition. 0: tuned.
+        Relative stiffness deviation of each blade [-], -1 to 1: sector j has the additional
+        stiffness deviation_j times `CyclicStructure.blade`. 0 is a tuned disk.
     highest : float
-        Frequency up to which modes respond with their inertia [rad/s]: about ten times the forcing
-        frequency. Others follow statically.
+        Frequency [rad/s] up to which modes respond dynamically, about ten times the forcing
+        frequency. Higher modes respond statically.
 
     Raises
     ------
     SlipmodeError
-        If the law is not one of these, or deviations are not between -1 and 1.
+        If the law is another one, or a deviation is not between -1 and 1.
 
     Notes
     -----
-    Damping that is not C = alpha M + beta K may couple the modes of the disk, which is left out.
+    Modal damping couplings are neglected. They are 0 for C = alpha M + beta K.
     """
 
     def __init__(
@@ -85,30 +86,42 @@ class MistunedDisk:
         *,
         local: bool = False,
     ) -> DiskResponse:
-        """Return steady states along frequencies, each found from the one before.
+        """Return the steady states of all disks along a sequence of frequencies.
+
+        Each steady state is the initial guess at the next frequency.
 
         Parameters
         ----------
         frequency : (frequencies,) array_like
-            [rad/s]
+            Forcing frequencies Omega [rad/s].
         engine_order : int
-            E: sector j is loaded by Re(f exp(i (Omega t + E 2 pi j / N))).
+            Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
         force : {DOF: amplitude} or (n_s,) array_like
-            f, complex amplitudes on the free DOFs of sector 0 [N].
-        local : bool
-            Leave out what contacts do to each other at higher harmonics, for many patterns: ten
-            times faster. Lumped disks differed by 0.01 to 0.6 % of a blade's amplitude; a
-            `ValidityWarning` names internal resonances, where it was up to 11 %
-            (tests/rom/cyclic/test_internal_resonance.py).
+            Complex amplitudes f on the free DOFs of sector 0 [N].
+        local : bool, default False
+            Neglect the coupling of contacts at higher harmonics, which makes many patterns ten
+            times faster. Errors on lumped disks were 0.01 to 0.6 % of the amplitude of a blade,
+            and up to 11 % at internal resonances (tests/rom/cyclic/test_internal_resonance.py).
+
+        Returns
+        -------
+        DiskResponse
+            Displacements of all sectors by pattern and frequency.
 
         Raises
         ------
         UnsettledError
-            Naming the frequency at which no steady state was found.
+            If no steady state is found; the message states the frequency.
+
+        Warns
+        -----
+        ValidityWarning
+            With `local`, if a harmonic of the contact forces is close to a mode (internal
+            resonance).
 
         Notes
         -----
-        A disk whose contacts slide and do not lift off has one steady state at each frequency: the
+        A disk whose contacts do not lift off has one steady state at each frequency, because the
         difference of two motions loses energy (tests/rom/cyclic/test_mistuned_steady_states.py).
         """
         omega = np.atleast_1d(as_floats("frequency", frequency))
@@ -142,23 +155,37 @@ class MistunedDisk:
         pattern: int = 0,
         tolerance: float = 1e-3,
     ) -> DiskFlow:
-        """Return a disk at rest, whose blade amplitudes are followed in time.
+        """Return a disk at rest, for stepping in time.
 
         Parameters
         ----------
         frequency : float
             Forcing frequency at the start [rad/s]; it may change by 10 %.
-        engine_order, force :
-            As in `response`; the force is multiplied by a magnitude, which is 0 at the start.
-        pattern : int
+        engine_order : int
+            Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
+        force : {DOF: amplitude} or (n_s,) array_like
+            Complex amplitudes f on the free DOFs of sector 0 [N].
+            `DiskFlow.step` multiplies them by a magnitude, which is 0 at the start.
+        pattern : int, default 0
             Row of `deviation`.
-        tolerance : float
-            Error of a step, relative to the amplitudes of the modes.
+        tolerance : float, default 0.001
+            Error of a step relative to the modal amplitudes [-].
+
+        Returns
+        -------
+        DiskFlow
+            Disk at time 0.
+
+        Raises
+        ------
+        SlipmodeError
+            If an argument is outside its range.
 
         Warns
         -----
         ValidityWarning
-            As `transient`.
+            If a harmonic of the contact forces is close to a mode (internal resonance, which is
+            neglected).
         """
         if not (np.isfinite(frequency) and frequency > 0.0):
             raise SlipmodeError(f"frequency: must be a finite number > 0, got {frequency}")
@@ -181,35 +208,39 @@ class MistunedDisk:
         *,
         magnitude: ArrayLike = 1.0,
     ) -> DiskResponse:
-        """Return blade amplitudes along a scripted frequency and magnitude, from rest.
+        """Return blade amplitudes over time, from rest.
+
+        Frequency and magnitude of the force are given functions of time.
 
         Parameters
         ----------
         time : (samples,) array_like
-            Increasing times of the samples, from the start on [s].
+            Increasing times of the samples [s]; the first is the start.
         frequency : (samples,) array_like or float
-            Forcing frequency at these times [rad/s], straight lines in between: the engine order
-            times the speed of the rotor. At most 10 % from the middle of its range.
-        engine_order, force :
-            As in `response`.
-        magnitude : (samples,) array_like or float
-            Factor of the force at these times, straight lines in between.
+            Forcing frequency at these times [rad/s], linear in between. It may differ by 10 % from
+            the middle of its range.
+        engine_order : int
+            Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
+        force : {DOF: amplitude} or (n_s,) array_like
+            Complex amplitudes f on the free DOFs of sector 0 [N].
+        magnitude : (samples,) array_like or float, default 1.0
+            Factor of the force at these times [-], linear in between.
 
         Returns
         -------
         DiskResponse
-            By pattern and time.
+            Displacements of all sectors by pattern and time.
 
         Raises
         ------
         SlipmodeError
-            If the arguments do not fit, or steps cannot meet their tolerance.
+            If an argument is not allowed, or a step cannot meet its tolerance.
 
         Warns
         -----
         ValidityWarning
-            Of internal resonances, which are left out: a harmonic of the contact forces comes
-            close to a mode.
+            If a harmonic of the contact forces is close to a mode (internal resonance, which is
+            neglected).
         """
         script = Script.of(time, frequency, magnitude)
         self._check_harmonics(engine_order, script.frequency)
@@ -239,16 +270,30 @@ class MistunedDisk:
         force: Mapping[int, complex] | ArrayLike,
         dof: int,
     ) -> Amplification:
-        """Return the amplification factors of the patterns of `deviation`.
+        """Return the amplification factors of all mistuning patterns.
+
+        Contacts are `local` as in `response`.
 
         Parameters
         ----------
         frequency : (frequencies,) array_like
-            Close to each other, over the whole resonance [rad/s].
-        engine_order, force :
-            As in `response`.
+            Closely spaced forcing frequencies over the resonance [rad/s].
+        engine_order : int
+            Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
+        force : {DOF: amplitude} or (n_s,) array_like
+            Complex amplitudes f on the free DOFs of sector 0 [N].
         dof : int
-            Free DOF whose amplitudes are compared.
+            Free DOF whose displacement amplitudes are compared.
+
+        Returns
+        -------
+        Amplification
+            Peak of each disk relative to the tuned disk.
+
+        Raises
+        ------
+        UnsettledError
+            If no steady state is found.
         """
         tuned = np.zeros((1, self.structure.sectors))
         disks = self.with_deviation(np.vstack((tuned, self.deviation)))
@@ -263,9 +308,30 @@ class MistunedDisk:
         force: Mapping[int, complex] | ArrayLike,
         dof: int,
     ) -> Floats:
-        """Return the largest steady amplitude of all blades, (patterns, frequencies) [m].
+        """Return the largest steady displacement amplitude over all blades.
 
-        The arguments are those of `amplification`, and contacts are `local` as in `response`.
+        Contacts are `local` as in `response`.
+
+        Parameters
+        ----------
+        frequency : (frequencies,) array_like
+            Forcing frequencies [rad/s].
+        engine_order : int
+            Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
+        force : {DOF: amplitude} or (n_s,) array_like
+            Complex amplitudes f on the free DOFs of sector 0 [N].
+        dof : int
+            Free DOF whose displacement amplitudes are compared.
+
+        Returns
+        -------
+        (patterns, frequencies) ndarray
+            Largest amplitude of any blade [m].
+
+        Raises
+        ------
+        UnsettledError
+            If no steady state is found.
         """
         found = []
         for deviation in self._batches(np.size(frequency)):
@@ -281,7 +347,23 @@ class MistunedDisk:
         return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
 
     def with_deviation(self, deviation: ArrayLike) -> MistunedDisk:
-        """Return disks with other deviations, (N,) or (patterns, N), from the same modes."""
+        """Return the disk with other mistuning patterns, without computing its modes again.
+
+        Parameters
+        ----------
+        deviation : (N,) or (patterns, N) array_like
+            Relative stiffness deviation of each blade [-], -1 to 1.
+
+        Returns
+        -------
+        MistunedDisk
+            Disk with these patterns.
+
+        Raises
+        ------
+        SlipmodeError
+            If a deviation is not between -1 and 1.
+        """
         disk = copy.copy(self)
         disk.__dict__.pop("_modes", None)
         disk.deviation = _deviations(deviation, self.structure.sectors)
@@ -297,9 +379,21 @@ class MistunedDisk:
         return np.tile(self._reference, self.structure.sectors)
 
     def internal_resonance(self, engine_order: int, frequency: Floats) -> InternalResonance:
-        """Return the strongest internal resonance at forcing frequencies [rad/s].
+        """Return the strongest internal resonance at given forcing frequencies.
 
-        Transients and responses with `local` leave it out.
+        Transients, and responses with `local`, neglect internal resonances.
+
+        Parameters
+        ----------
+        engine_order : int
+            Engine order of the force.
+        frequency : (frequencies,) ndarray
+            Forcing frequencies [rad/s].
+
+        Returns
+        -------
+        InternalResonance
+            Mode, harmonic and strength.
         """
         free, stuck = self._tuned.by_diameter, self._stuck
         return internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)

@@ -12,21 +12,35 @@ from slipmode.rom.errors import SlipmodeError
 def random_mistuning(
     patterns: int, sectors: int, deviation: float, *, seed: int = 0, uniform: bool = False
 ) -> Floats:
-    """Return independent random stiffness deviations of blades, (patterns, sectors).
+    """Return independent random stiffness deviations of blades.
 
     Parameters
     ----------
-    patterns, sectors : int
+    patterns : int
+        Number of mistuning patterns.
+    sectors : int
+        Number of blades N.
     deviation : float
-        Standard deviation of the relative stiffness; about twice that of the frequencies.
-    seed : int
-        Equal seeds draw equal patterns.
-    uniform : bool
-        Uniform instead of normal distribution.
+        Standard deviation of the relative stiffness [-], at most 0.2. It is about twice the
+        standard deviation of the blade frequencies.
+    seed : int, default 0
+        Seed of the random numbers. Equal seeds give equal patterns.
+    uniform : bool, default False
+        Use a uniform distribution instead of a normal one.
+
+    Returns
+    -------
+    (patterns, sectors) ndarray
+        Relative stiffness deviations [-].
+
+    Raises
+    ------
+    SlipmodeError
+        If a number is outside its range.
 
     Examples
     --------
-    >>> random_mistuning(100, 24, 0.04).shape
+    >>> rom.random_mistuning(100, 24, 0.04).shape
     (100, 24)
     """
     for name, count in (("patterns", patterns), ("sectors", sectors)):
@@ -42,21 +56,31 @@ def random_mistuning(
 
 
 def stiffness_deviation(frequency: ArrayLike, nominal: float | None = None) -> Floats:
-    """Return the stiffness deviations of blades from their frequencies, (f / f_0)^2 - 1.
+    """Return the relative stiffness deviations (f / f_0)^2 - 1 of blades from their frequencies.
 
-    The frequencies are those of single blades, clamped at their roots. They belong to
-    deviations of the whole stiffness of a blade, which `CyclicStructure.blade` must contain.
+    The frequencies are measured on single blades, clamped at their roots. The deviations apply to
+    the complete stiffness of a blade, which `CyclicStructure.blade` must contain.
 
     Parameters
     ----------
     frequency : (N,) or (patterns, N) array_like
-        In any unit, > 0.
+        Blade frequencies f > 0, in any unit.
     nominal : float, optional
-        f_0 of the tuned blade, in the same unit. Default: the mean of the frequencies.
+        Frequency f_0 of the tuned blade, in the unit of `frequency`. Default: the mean.
+
+    Returns
+    -------
+    (N,) or (patterns, N) ndarray
+        Relative stiffness deviations [-].
+
+    Raises
+    ------
+    SlipmodeError
+        If a frequency is not positive or not finite.
 
     Examples
     --------
-    >>> stiffness_deviation([200.0, 202.0, 198.0]).round(4)
+    >>> rom.stiffness_deviation([200.0, 202.0, 198.0]).round(4)
     array([ 0.    ,  0.0201, -0.0199])
     """
     given = as_floats("frequency", frequency)

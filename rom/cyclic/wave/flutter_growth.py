@@ -14,16 +14,16 @@ from slipmode.rom.short_repr import frozen
 
 @frozen
 class FlutterGrowth:
-    """Free motion of a family of modes with stuck contacts and aerodynamic forces.
+    """Hold the free vibration of a mode family with stuck contacts and aerodynamic forces.
 
     Attributes
     ----------
     nodal_diameter : (N,) ndarray of int
-        k, ascending; k > 0 travels forward.
+        Nodal diameters k, ascending; k > 0 is a forward wave.
     frequency : (N,) ndarray
-        [rad/s]
+        Frequencies [rad/s].
     growth : (N,) ndarray
-        Growth rate [1/s]; negative: decay.
+        Growth rates [1/s]; negative for decay.
     """
 
     nodal_diameter: NDArray[np.intp]
@@ -32,23 +32,28 @@ class FlutterGrowth:
 
     @property
     def unstable(self) -> list[int]:
-        """Nodal diameters that flutter, the fastest growth first."""
+        """Nodal diameters with positive growth rate, fastest growth first."""
         fastest = np.argsort(-self.growth)
         return [int(k) for k in self.nodal_diameter[fastest[self.growth[fastest] > 0.0]]]
 
 
 def flutter_growth(structure: CyclicStructure, law: Elastic, mode: int = 0) -> FlutterGrowth:
-    """Return frequencies and growth rates of all nodal diameters, without slip.
+    """Return frequencies and growth rates of all nodal diameters with stuck contacts.
 
     Parameters
     ----------
     structure : CyclicStructure
-        With aerodynamic forces, see `CyclicStructure.with_aerodynamics`. These couple the modes
-        of a nodal diameter.
+        Disk with aerodynamic forces, which couple the modes of each nodal diameter, see
+        `CyclicStructure.with_aerodynamics`.
     law : Jenkins, Iwan, Sliders, FrictionalContact or Contacts
-        Of the contacts of a sector.
-    mode : int
+        Elastic law of the contacts of one sector.
+    mode : int, default 0
         Mode of each nodal diameter, from 0 in the order of the frequencies.
+
+    Returns
+    -------
+    FlutterGrowth
+        Frequency and growth rate of each nodal diameter.
     """
     N = structure.sectors
     diameters = np.arange(N) - (N - 1) // 2

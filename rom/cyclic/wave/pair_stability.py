@@ -33,14 +33,14 @@ _CHANGE = 1e-4  # of the contact displacement, of finite differences
 
 @frozen
 class CriticalPair:
-    """The pair of waves that grows fastest in the presence of a wave, or decays slowest.
+    """Hold the pair of waves with the largest growth rate in the presence of a wave.
 
     Attributes
     ----------
     nodal_diameters : (int, int)
-        n and 2 k - n, from -((N - 1) // 2) to N // 2. Both k: the wave itself.
+        Nodal diameters n and 2 k - n, -((N - 1) // 2) to N // 2. Both are k for the wave itself.
     growth : float
-        Growth rate [1/s].
+        Growth rate [1/s]; negative if all pairs decay.
     """
 
     nodal_diameters: tuple[int, int]

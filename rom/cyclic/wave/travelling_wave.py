@@ -25,13 +25,16 @@ from slipmode.rom.table.tabulation import check_request
 
 @frozen
 class TravellingWave:
-    """A travelling wave of a cyclic structure, from the matrices of one sector.
+    """Hold a travelling wave of a cyclic structure, from the matrices of one sector.
 
     Attributes
     ----------
     structure : CyclicStructure
-    law : Elastic
+        Disk.
+    law : elastic law
+        Law of the contacts of one sector.
     wave : Wave
+        Mode and contact problem of the wave.
     """
 
     structure: CyclicStructure
@@ -40,7 +43,7 @@ class TravellingWave:
 
     @property
     def nodal_diameter(self) -> int:
-        """K: sector j moves like exp(i k 2 pi j / N) times sector 0."""
+        """Nodal diameter k: sector j moves as exp(i k 2 pi j / N) times sector 0."""
         return self.wave.nodal_diameter
 
     @property
@@ -50,17 +53,22 @@ class TravellingWave:
 
     @property
     def shape(self) -> Complexes:
-        """Mode phi of sector 0 at its free DOFs, phi^H M phi = 1, (n_s,) [kg^-1/2]."""
+        """Mode shape phi of the free DOFs of sector 0, phi^H M phi = 1, (n_s,) [kg^-1/2]."""
         return self.wave.shape
 
     def modal_force(self, force: Mapping[int, complex] | ArrayLike) -> complex:
-        """Return the force phi^H f on the mode [N kg^-1/2].
+        """Return the modal force phi^H f of an engine-order excitation.
 
         Parameters
         ----------
         force : {DOF: amplitude} or (n_s,) array_like
-            Complex amplitudes on sector 0: sector j is loaded by
-            Re(f exp(i (Omega t + k 2 pi j / N))), an excitation of engine order k [N].
+            Complex amplitudes f on the free DOFs of sector 0 [N]. The force on sector j is
+            Re(f exp(i (Omega t + k 2 pi j / N))), an excitation of engine order k.
+
+        Returns
+        -------
+        complex
+            Modal force [N kg^-1/2].
         """
         return complex(self.shape.conj() @ self.structure.force_on_sector(force))
 
@@ -70,35 +78,35 @@ class TravellingWave:
         force: Mapping[int, complex] | ArrayLike,
         tolerance: float = 1e-3,
     ) -> list[WaveState]:
-        """Return the steady waves under an engine-order excitation, by amplitude.
+        """Return the steady waves under an engine-order excitation, by ascending amplitude.
 
         Parameters
         ----------
         frequency : float
-            Omega [rad/s]: k times the rotor speed.
+            Forcing frequency Omega [rad/s], k times the rotor speed.
         force : {DOF: amplitude} or (n_s,) array_like
-            As in `modal_force`.
-        tolerance : float
-            Relative error of the amplitude.
+            Complex amplitudes f on the free DOFs of sector 0 [N]. The force on sector j is
+            Re(f exp(i (Omega t + k 2 pi j / N))), an excitation of engine order k.
+        tolerance : float, default 0.001
+            Relative error of the amplitude [-].
 
         Returns
         -------
         list of WaveState
-            Usually one. Where several are returned, the wave comes to that of the smallest
-            amplitude from rest.
+            Usually one state. From rest, the wave reaches the state with the smallest amplitude.
 
         Raises
         ------
         SlipmodeError
             If the force does no work on the mode.
         UnsettledError
-            If the contacts do not come to a periodic motion.
+            If no periodic contact motion is found.
 
         Notes
         -----
-        A wave may be unstable against waves of other nodal diameters, with contacts that lift off
-        or aerodynamic forces: see `WaveState.stable`. A self-excited wave follows its force where
-        its state is stable.
+        With lift-off or aerodynamic forces, a wave may be unstable against waves of other nodal
+        diameters, see `WaveState.stable`. A self-excited wave follows its force where its state is
+        stable.
         """
         carrier = self.carrier(self.structure.force_on_sector(force), frequency)
 
@@ -110,28 +118,30 @@ class TravellingWave:
         return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
 
     def limit_cycles(self, tolerance: float = 1e-3) -> list[WaveState]:
-        """Return the limit cycles of a self-excited wave, without a force, by amplitude.
-
-        Friction that slips freely no longer grows with the amplitude: past a stable limit cycle
-        there is an unstable one, beyond which the wave grows without bound.
+        """Return the limit cycles of a self-excited wave without force, by ascending amplitude.
 
         Parameters
         ----------
-        tolerance : float
-            Relative error of the amplitude.
+        tolerance : float, default 0.001
+            Relative error of the amplitude [-].
 
         Returns
         -------
         list of WaveState
-            Each with its own frequency. Amplitudes are real, for the phase is arbitrary. Empty if
-            friction dissipates too little at any amplitude.
+            States with their own frequencies and real amplitudes, because the phase is arbitrary.
+            Empty if friction dissipates too little at every amplitude.
 
         Raises
         ------
         SlipmodeError
-            If the wave is not self-excited; see `CyclicStructure.with_aerodynamics`.
+            If the wave is not self-excited, see `CyclicStructure.with_aerodynamics`.
         UnsettledError
-            If the contacts do not come to a periodic motion.
+            If no periodic contact motion is found.
+
+        Notes
+        -----
+        The damping of sliding friction decreases with the amplitude. Above a stable limit cycle
+        there is therefore an unstable one, beyond which the wave grows without bound.
         """
 
         def balanced(steps: int) -> list[Balanced]:
@@ -146,37 +156,39 @@ class TravellingWave:
         tolerance: float = 1e-3,
         frequency: float | None = None,
     ) -> Model:
-        """Return the model of the wave, for steady states, curves, components, FMUs and scenes.
+        """Return a model of the wave, for steady states, curves, components, FMUs and scenes.
 
         Parameters
         ----------
         amplitude : float
-            Largest |a| [kg^1/2 m].
+            Largest amplitude |a| [kg^1/2 m].
         force : {DOF: amplitude} or (n_s,) array_like
-            Pattern of the excitation, as in `modal_force`, in any scale. The table includes its
-            quasi-static effect on the contacts. None: the wave moves without a force, as in a
-            limit cycle.
-        tolerance : float
-            Relative error of the amplitude equation, as in `rom.tabulate`.
+            Force pattern, in any scale, see `modal_force`. The table includes its quasi-static
+            response at the contacts. None: a wave without force, as in a limit cycle.
+        tolerance : float, default 0.001
+            Relative error of the amplitude equation [-], as in `rom.tabulate`.
         frequency : float, optional
-            Frequency of the force, or of the limit cycle, about which the table is exact [rad/s].
-            Default: the natural frequency with stuck contacts.
+            Reference frequency of the table [rad/s], near the forcing frequency or the frequency
+            of the limit cycle. Default: the natural frequency with stuck contacts.
 
         Returns
         -------
         Model
-            Of one mode, without contacts. DOF i is free DOF i of each sector, and a force at it
-            has the modal force |phi_i| f. Its displacement is 2 |phi_i| |a| and, at the frequency
-            of the wave, the response of the other modes to the contacts and to `force`, as in a
-            steady state; higher harmonics are left out. Phases are relative to those of phi. Where
-            dampers or aerodynamic forces couple modes of the nodal diameter, phi is the shape on
-            which forces do work. Stability of its steady states is that of this wave alone: see
-            `WaveState.stable`.
+            Model of one mode, without contacts, see Notes.
 
         Raises
         ------
         SlipmodeError
-            If the tolerance cannot be reached; if the force does no work on the mode.
+            If the tolerance cannot be reached, or the force does no work on the mode.
+
+        Notes
+        -----
+        DOF i of the model is free DOF i of each sector. A force f on it has the modal force
+        |phi_i| f. Its displacement is 2 |phi_i| |a| plus the response of the other modes to the
+        contacts and to `force`, as in a steady state at the frequency of the wave. Higher
+        harmonics are neglected. Phases are relative to the phases of phi. If dampers or
+        aerodynamic forces couple modes of the nodal diameter, phi is the shape on which forces do
+        work. The stability of steady states includes this wave only, see `WaveState.stable`.
         """
         ends = np.array([as_floats("amplitude", amplitude)], dtype=float)
         check_request(ends, 1, tolerance, [amplitude])
@@ -186,9 +198,24 @@ class TravellingWave:
     def carrier(
         self, force: Mapping[int, complex] | ArrayLike | None, frequency: float | None
     ) -> Carrier:
-        """Return the wave under a force, which must do work on the mode, or None.
+        """Return the wave at a reference frequency, under a force or without force.
 
-        The frequency is the natural one by default.
+        Parameters
+        ----------
+        force : {DOF: amplitude} or (n_s,) array_like, or None
+            Force pattern, which must do work on the mode.
+        frequency : float or None
+            Reference frequency [rad/s]. None: the natural frequency.
+
+        Returns
+        -------
+        Carrier
+            Wave with its contact problem at this frequency.
+
+        Raises
+        ------
+        SlipmodeError
+            If the force does no work on the mode, or the frequency is not allowed.
         """
         omega = self.frequency if frequency is None else float(as_floats("frequency", frequency))
         if not (omega > 0.0 and np.isfinite(omega)):
@@ -220,19 +247,25 @@ def travelling_wave(
     Parameters
     ----------
     structure : CyclicStructure
+        Disk, with or without aerodynamic forces.
     law : Jenkins, Iwan, Sliders, FrictionalContact or Contacts
-        Of the contacts of a sector.
+        Elastic law of the contacts of one sector.
     nodal_diameter : int
-        k from -(N // 2) to N // 2; the wave travels forward for k > 0: sector j moves like
-        exp(i k 2 pi j / N) times sector 0.
-    mode : int
-        Mode of that nodal diameter with stuck contacts, from 0.
+        Nodal diameter k, -(N // 2) to N // 2. Sector j moves as exp(i k 2 pi j / N) times sector
+        0; k > 0 is a forward wave.
+    mode : int, default 0
+        Mode of this nodal diameter with stuck contacts, from 0.
+
+    Returns
+    -------
+    TravellingWave
+        Wave for steady states, limit cycles and models.
 
     Raises
     ------
     SlipmodeError
-        If there is no such nodal diameter or mode; if the contacts are rigid; if aerodynamics take
-        away all stiffness of the mode.
+        If there is no such nodal diameter or mode, or the law is rigid. If the mode has no
+        positive stiffness with the aerodynamic forces.
     """
     if not isinstance(law, Elastic):
         raise SlipmodeError(

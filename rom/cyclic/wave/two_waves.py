@@ -21,45 +21,45 @@ def tabulate_waves(
     tolerance: float = 1e-3,
     frequency: Sequence[float | None] = (None, None),
 ) -> Model:
-    """Return the model of two travelling waves of one structure, at two frequencies.
+    """Return the model of two travelling waves of one structure at two frequencies.
 
-    Two engine orders drive them, each near the frequency of its wave. Or one is self-excited and
-    flutters while the other is forced: then `rom.limit_cycles` finds the limit cycles, with the
-    force {} of the self-excited wave.
+    Two engine orders excite them, each near the frequency of its wave. Alternatively one wave is
+    self-excited and the other is forced. `rom.limit_cycles` finds the limit cycles of such a
+    model, with the force {} of the self-excited wave.
 
     Parameters
     ----------
     waves : sequence of TravellingWave
-        Two, of the same structure and law. Their frequencies differ.
+        Two waves with one structure and law, and with different frequencies.
     amplitude : sequence of float
-        Largest |a_j| [kg^1/2 m].
+        Largest amplitude |a_j| of each wave [kg^1/2 m].
     force : sequence of {DOF: amplitude} or (n_s,) array_like
-        Pattern of the excitation of each wave, see `TravellingWave.modal_force`; None of a wave
-        without a force.
-    tolerance : float
-        As in `rom.tabulate`.
-    frequency : sequence of float or None
-        As in `TravellingWave.tabulate`, of each wave.
+        Force pattern of each wave, in any scale, see `TravellingWave.modal_force`. None for a wave
+        without force.
+    tolerance : float, default 0.001
+        Relative error of the amplitude equation [-], as in `rom.tabulate`.
+    frequency : sequence of float or None, default (None, None)
+        Reference frequency of each wave [rad/s], see `TravellingWave.tabulate`.
 
     Returns
     -------
     Model
-        As of `TravellingWave.tabulate`, with two modes.
+        Model of two modes, see `TravellingWave.tabulate`.
 
     Raises
     ------
     SlipmodeError
-        If the waves do not belong together; if the tolerance cannot be reached.
+        If the waves have different structures or laws, or the tolerance cannot be reached.
 
     Notes
     -----
-    Stability of steady states and limit cycles is that of the two amplitudes
-    (tests/rom/cyclic/wave/test_flutter_and_engine_order.py). Whether the two waves break into
-    waves of other nodal diameters is not known; `WaveState.stable` says so of one wave.
+    The stability of steady states and limit cycles includes the two amplitudes only. The stability
+    against waves of other nodal diameters is not computed; `WaveState.stable` computes it for one
+    wave.
     """
     counts = [len(each) for each in (waves, force, frequency)]
     if counts != [2, 2, 2]:
-        raise SlipmodeError(f"waves, force, frequency: must be two each, got {counts}")
+        raise SlipmodeError(f"waves, force, frequency: must have two entries each, got {counts}")
     first, second = waves
     if first.structure is not second.structure or first.law != second.law:
         raise SlipmodeError("waves: must be of the same structure and law")

@@ -135,6 +135,6 @@ def on_steps_that_suffice(
                 ]
         coarse = found
     raise SlipmodeError(
-        f"tolerance: the steady wave changes by more than {tolerance:g} with {_STEPS[-1]} "
-        "steps a period; allow more"
+        f"tolerance: the relative error of the steady wave is above {tolerance:g} with "
+        f"{_STEPS[-1]} steps per period; give a larger tolerance"
     )

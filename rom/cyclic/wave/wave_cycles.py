@@ -44,8 +44,8 @@ def wave_cycles(wave: Wave, law: Elastic, steps: int) -> list[Balanced]:
     if damping >= 0.0:
         raise SlipmodeError(
             f"aerodynamics: mode {wave.mode} of nodal diameter {wave.nodal_diameter} is not "
-            f"self-excited, its damping is {damping:.4g} 1/s; rom.flutter_growth returns which "
-            "nodal diameters are"
+            f"self-excited. Its damping is {damping:.4g} 1/s; rom.flutter_growth returns the "
+            "self-excited nodal diameters"
         )
     found = []
     every = np.geomspace(_SMALLEST, _LARGEST, _AMPLITUDES)

@@ -93,8 +93,8 @@ class Wave:
         """Refuse a mode whose stiffness aerodynamic forces take away."""
         if self._square <= 0.0:
             raise SlipmodeError(
-                f"influence: takes away all stiffness of mode {self.mode} of nodal diameter "
-                f"{self.nodal_diameter}"
+                f"influence: the stiffness of mode {self.mode} of nodal diameter "
+                f"{self.nodal_diameter} must remain > 0"
             )
 
     @property

@@ -50,9 +50,8 @@ class WaveResonance:
     def __str__(self) -> str:
         n, m = self.order
         return (
-            f"harmonic ({n}, {m}) at {self.frequency:.5g} rad/s acts on nodal diameter "
-            f"{self.nodal_diameter}, whose mode {self.mode} is at "
-            f"{self.natural_frequency:.5g} rad/s"
+            f"harmonic ({n}, {m}) at {self.frequency:.5g} rad/s excites mode {self.mode} of nodal "
+            f"diameter {self.nodal_diameter} at {self.natural_frequency:.5g} rad/s"
         )
 
 
@@ -81,8 +80,8 @@ def resonance_findings(carriers: Sequence[Carrier], problem: ContactProblem) -> 
     met = strongest_resonance(carriers, problem)
     if met.gain < _NAMED:
         return []
-    reason = f"{met}; its response is that of a steady state, transients of it are not modelled"
-    return [Finding("contacts", "meet another mode", reason, "warning")]
+    reason = f"{met}. The model includes its steady response, but not its transients"
+    return [Finding("contacts", "excite another mode", reason, "warning")]
 
 
 @contextmanager
@@ -93,6 +92,6 @@ def naming_resonance(carriers: Sequence[Carrier], problem: ContactProblem) -> It
     except UnsettledError as error:
         met = strongest_resonance(carriers, problem)
         raise UnsettledError(
-            f"contacts: their motion does not become periodic; {met} and responds most: move the "
-            "forcing away from it, give it damping or lower the amplitudes"
+            "contacts: the contact motion does not become periodic. The largest response is where "
+            f"{met}; move the forcing, give this mode damping, or lower the amplitudes"
         ) from error

@@ -13,22 +13,22 @@ from slipmode.rom.short_repr import frozen
 
 @frozen
 class WaveState:
-    """A travelling wave in a steady state or limit cycle.
+    """Hold a travelling wave in a steady state or limit cycle.
 
-    Sector j moves by 2 Re(c exp(i (Omega t + k 2 pi j / N))).
+    The free DOFs of sector j move as 2 Re(c exp(i (Omega t + k 2 pi j / N))).
 
     Attributes
     ----------
     amplitude : complex
-        a of the mode [kg^1/2 m].
+        Amplitude a of the mode [kg^1/2 m].
     error : float
-        Estimate of the error of |a| by time steps [kg^1/2 m].
+        Estimated error of |a| due to time steps [kg^1/2 m].
     frequency : float
-        Omega [rad/s]: of the force, or of the limit cycle.
+        Frequency Omega of the force or of the limit cycle [rad/s].
     displacement : (n_s,) complex ndarray
-        c of the free DOFs of sector 0 at this frequency [m].
+        Harmonics c of the free DOFs of sector 0 at this frequency [m].
     balanced : Balanced
-        The wave at this amplitude and frequency.
+        Contact problem at this amplitude and frequency.
     """
 
     amplitude: complex
@@ -39,21 +39,32 @@ class WaveState:
 
     @classmethod
     def of(cls, found: Balanced) -> Self:
-        """Return the state of a wave in balance."""
+        """Return the state of a balanced wave.
+
+        Parameters
+        ----------
+        found : Balanced
+            Solution of the balance of mode, contacts and force.
+
+        Returns
+        -------
+        WaveState
+            State with its displacements.
+        """
         balance, a = found.balance, found.amplitude
         shown = balance.displacement(a)
         return cls(a, found.error, balance.carrier.frequency, shown, found)
 
     @cached_property
     def critical_pair(self) -> CriticalPair:
-        """The pair of waves n and 2 k - n that grows fastest in the presence of the wave.
+        """Pair of waves n and 2 k - n with the largest growth rate in the presence of this wave.
 
-        Computed at first access. All pairs of the family are tried, in a slow flow of first order.
+        All pairs of the family are computed at first access, in a slow flow of first order.
 
         Raises
         ------
         UnsettledError
-            If the contacts do not come to a periodic motion.
+            If no periodic contact motion is found.
         """
         return critical_pair(self.balanced.balance, abs(self.amplitude))
 

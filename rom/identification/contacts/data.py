@@ -68,7 +68,7 @@ class Points:
         for name, curve in zip(("amplitude", *names), (amplitude, *curves), strict=True):
             if curve.shape != (amplitude.size,) or not np.all(np.isfinite(curve) & (curve > 0.0)):
                 more = (
-                    "; rom.identify needs at least three records for deviations"
+                    "; identify at least three records, so that deviations are known"
                     if "deviation" in name
                     else ""
                 )

@@ -26,7 +26,7 @@ from slipmode.rom.identification.contacts.problem import FitProblem, Tables, che
 from slipmode.rom.identification.models.identified import IdentifiedBackbone
 from slipmode.rom.laws.contacts import Contacts
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 
@@ -212,9 +212,9 @@ def fit_contacts(
     backbones. Describing functions of the contacts give frequency and damping, with the coupling
     between contacts and without higher harmonics. The difference from a friction table at the
     optimum is then added. The fit is repeated until the parameters change by less than 0.2
-    standard deviations. This correction of the damping is up to 0.6 % for contacts with 0.5 % of
-    the stiffness of a mode, and up to 10 % for contacts with 4 %. Stronger contacts are refused if
-    the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
+    standard deviations. This correction changes the damping by up to 0.6 % for contacts with
+    0.5 % of the stiffness of a mode. For contacts with 4 % it is up to 10 %. Stronger contacts are
+    refused if the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
 
     The initial guess has a prior standard deviation of a factor of 10: parameters that the data do
     not determine keep it. Intervals follow from Laplace's approximation in logarithms. Intervals
@@ -281,8 +281,9 @@ def _optimum(problem: FitProblem) -> _Optimum:
             return _Optimum(minimum, misfit, J, tables, fit)
         unknowns = following
     raise SlipmodeError(
-        "groups: harmonics of the contacts change the backbones so much that the fit does not "
-        f"converge: damping by describing functions is {tables.closed_form_error:.0%} wrong"
+        "groups: the fit does not converge, because harmonics of the contacts change the "
+        "backbones strongly. The relative error of damping by describing functions is "
+        f"{percentage(tables.closed_form_error)}; give other initial laws or smaller amplitudes"
     )
 
 
@@ -290,10 +291,10 @@ def _result(problem: FitProblem, optimum: _Optimum) -> ContactFit:
     x, misfit = optimum.minimum.x, optimum.misfit
     if misfit > _MISFIT:
         reason = (
-            f"the residual is {misfit:.1f} standard deviations of the data (rms): check sensor "
-            "and groups, fit linear properties too (adjust=), or begin with other laws"
+            f"the rms residual is {misfit:.1f} standard deviations of the data. Check sensor and "
+            "groups, fit linear properties too (adjust), or begin with other laws"
         )
-        warn([Finding("contact laws", "uncertain", reason, "warning")], stacklevel=4)
+        warn([Finding("contact laws", "do not fit the data", reason, "warning")], stacklevel=4)
     posterior = _posterior(problem, optimum)
     names = problem.names
     values, low, high = (

@@ -67,13 +67,13 @@ class ContactGroups:
             names += [f"{name}.{key}" for key in _PARAMETERS[type(law)]]
         if unknown := [name for name in fixed if name not in names]:
             raise SlipmodeError(
-                f"fixed: {in_one_line(unknown[0])} is no parameter, allowed: {', '.join(names)}"
+                f"fixed: {in_one_line(unknown[0])} is not a parameter, allowed: {', '.join(names)}"
             )
         free = tuple(name for name in names if name not in fixed)
         made = cls({k: (law, tuple(columns)) for k, (law, columns) in groups.items()}, free)
         for name, value in zip(free, np.exp(made.initial()), strict=True):
             if not value > 0.0:
-                raise SlipmodeError(f"{name} = 0: must be > 0, or in `fixed`")
+                raise SlipmodeError(f"{name} = 0: must be > 0, or be listed in fixed")
         return made
 
     def initial(self) -> Floats:
@@ -121,9 +121,9 @@ def _checked_group(name: Any, group: Any) -> GroupLaw:
     pair = isinstance(group, Sequence) and len(group) == 2
     if pair and isinstance(group[0], FrictionalContact):
         raise SlipmodeError(
-            f"groups: {in_one_line(name)} has a FrictionalContact, whose normal load changes its "
-            "limit, and is not fitted; contacts that stay closed are rom.Jenkins of limit "
-            "mu * preload in the tangential directions, with the normal springs in the structure"
+            f"groups: {in_one_line(name)} has a FrictionalContact, which cannot be fitted; for "
+            "contacts that stay closed use rom.Jenkins with limit mu * preload in the tangential "
+            "directions, and put the normal springs into the structure"
         )
     if not (isinstance(name, str) and pair and isinstance(group[0], GroupLaw)):
         raise SlipmodeError(
@@ -134,7 +134,7 @@ def _checked_group(name: Any, group: Any) -> GroupLaw:
     for key in _PARAMETERS[type(law)]:
         if np.ndim(getattr(law, key)):
             raise SlipmodeError(
-                f"groups: {name}.{key} must be one number; contacts with other values are another "
-                "group"
+                f"groups: {name}.{key} must be one number; put contacts with other values into "
+                "another group"
             )
     return law

@@ -200,7 +200,7 @@ class IdentifiedLaw:
         r = backbone_amplitudes(amplitude, self.range[mode])
         self._check_range(mode, float(r.max()), extrapolate)
         if modes == 1 and other != 0.0:
-            raise SlipmodeError(f"other = {other}: must be 0, there is one mode")
+            raise SlipmodeError(f"other = {other}: must be 0, because there is one mode")
         sizes: list[Any] = [r] if modes == 1 else [r, np.full(r.size, other)]
         if mode == 1:
             sizes.reverse()
@@ -343,5 +343,5 @@ class IdentifiedLaw:
             raise SlipmodeError(
                 f"amplitude: {largest:.4g} is beyond the largest measured amplitude of mode "
                 f"{'AB'[mode]}, {self.range[mode, 1]:.4g} {self.unit}; "
-                "extrapolate=True allows it"
+                "give extrapolate=True to allow it"
             )

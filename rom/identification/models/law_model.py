@@ -38,7 +38,7 @@ def _no_coupling(law: SlowLaw, largest: Floats) -> SlipmodeError:
     changes = np.abs(law.coupling) * [B, A**2 / B]  # |a_j'| / |a_j| by the coupling
     shares = changes / np.abs(law.damping_rates(*largest[:, np.newaxis])[:, 0])
     return SlipmodeError(
-        "law: a model has no quadratic coupling, which at the largest amplitudes changes modes A "
-        f"and B at {shares[0]:.2g} and {shares[1]:.2g} times their damping rates; identify with "
-        "law='power' to fit a law without it"
+        "law: a model cannot contain quadratic coupling. At the largest amplitudes it changes "
+        f"modes A and B at {shares[0]:.2g} and {shares[1]:.2g} times their damping rates; "
+        "identify with law='power' to fit a law without it"
     )

@@ -33,7 +33,7 @@ def sensor_unit(unit: str) -> tuple[str, float]:
 def shape_at_sensor(modes: int, modal_mass: Any, mode_shape: Any) -> Floats:
     """Return the mass-normalised modes at the reference channel, (modes,) [kg^-1/2]."""
     if modal_mass is not None and mode_shape is not None:
-        raise SlipmodeError("modal_mass: give either it or mode_shape")
+        raise SlipmodeError("modal_mass: must be left out if mode_shape is given")
     name = "modal_mass" if mode_shape is None else "mode_shape"
     given = as_floats(name, 1.0 if modal_mass is None else modal_mass)
     if mode_shape is not None:

@@ -17,7 +17,7 @@ from slipmode.rom.identification.first_look import (
     spectrum,
 )
 from slipmode.rom.identification.records.measurement import Bands, Record
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 
 # A converter at its limit repeats one value at each peak, in at least two periods. Unclipped
 # samples of a sinusoid pile up at its peaks too: on the highest level of a converter there are
@@ -89,8 +89,8 @@ def _dropout(signal: Floats, sample_rate: float, bands: Bands) -> str | None:
         at_peak = 4.0 * np.sqrt(2.0 * resolution / around) / (2.0 * np.pi * bands[0][0])
         if around > 5e-3 * np.ptp(signal) and (last - first - 1) / sample_rate > at_peak:
             return (
-                f"the signal drops out at {first / sample_rate:.4g} s: {last - first} equal "
-                "samples amid vibration"
+                f"the signal drops out at {first / sample_rate:.4g} s: {last - first} samples "
+                "are equal during vibration"
             )
     return None
 
@@ -106,7 +106,7 @@ def remove_line(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]]
         # 1 % of the peak is visible. A decay itself leaves up to 4 / (omega T) of it in a line.
         if share > max(0.01, 10.0 / (2.0 * np.pi * modes.min() * record.duration)):
             channel -= line
-            notes = (f"an offset or drift of {100 * share:.2g} % of the peak was removed",)
+            notes = (f"an offset or drift of {percentage(share)} of the peak was removed",)
     return replace(record, signal=signal), notes
 
 
@@ -142,7 +142,7 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
             )[0]
             channel -= basis @ fitted
             notes.append(
-                f"a steady tone at {frequency:.4g} Hz, {100 * b / peak:.2g} % of the peak, was "
+                f"a steady tone at {frequency:.4g} Hz, {percentage(b / peak)} of the peak, was "
                 "removed"
             )
     return replace(record, signal=signal), tuple(notes)

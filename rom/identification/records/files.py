@@ -53,7 +53,7 @@ def sampling_rate(path: Path, stated: float | None, given: Any) -> float:
             f"sample_rate: {path} has neither a sampling rate nor times; give sample_rate= [Hz]"
         )
     if stated is not None and given is not None and abs(given / stated - 1.0) > UNEVEN:
-        raise SlipmodeError(f"sample_rate = {given:g} Hz: {path} states {stated:g} Hz")
+        raise SlipmodeError(f"sample_rate = {given:g} Hz: must be {stated:g} Hz, as {path} states")
     return float(given if stated is None else stated)
 
 
@@ -140,7 +140,7 @@ def _mat_arrays(path: Path) -> dict[str, Any]:
     try:
         arrays = loadmat(path)
     except NotImplementedError as error:
-        raise SlipmodeError(f"{path}: is of MATLAB 7.3; save it with -v7") from error
+        raise SlipmodeError(f"{path}: is a MATLAB -v7.3 file; save it with -v7") from error
     except Exception as error:
         raise SlipmodeError(f"{path}: is not a readable .mat file") from error
     return {k: v for k, v in arrays.items() if not k.startswith("__")}

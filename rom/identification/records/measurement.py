@@ -188,12 +188,13 @@ def checked_bands(bands: Any, data: Measurement) -> Bands:
         raise SlipmodeError(f"bands = {in_one_line(bands)}: must be 0 < lower < upper end [Hz]")
     if len(given) == 2 and given[0, 1] > given[1, 0]:
         raise SlipmodeError(
-            f"bands = {in_one_line(bands)}: must not overlap, and the lower band comes first"
+            f"bands = {in_one_line(bands)}: must not overlap, and the lower band must be first"
         )
     slowest = min(data, key=lambda record: record.sample_rate)
     if slowest.sample_rate < SAMPLES * given.max():
         raise SlipmodeError(
             f"bands: {given.max():g} Hz needs a sampling rate of at least "
-            f"{SAMPLES * given.max():g} Hz, record {slowest.name} has {slowest.sample_rate:g} Hz"
+            f"{SAMPLES * given.max():g} Hz, but record {slowest.name} has "
+            f"{slowest.sample_rate:g} Hz"
         )
     return tuple((float(low), float(high)) for low, high in given)

@@ -26,7 +26,7 @@ from slipmode.rom.identification.records.defects import (
     without_padding,
 )
 from slipmode.rom.identification.records.measurement import Bands, Measurement, Prepared, Record
-from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.short_repr import frozen, percentage, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins
 SHORTEST = 5  # windows of the first look in the shortest usable part: two that are whole
@@ -45,8 +45,8 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
         f, size, peaks = max(looks, key=lambda look: look[1][look[2]].max(initial=0.0))
         if not peaks.size:
             raise SlipmodeError(
-                f"bands: {low:g} to {high:g} Hz has no decay of a mode: no record has a "
-                "peak above the noise there"
+                f"bands: {low:g} to {high:g} Hz has no decay of a mode, because no record has a "
+                "peak above the noise there; choose another band"
             )
         k = int(peaks[size[peaks].argmax()])
         found[j] = f[k]
@@ -175,13 +175,13 @@ def _usable(whole: Prepared, plan: Plan) -> Prepared:
     start, notes = _onset(record, plan)
     found = Envelopes.of(record.part(start, record.duration), plan.bands, plan.modes)
     if not (found.sizes > SEEN * found.noise[:, np.newaxis]).any():
-        return whole.excluded("no decay rises from the noise in any band")
+        return whole.excluded("there is no decay above the noise in any band")
     parts = found.between_jumps()
     first, last = max(parts, key=lambda part: part[1] - part[0])
     if len(parts) > 1:
         notes += (
-            f"another blow or disturbance: only {start + first:.3g} to {start + last:.3g} s are "
-            "used",
+            f"there is another blow or disturbance, so only {start + first:.3g} to "
+            f"{start + last:.3g} s are used",
         )
     last = min(last, found.last_above_noise(first))
     made = Prepared(
@@ -273,8 +273,8 @@ def _onset(record: Record, plan: Plan) -> tuple[float, tuple[str, ...]]:
         loud = (size > floor) & (share > 0.1 * ONSET)
         if loud.any():
             notes = (
-                f"it vibrates before the blow at {first / record.sample_rate:.3g} s, with "
-                f"{100 * share[loud].max():.2g} % of the peak",
+                f"it vibrates before the blow at {first / record.sample_rate:.3g} s with "
+                f"{percentage(share[loud].max())} of the peak",
             )
     # A blow that excites a mode ends within about half a period of it: one period of the lowest
     # mode is past the blow.

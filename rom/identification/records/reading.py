@@ -83,7 +83,7 @@ def read_measurement(
     for path in found_files(files):
         content = _read(path)
         if unit is not None and content.unit is not None and unit != content.unit:
-            raise SlipmodeError(f"unit = {unit!r}: {path} states {content.unit!r}")
+            raise SlipmodeError(f"unit = {unit!r}: must be {content.unit!r}, as {path} states")
         unit = content.unit if unit is None else unit
         if unit is None:
             raise SlipmodeError(f"unit: {path} does not state one; give unit=, such as 'm/s'")
@@ -103,7 +103,7 @@ def read_measurement(
             signal = np.stack([signals[channel] for channel in kept])
             records.append(Record(name, signal, rate))
     if not records or names is None or unit is None:
-        raise SlipmodeError("files: no record was found in them")
+        raise SlipmodeError("files: contain no record")
     repeated = sorted({r.name for r in records if sum(r.name == s.name for s in records) > 1})
     if repeated:
         raise SlipmodeError(f"files: records {short_list(repeated)} occur more than once")
@@ -169,7 +169,7 @@ def _read_universal(path: Path) -> _Content:
     units = {channel.unit for record in records.values() for channel in record.values()}
     if len(units) > 1:
         raise SlipmodeError(
-            f"{path}: all time signals must have one unit, they have {short_list(sorted(units))}"
+            f"{path}: all time signals must have one unit, got {short_list(sorted(units))}"
         )
     signals = {
         name: {key: channel.signal for key, channel in record.items()}

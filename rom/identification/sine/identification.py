@@ -99,7 +99,9 @@ class SineIdentification(IdentifiedLaw):
             measured range.
         """
         if tests.unit != self.unit:
-            raise SlipmodeError(f"tests: are in {tests.unit}, the identification in {self.unit}")
+            raise SlipmodeError(
+                f"tests: must be in {self.unit} like the identification, got {tests.unit}"
+            )
         if frequency is not None and not (np.ndim(frequency) == 0 and 0.0 < frequency < np.inf):
             raise SlipmodeError(f"frequency = {in_one_line(frequency)}: must be > 0 [rad/s]")
         parts, order = checked_tests(tests, band)
@@ -165,7 +167,9 @@ def identify_sine(
     parts, order = checked_tests(tests, band)
     needed = 4 if law == "power" else 2  # parameters of damping, and one more for their scatter
     if len(parts) < needed:
-        raise SlipmodeError(f"tests: has {len(parts)} levels, a {law} law needs {needed}")
+        raise SlipmodeError(
+            f"tests: must have at least {needed} levels for a {law} law, got {len(parts)}"
+        )
     kinds = {kind: [p.name for p in parts if p.control == kind] for kind in ("force", "response")}
     if all(kinds.values()):
         raise SlipmodeError(

@@ -155,16 +155,16 @@ def check_level(test: SineTest, level: SineLevel) -> None:
         raise no_resonance(test)
     if abs(level.phase_error) > 0.25 * np.pi:  # nearer to another derivative of the displacement
         raise SlipmodeError(
-            f"tests: {test.name} has a phase error of {level.phase_error:.2f} rad: the unit of "
-            "the response must fit its phase (m, m/s or m/s^2)"
+            f"tests: {test.name} has a phase error of {level.phase_error:.2f} rad; check that the "
+            "unit of the response (m, m/s or m/s^2) fits its phase"
         )
     frequency = level.frequency / (2.0 * np.pi)
     count = np.count_nonzero(np.abs(test.frequency / frequency - 1.0) < level.damping)
     if count < 3:  # six numbers for the four unknowns
         raise SlipmodeError(
             f"tests: {test.name} has {count} points within the half-power bandwidth of "
-            f"{2.0 * level.damping * frequency:.2g} Hz around {frequency:.5g} Hz, needs 3; take "
-            "smaller steps"
+            f"{2.0 * level.damping * frequency:.2g} Hz around {frequency:.5g} Hz, must have at "
+            "least 3; use smaller steps"
         )
 
 
@@ -181,10 +181,11 @@ def _check_change(test: SineTest, level: SineLevel) -> None:
     if change > limit:
         slower = f"sweep by at most {limit * delta / (2.0 * np.pi):.2g} Hz/s"
         if test.stepped:
-            slower = f"make steps of at least {SETTLED / delta:.2g} s"
+            slower = f"use steps of at least {SETTLED / delta:.2g} s"
         raise SlipmodeError(
-            f"tests: {test.name} changes too fast: at resonance its response by {change:.2g} 1/s, "
-            f"where the damping rate of {delta:.2g} 1/s allows {limit:.2g} 1/s; {slower}"
+            f"tests: {test.name} changes too fast. At resonance the response changes by "
+            f"{change:.2g} 1/s, and the damping rate of {delta:.2g} 1/s allows {limit:.2g} 1/s; "
+            f"{slower}"
         )
 
 

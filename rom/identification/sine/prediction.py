@@ -53,8 +53,9 @@ class SineModel:
             places = np.flatnonzero(crossed)
             if not places.size:
                 raise SlipmodeError(
-                    f"tests: {test.name} has no steady amplitude at {test.frequency[k]:g} Hz by "
-                    "the law; its damping falls beyond the measured amplitudes"
+                    f"tests: the law has no steady amplitude for {test.name} at "
+                    f"{test.frequency[k]:g} Hz, because its damping decreases above the measured "
+                    "amplitudes"
                 )
             last = places[0] if last is None else places[np.argmin(np.abs(places - last))]
             place[k] = last

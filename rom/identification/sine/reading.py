@@ -116,7 +116,9 @@ def _check_units(path: Path, units: Mapping[str, str], stated: dict[str, str | N
     """Refuse units that are missing, contradict `stated` ones, or are not allowed; add others."""
     for key, own in units.items():
         if key in stated and stated[key] not in (None, own):
-            raise SlipmodeError(f"{_ARGUMENTS[key]} = {stated[key]!r}: {path} states {own!r}")
+            raise SlipmodeError(
+                f"{_ARGUMENTS[key]} = {stated[key]!r}: must be {own!r}, as {path} states"
+            )
         if own not in _ALLOWED[key]:
             raise SlipmodeError(
                 f"{path}: {key} is in {own!r}: must be {' or '.join(_ALLOWED[key])}"
@@ -158,7 +160,7 @@ def _of_arrays(path: Path, channels: Sequence[str] | None) -> Iterator[_Content]
     if not structures:
         needed = ", or the time signals ".join(", ".join(each) for each in allowed)
         raise SlipmodeError(
-            f"{path}: needs {needed}; has {short_list(arrays)}; the force must be measured"
+            f"{path}: must have {needed}, got {short_list(arrays)}; the force must be measured"
         )
     for name, fields in structures:
         plain = {_name_and_unit(key)[0]: key for key in fields}

@@ -96,7 +96,7 @@ class SineTests:
         found = found or [test for test in self if test.name.startswith(key)]
         if not found:
             names = short_list(test.name for test in self)
-            raise SlipmodeError(f"tests: no name starts with {key!r}, they are {names}")
+            raise SlipmodeError(f"tests: no name starts with {key!r}; the names are {names}")
         return SineTests(found, self.unit)
 
 
@@ -124,9 +124,9 @@ def checked_tests(tests: SineTests, band: Any) -> tuple[list[SineTest], int]:
         part = checked(test).within((float(ends[0]), float(ends[1])))
         if part.frequency.size < 4:  # eight numbers for the four unknowns of a level
             raise SlipmodeError(
-                f"tests: {test.name} has {part.frequency.size} points between {ends[0]:g} and "
-                f"{ends[1]:g} Hz, needs 4; its frequencies are {test.frequency.min():g} to "
-                f"{test.frequency.max():g} Hz"
+                f"tests: {test.name} must have at least 4 points between {ends[0]:g} and "
+                f"{ends[1]:g} Hz, got {part.frequency.size}; its frequencies are "
+                f"{test.frequency.min():g} to {test.frequency.max():g} Hz"
             )
         found.append(part)
     return found, ORDERS[tests.unit]
@@ -142,7 +142,7 @@ def checked(test: SineTest) -> SineTest:
     arrays = [np.asarray(each) for each in (test.frequency, test.force, test.response)]
     if any(each.ndim != 1 or each.shape != arrays[0].shape or not each.size for each in arrays):
         raise SlipmodeError(
-            f"tests: {test.name} must have frequency, force and response of one length, has "
+            f"tests: {test.name} must have frequency, force and response of one length, got "
             f"shapes {', '.join(str(each.shape) for each in arrays)}"
         )
     for name, each in zip(("frequency", "force", "response"), arrays, strict=True):

@@ -20,7 +20,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.records.measurement import SAMPLES
 from slipmode.rom.identification.sine.responses import SineTest, checked
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 
 # Periods of the mean drive frequency in a window. At a fifth of that frequency three are left, of
 # which Hann windows suppress harmonics and offsets to 1 %.
@@ -63,14 +63,14 @@ def demodulate_sine_test(name: str, force: Any, response: Any, sample_rate: floa
     windows = Windows.of(signals[:, used], analytic[controlled, used], sample_rate)
     if windows is None:
         raise SlipmodeError(
-            f"tests: {name} is too short: {used.stop - used.start} samples with a drive, needs "
-            f"{LEAST_WINDOWS // 2} windows of {PERIODS} periods"
+            f"tests: {name} is too short. It is driven for {used.stop - used.start} samples and "
+            f"must be driven for {LEAST_WINDOWS // 2} windows of {PERIODS} periods"
         )
     highest, share = float(windows.frequency.max()), float(windows.share[controlled])
     if share < 0.5:
         raise SlipmodeError(
-            f"tests: {name} is no sine test: {100 * share:.2g} % of the power of the "
-            f"{('force', 'response')[controlled]} is at one frequency"
+            f"tests: {name} is not a sine test. {percentage(share)} of the power of the "
+            f"{('force', 'response')[controlled]} is at one frequency, at least 50 % is needed"
         )
     if highest * SAMPLES > sample_rate:
         raise SlipmodeError(
@@ -152,7 +152,7 @@ def _checked_signals(name: str, force: Any, response: Any) -> tuple[Floats, Floa
     arrays = [as_floats(f"{name}: {key}", each) for key, each in given.items()]
     if arrays[0].ndim != 1 or arrays[0].shape != arrays[1].shape or not arrays[0].size:
         raise SlipmodeError(
-            f"tests: {name} must have force and response of one length, has shapes "
+            f"tests: {name} must have force and response of one length, got shapes "
             f"{', '.join(str(each.shape) for each in arrays)}"
         )
     for key, each in zip(given, arrays, strict=True):

@@ -9,7 +9,7 @@ const char *sm_message(sm_status status) {
     case SM_NO_MEMORY: return "out of memory";
     case SM_NOT_CONVERGED: return "the implicit contact step did not converge";
     case SM_OUTSIDE_TABLE: return "an amplitude is outside the friction table";
-    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance in so long a step";
+    case SM_STEP_TOO_SMALL: return "the slow flow cannot meet its tolerance; use shorter steps or a larger tolerance";
     }
     return "unknown status";
 }

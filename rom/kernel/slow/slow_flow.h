@@ -33,4 +33,7 @@ sm_status sm_slow_flow_dopri5(const sm_slow_flow *flow, const sm_inputs *inputs,
                            const double *y, const double *dy, double *y_new, double *dy_new,
                            double *error);
 
+/* The inputs at a part of a line. */
+sm_inputs sm_forced_inputs(const sm_forced *forced, double part);
+
 #endif

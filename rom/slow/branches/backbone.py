@@ -214,6 +214,14 @@ def backbone(
         omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 
     See "Backbones" in docs/theory.md.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(4.0,))
+    >>> curve = rom.backbone(model, amplitude=[1.0, 3.0])
+    >>> curve.frequency.round(3), curve.damping.round(4)
+    (array([1.   , 0.983]), array([0.005 , 0.0119]))
     """
     model.check_mode(mode)
     if not (np.ndim(other) == 0 and as_floats("other", other) >= 0.0):
@@ -241,14 +249,13 @@ def backbone(
         square = Omega**2 + off.real
         if np.isnan(square).any():
             raise SlipmodeError(
-                f"amplitude: {r[np.isnan(square)][0]:.3g} kg^0.5 m is a larger effective "
-                "amplitude at the frequency of the mode, outside the friction table; tabulate "
-                "further"
+                f"amplitude: at {r[np.isnan(square)][0]:.3g} kg^0.5 m the effective amplitude is "
+                "outside the friction table; tabulate a larger range"
             )
         if not (square > 0.0).all():
             raise SlipmodeError(
-                f"amplitude: mode {'AB'[mode]} has no stiffness left at {r[square <= 0][0]:.3g} "
-                "kg^0.5 m"
+                f"amplitude: the stiffness of mode {'AB'[mode]} is not positive at "
+                f"{r[square <= 0][0]:.3g} kg^0.5 m; give smaller amplitudes"
             )
         change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
         if change <= 1e-13:  # rounding
@@ -264,7 +271,7 @@ def backbone(
     change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
     worst = float((change / loss[table_error.measured]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
-    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "damping is"))
+    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))

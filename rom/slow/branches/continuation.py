@@ -59,17 +59,10 @@ class Points:
 
     def pass_by(self, z: Floats) -> Flags:
         """Return whether the curve passes through solutions z (solutions, k + 1), (solutions,)."""
-        start, chord = self.z[:-1], np.diff(self.z, axis=0)
-        length = np.linalg.norm(chord, axis=1)
-        # the curve may be a twentieth of the chord away from it
-        near = 1e-6 + 0.05 * length
-
-        def passes(at: Floats) -> bool:
-            along = np.sum((at - start) * chord, axis=1) / length**2
-            foot = start + np.clip(along, 0.0, 1.0)[:, np.newaxis] * chord
-            return bool(np.any(np.linalg.norm(at - foot, axis=1) <= near))
-
-        return np.array([passes(at) for at in z], dtype=bool)
+        rows, at = np.ascontiguousarray(self.rows), np.ascontiguousarray(z)
+        shape = self.unknowns, *rows.shape
+        passes = kernel.lib.sm_curve_passes
+        return np.array([passes(*shape, rows.ctypes.data, k.ctypes.data) for k in at], dtype=bool)
 
 
 @frozen

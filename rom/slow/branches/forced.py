@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Sequence
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
-from slipmode.rom.reduction.reduced import coupling_factor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.table.model import Model
@@ -21,6 +21,7 @@ from slipmode.rom.validity import check_carriers_along
 
 Varied = Literal["frequency_A", "frequency_B", "frequency", "force_A", "force_B", "force", "limit"]
 
+_MOST_FOUND = 1024  # steady states at a value of the parameter: one in each cell of the search
 LARGEST_STEP = 0.02  # between two points, relative to the span and to the table's range
 
 
@@ -69,8 +70,8 @@ class ForcedSlowFlow:
             values.min() == 0.0 or not is_homogeneous(model.law, model.reduced.n_contacts)
         ):
             raise SlipmodeError(
-                "vary: limits vary with factors > 0, and of laws that scale with them: not of "
-                f"tanh, nor across a gap; got {model.law!r}, span {span}"
+                "vary: a limit needs factors > 0 and a law whose motion scales with its limits, "
+                f"which excludes tanh and gaps; got {model.law!r}, span {span}"
             )
         Omega = as_floats("frequency", frequency)
         if Omega.shape != (model.modes,):
@@ -135,51 +136,13 @@ class ForcedSlowFlow:
         return np.asarray((z[:, :-1] * self.size(z[:, -1])).view(complex))
 
     def solutions(self, sections: int) -> Floats:
-        """Return steady states at both ends of the span and at parts between, (found, k + 1).
-
-        With z the effective amplitudes relative to the limits s, c the coupling factor and f(|z|)
-        the friction terms, steady states are
-
-            stiffness s / c z - c s f(|z|) z / |z| = F (1 / 2 + stiffness shift).
-
-        The left-hand side for z = |z| is the force that the moduli need. Cells of the plane of
-        moduli are searched if it exceeds the acting force, on the right, at some of their corners
-        and falls below it at others, for each mode.
-        """
-        part, modes = np.linspace(0.0, 1.0, sections), self.model.modes
-        flow = self.at(part)
-        table, stiffness = self.model.table, flow.balance(np.zeros_like(flow.force)).stiffness
-        scale = flow.inputs["limit_scale"][:, np.newaxis]
-        coupling = coupling_factor(self.model.reduced, flow.frequency)
-        spring, gain = stiffness * scale / coupling, coupling * scale
-        acting = flow.force * (0.5 + stiffness * flow.shift)
-        cells = np.where((self.ends.force != 0.0).any(axis=0), 100 if modes == 1 else 32, 0)
-        axes = [
-            np.linspace(0.0, most, count + 1)
-            for most, count in zip(table.amplitude_range, cells.tolist(), strict=True)
-        ]
-
-        def grid(along: list[Floats]) -> Floats:
-            return np.stack(np.meshgrid(*along, indexing="ij"), axis=-1)
-
-        def spread(values: Complexes) -> Complexes:  # over the corners
-            return values.reshape(sections, *[1] * modes, modes)
-
-        corners = grid(axes)
-        needed = np.abs(spread(spring) * corners - spread(gain) * table(corners))
-        enough = _at_any_corner(needed <= spread(np.abs(acting)), cells)
-        too_little = _at_any_corner(needed >= spread(np.abs(acting)), cells)
-        at, *cell = np.nonzero((enough & too_little).all(axis=-1))
-        middles = [0.5 * (axis[1:] + axis[:-1]) if axis.size > 1 else axis for axis in axes]
-        modulus = grid(middles)[tuple(cell)]
-        taken = spring[at] * modulus - gain[at] * table(modulus)
-        effective = phasor(modulus, np.angle(acting[at] * taken.conj()))
-        a = scale[at] * effective / coupling[at] - (flow.shift * flow.force)[at]
-        z = np.column_stack((a.view(float) / self.size(part[at]), part[at]))
-        is_solved = [
-            kernel.lib.sm_curve_solved(self.curve, row.ctypes.data) == kernel.OK for row in z
-        ]
-        return z[is_solved]
+        """Return steady states at both ends of the span and at parts between, (found, k + 1)."""
+        z, found = np.empty((sections * _MOST_FOUND, self.curve.unknowns + 1)), ctypes.c_size_t()
+        status = kernel.lib.sm_forced_solutions(
+            self.curve.owned, sections, len(z), z.ctypes.data, ctypes.byref(found)
+        )
+        kernel.check(status, "curve")
+        return z[: found.value].copy()
 
     def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
         """Return scaled rates (points, k) as a function of y (points, k), with a'' included.
@@ -202,13 +165,3 @@ class ForcedSlowFlow:
             return found
 
         return rates_of
-
-
-def _at_any_corner(flags: Flags, cells: NDArray[np.int_]) -> Flags:
-    """Return flags (sections, cells of A, cells of B, ...) from those at corners of the cells.
-
-    A mode without cells has a single corner.
-    """
-    for axis in np.flatnonzero(cells) + 1:
-        flags = np.delete(flags, -1, axis=axis) | np.delete(flags, 0, axis=axis)
-    return flags

@@ -21,7 +21,7 @@ from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import Friction, is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import error_at_constant
 from slipmode.rom.slow.branches.backbone import (
     BAND,
@@ -312,19 +312,19 @@ def performance_curve(
     """
     if not is_homogeneous(model.law, model.reduced.n_contacts):
         raise SlipmodeError(
-            f"law: must be one that scales with its limits, not tanh, and without gaps; got "
+            "law: the motion must scale with the limits, which excludes tanh and gaps; got "
             f"{model.law!r}"
         )
     model.check_mode(mode)
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
-        raise SlipmodeError(f"force: does not move mode {'AB'[mode]}")
+        raise SlipmodeError(f"force: does not excite mode {'AB'[mode]}; choose another DOF")
     curve, held = _phase_resonances(model, mode)
     # Friction hardly changes the damping.
     if np.ptp(curve.damping) <= 0.01 * curve.damping.min():
         raise SlipmodeError(
-            f"amplitude: up to {curve.amplitude[-1]:.3g} kg^1/2 m, as far as the friction table "
-            "goes, the contacts hardly slip: every limit has the same peak, none is best; "
+            f"amplitude: up to {curve.amplitude[-1]:.3g} kg^1/2 m, the end of the friction table, "
+            "contacts hardly slip, so every limit has the same peak and none is optimal; "
             f"{_advice(model, mode)}"
         )
     share = curve.damping_error / curve.damping + curve.frequency_error / curve.frequency
@@ -332,7 +332,8 @@ def performance_curve(
     known = int(unknown[0]) if unknown.size else share.size
     if known < 2:
         raise SlipmodeError(
-            f"model: the peaks are known to {share[0]:.0%} only; tabulate to a smaller tolerance"
+            f"model: the relative error of the peaks is {percentage(share[0])}; tabulate with a "
+            "smaller tolerance"
         )
     forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
     forces[mode] = force
@@ -431,20 +432,20 @@ def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding
     natural = curve.motion.model.reduced.carrier[curve.mode]
     apart = abs(curve.frequency[known] / natural - 1.0)
     reason = (
-        f"at smaller limits the error of the peak is as large as the peak: the frequency of the "
-        f"mode is {apart:.0%} from the carrier of the friction table; put the carrier there "
-        "(rom.reduce(..., carrier=))"
+        "at smaller limits the error of the peak is as large as the peak, because the frequency "
+        f"of the mode is {percentage(apart)} away from the reference frequency of the friction "
+        "table. Call rom.reduce with carrier = that frequency"
     )
-    return [Finding("curve", f"not followed below limit = {limit:.3g}", reason, "warning")]
+    return [Finding("curve", f"ends at limit = {limit:.3g}", reason, "warning")]
 
 
 def _advice(model: Model, mode: int) -> str:
     """Return the advice for contacts that hardly slip."""
     first, last = slip_onset(model.reduced, model.law, mode)
     if first == 0.0:
-        return "this mode does not move them"
+        return "this mode does not move the contacts"
     # Friction dissipates most at about twice the onset: four times that is enough.
-    return f"the first yields at {first:.3g}: tabulate to {4.0 * last:.2g} or more"
+    return f"the first contact slips at {first:.3g}; tabulate to {4.0 * last:.2g} or more"
 
 
 def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:

@@ -91,7 +91,7 @@ class ResponseCurve:
     cycles : SlowCycles
         Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter where a branch ends because it has too many points.
+        Values of the parameter [rad/s] or [-] where a branch ends because of too many points.
     motion : SteadyMotion
         Motion of all DOFs at the points of the curve, then at `special`, then at the lowest and
         the highest amplitudes of `cycles`. The latter have no force, because its phase is not
@@ -124,7 +124,7 @@ class ResponseCurve:
         Parameters
         ----------
         value : float
-            Value of the parameter.
+            Value of the parameter [rad/s] or [-].
 
         Returns
         -------
@@ -417,7 +417,7 @@ def response_curve(
     if not branches:
         raise SlipmodeError(
             f"span: no steady state inside the friction table, whose range is "
-            f"{model.table.amplitude_range}, over the span {span}"
+            f"{model.table.amplitude_range}, over the span {span}; tabulate a larger range"
         )
     if problem.is_reversed:
         branches = [branch.reversed for branch in branches]
@@ -433,15 +433,13 @@ def response_curve(
     error = CurveError.of(problem, points.z, number)
     apart = (problem.ends.frequency / model.reduced.carrier - 1.0)[:, forced]
     warn(
-        off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "amplitudes are")
+        off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "the amplitudes")
     )
     cut_off = problem.parameter(np.array(_cut_off(branches)))
     if cut_off.size:
         where = f"{vary} = {', '.join(f'{value:.6g}' for value in cut_off)}"
-        reason = (
-            f"a branch has more than {MOST_POINTS} points; a shorter span shows where it goes on"
-        )
-        warn([Finding("curve", f"not followed beyond {where}", reason, "warning")])
+        reason = f"a branch has more than {MOST_POINTS} points. A shorter span shows more of it"
+        warn([Finding("curve", f"is incomplete beyond {where}", reason, "warning")])
     specials, smaller = significant_specials(problem, branches, error)
     at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])
     values, amplitudes = problem.parameter(at[:, -1]).tolist(), problem.amplitude(at)

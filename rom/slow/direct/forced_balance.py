@@ -28,7 +28,7 @@ from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
     SteadyHarmonics,
@@ -179,10 +179,11 @@ class ForcedBalance:
         met = strongest_resonance(self.reduced, orders)
         n, m = met.order
         return SlipmodeError(
-            f"frequency: no steady state found, the last try was off by {solved.residual[0]:.1g}; "
-            f"the modes' response is the largest in that at {met.mode:.4g} rad/s to harmonic "
-            f"({n}, {m}) at {met.harmonic:.4g} rad/s: the motion may not be periodic there; move "
-            "the forcing, give damping to that mode, or integrate in time (rom.full)"
+            "frequency: no steady state was found. The residual is "
+            f"{percentage(solved.residual[0])}. The mode at {met.mode:.4g} rad/s responds most, "
+            f"to harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s, so the motion may not be "
+            "periodic; move the forcing, give damping to that mode, or integrate in time "
+            "(rom.full)"
         )
 
 

@@ -23,6 +23,7 @@ from slipmode.rom.full.window import Nonharmonic
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
     SteadyHarmonics,
@@ -165,13 +166,13 @@ def integrated(
             before = found
             del refined[0]
     rest = nonharmonic_motion(run.integrator, run.state)
-    where = "frequencies beside the harmonics of the forces"
-    raise _refusal("does not become steady;", where, rest)
+    where = "frequencies other than harmonics of the forces"
+    raise _refusal("does not become steady", where, rest)
 
 
 def _refusal(why: str, where: str, rest: Nonharmonic) -> SlipmodeError:
     return SlipmodeError(
-        f"frequency: the motion from rest {why} {rest.share:.0%} of the contacts' is at {where}, "
-        f"most at {rest.frequency:.4g} rad/s; move the forcing, give damping to the modes near "
-        "by, or integrate in time (rom.full)"
+        f"frequency: the motion from rest {why}. {percentage(rest.share)} of the contact motion "
+        f"is at {where}, mostly at {rest.frequency:.4g} rad/s; move the forcing, give damping to "
+        "the modes at this frequency, or integrate in time (rom.full)"
     )

@@ -195,9 +195,8 @@ def _solve(
         except SlipmodeError:
             mode = "AB"[int(np.argmin(reduced.modal_damping))]
             raise SlipmodeError(
-                f"aerodynamics: mode {mode} is self-excited, and no steady state was found in "
-                "which its force holds it; rom.limit_cycles finds the limit cycles of a tabulated "
-                "model"
+                f"aerodynamics: mode {mode} is self-excited, and no steady state was found at the "
+                "forcing frequency; rom.limit_cycles finds the limit cycles of a tabulated model"
             ) from None
     if len(reduced.modes) == 1 or not ends_soon(reduced):
         with suppress(SlipmodeError):
@@ -266,5 +265,6 @@ def _resolved(
         if least <= part * balance.tolerance:
             return found, changed
     raise SlipmodeError(
-        f"tolerance: needs more than {most} {name} per period; {2.0 * least:.1g} is within reach"
+        f"tolerance: needs more than {most} {name} per period; a tolerance of {2.0 * least:.1g} "
+        "is within reach"
     )

@@ -50,8 +50,8 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         return _of_dofs(model, model.dof_response, rows)
     if model.harmonics is None:
         raise SlipmodeError(
-            "contact: this model keeps no harmonics, to which its modes respond; tabulate it "
-            f"with harmonics={RESPONSE_ORDER}"
+            "contact: this model has no harmonics of the contacts, which its modes respond to; "
+            f"tabulate it with harmonics={RESPONSE_ORDER}"
         )
     orders = model.harmonics.orders
     P = model.harmonics.P.reshape(*nodes, len(orders), contacts)

@@ -41,6 +41,14 @@ def decay_rates(model: Model, amplitudes: ArrayLike) -> tuple[Floats, Floats]:
     The rates solve the amplitude equations, source Eqs. (18) and (19), without forces:
     da_j/dt = -delta_j a_j in the frame of omega_j. Combination resonances are neglected, because
     their mean over the phases of the modes is zero. `rom.model_of_rates` is the inverse function.
+
+    Examples
+    --------
+    >>> reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    >>> model = rom.tabulate(reduced, rom.Coulomb(2.0), amplitude=(4.0,))
+    >>> damping, frequency = rom.decay_rates(model, [3.0])
+    >>> damping.round(4), frequency.round(3)
+    (array([0.0118]), array([0.983]))
     """
     given = as_floats("amplitudes", amplitudes)
     if given.ndim == 0 or given.shape[-1] != model.modes:

@@ -34,6 +34,7 @@ from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.representable import ALLOWED, LARGEST, fits
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.rates.decay_rates import decay_rates
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
@@ -173,13 +174,13 @@ def _findings(accuracy: Accuracy) -> list[Finding]:
     tolerance, jump, change = accuracy.tolerance, accuracy.interpolation, accuracy.resolution
     if max(jump, change) <= tolerance:
         return []
-    what = (
-        "they jump at some amplitudes: the friction table has a relative error"
+    choice, what = (
+        ("jump at some amplitudes", "the friction table")
         if jump > tolerance
-        else "they change much with the amplitude: free vibration has a relative error"
+        else ("change strongly with the amplitude", "free vibration")
     )
-    size = f"of up to {max(jump, change):.1g}, above the tolerance {tolerance:g}"
-    return [Finding("rates", "not followed", f"{what} {size}", "warning")]
+    size = f"{percentage(max(jump, change))} (tolerance {percentage(tolerance)})"
+    return [Finding("rates", choice, f"the relative error of {what} is up to {size}", "warning")]
 
 
 class _RatesLaw:

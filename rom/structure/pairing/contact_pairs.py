@@ -103,7 +103,7 @@ def contact_pairs(
     x, number = _mesh(coordinates, dofs)
     least = int(number.max(initial=-1)) + 1
     if n_dofs is not None and n_dofs < least:
-        raise SlipmodeError(f"n_dofs: must be at least {least}, for dofs has {least - 1}")
+        raise SlipmodeError(f"n_dofs: must be at least {least}, because dofs has DOF {least - 1}")
     size = least if n_dofs is None else int(n_dofs)
     if tangents not in (1, 2):
         raise SlipmodeError(f"tangents: must be 1 or 2, got {tangents}")
@@ -115,7 +115,7 @@ def contact_pairs(
     shared = np.intersect1d(one.nodes, other.nodes)
     if shared.size:
         raise SlipmodeError(
-            f"target: node {shared[0]} is in surface too; bodies in contact share no nodes"
+            f"target: node {shared[0]} is also in surface; bodies in contact must share no nodes"
         )
     weight, outward = _areas_and_normals(one, area, towards)
     meet = onto_nodes if other.facets is None else onto_facets
@@ -124,7 +124,10 @@ def contact_pairs(
     relative = as_csc(motion - _displacements(number[found.corners], found.motion, size))
     moved = np.flatnonzero(abs(relative).sum(axis=0).reshape(-1, 3).any(axis=1))
     if not moved.size:
-        raise SlipmodeError("dofs: all nodes where surface meets target are held, on both sides")
+        raise SlipmodeError(
+            "dofs: all nodes where surface meets target are fixed on both sides; at least one "
+            "must be free"
+        )
     point, normals = found.point[moved], found.normal[moved]
     own = one.position[point]
     gap = np.einsum("kx,kx->k", found.foot[moved] - own, normals)
@@ -148,11 +151,12 @@ def _areas_and_normals(
     """Return the area (nodes,) and, if known, unit normal (nodes, 3) of each node."""
     if surface.facets is not None:
         if area is not None:
-            raise SlipmodeError("area: leave it out if surface has facets, which determine it")
+            raise SlipmodeError("area: must be left out if surface has facets, which determine it")
         return surface.areas_and_normals()
     if area is None:
         raise SlipmodeError(
-            "area: needed where surface has no facets; give facets, or the area of each node"
+            "area: is required because surface has no facets; give facets, or the area of each "
+            "node"
         )
     count = len(surface.nodes)
     given = np.asarray(area, dtype=float)
@@ -186,18 +190,23 @@ def _mesh(coordinates: ArrayLike, dofs: ArrayLike) -> tuple[Floats, Indices]:
         x = np.asarray(coordinates, dtype=float)
         number: Any = np.asarray(dofs)
     except (ValueError, TypeError):
-        raise SlipmodeError("coordinates, dofs: must be (nodes, 3), numbers") from None
+        raise SlipmodeError("coordinates, dofs: must be numbers of shape (nodes, 3)") from None
     if x.ndim != 2 or x.shape[1] != 3 or not np.isfinite(x).all():
-        raise SlipmodeError(f"coordinates: must be (nodes, 3), finite, got shape {x.shape}")
+        raise SlipmodeError(
+            f"coordinates: must be finite numbers of shape (nodes, 3), got shape {x.shape}"
+        )
     if number.shape != x.shape or number.dtype.kind not in "iu":
         raise SlipmodeError(
-            f"dofs: must be integers {x.shape} like coordinates, got {number.dtype} {number.shape}"
+            f"dofs: must be integers of shape {x.shape} like coordinates, got {number.dtype} of "
+            f"shape {number.shape}"
         )
     if np.any(number < -1):
-        raise SlipmodeError("dofs: must be 0 or more, or -1 where a node is held")
+        raise SlipmodeError("dofs: must be 0 or more, or -1 where a node is fixed")
     found, count = np.unique(number[number >= 0], return_counts=True)
     if np.any(count > 1):
-        raise SlipmodeError(f"dofs: DOF {found[np.argmax(count > 1)]} is there twice")
+        raise SlipmodeError(
+            f"dofs: DOF {found[np.argmax(count > 1)]} occurs twice; each must occur once"
+        )
     return x, np.asarray(number, dtype=np.intp)
 
 
@@ -208,5 +217,7 @@ def _unit(name: str, given: ArrayLike) -> Floats:
         vector = np.empty(0)
     length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
     if not 0.0 < length < np.inf:
-        raise SlipmodeError(f"{name}: must be a direction (3,), got {np.array2string(vector)}")
+        raise SlipmodeError(
+            f"{name}: must be a vector of 3 numbers, not all 0, got {np.array2string(vector)}"
+        )
     return vector / length

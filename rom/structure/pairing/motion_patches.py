@@ -105,7 +105,9 @@ def _relative(pairs: ContactPairs, shapes: ArrayLike) -> Floats:
     given = np.asarray(shapes, dtype=float)
     given = given[:, np.newaxis] if given.ndim == 1 else given
     if given.ndim != 2 or len(given) != n or not given.shape[1] or not np.isfinite(given).all():
-        raise SlipmodeError(f"shapes: must be ({n}, motions), finite, got {np.shape(shapes)}")
+        raise SlipmodeError(
+            f"shapes: must be finite numbers of shape ({n}, motions), got shape {np.shape(shapes)}"
+        )
     motion = np.asarray(pairs.relative.T @ given).reshape(len(pairs.area), 3, -1)
     largest = np.linalg.norm(motion, axis=1).max(axis=0)
     if not np.all(largest > 0.0):

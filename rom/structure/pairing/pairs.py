@@ -69,8 +69,9 @@ class ContactPairs:
             contact, place = divmod(int(np.argmin(length)), self.tangents + 1)
             axis = "normal" if place == self.tangents else f"tangent {place + 1}"
             raise SlipmodeError(
-                f"dofs: contact {contact}, at node {self.nodes[contact][0]}, is held on both "
-                f"sides along its {axis}; gather it with others, or take its node out of surface"
+                f"dofs: contact {contact}, at node {self.nodes[contact][0]}, is fixed on both "
+                f"sides along its {axis}; put it into a patch with others "
+                "(ContactPairs.gathered), or remove its node from surface"
             )
         return W
 
@@ -108,8 +109,8 @@ class ContactPairs:
         # Half: it bends by 60 degrees to each side
         if np.any(length < 0.5):
             raise SlipmodeError(
-                f"patches: patch {np.argmin(length)} bends too much to have one normal; divide "
-                "it into more patches"
+                f"patches: the normals of patch {np.argmin(length)} differ too much; divide it "
+                "into more patches"
             )
         return ContactPairs(
             relative=as_csc(self.relative @ scipy.sparse.kron(share, np.eye(3))),
@@ -160,7 +161,7 @@ def _patch_of(patches: int | ArrayLike, position: Floats, area: Floats) -> Indic
         return _bisected(int(given), position, area)
     if given.size != len(area):
         raise SlipmodeError(
-            f"patches: needs an integer for each of {len(area)} contacts, got {given.size}"
+            f"patches: must be one integer for each of {len(area)} contacts, got {given.size}"
         )
     return np.asarray(np.unique(given, return_inverse=True)[1], dtype=np.intp)
 

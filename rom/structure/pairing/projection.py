@@ -8,7 +8,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import short_repr
+from slipmode.rom.short_repr import percentage, short_repr
 from slipmode.rom.structure.pairing.surfaces import Facets, Indices, Surface, shape_functions
 
 _OVERHANG = 0.1  # distance beyond the edge of a surface at which a point meets it, in facets
@@ -53,9 +53,8 @@ def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats 
         faced = near & (np.einsum("kx,kx->k", outward[point], normal) <= -0.5)
     if near.any() and not faced.any():
         raise SlipmodeError(
-            "target: its facets do not face surface, where they are near they are turned away "
-            "from it; order the nodes of facets counter-clockwise as seen from outside the body, "
-            "or give normal"
+            "target: the facets near surface do not face it; order the nodes of facets "
+            "counter-clockwise as seen from outside the body, or give normal"
         )
     if not near.any():
         raise _nothing_met(one, other, tolerance)
@@ -80,7 +79,9 @@ def onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats |
     from scipy.spatial import cKDTree  # takes a while to import
 
     if outward is None:
-        raise SlipmodeError("normal: needed, for neither surface nor target has facets")
+        raise SlipmodeError(
+            "normal: is required because neither surface nor target has facets; give a direction"
+        )
     distance, found = cKDTree(other.position).query(one.position)
     point = np.flatnonzero(distance <= tolerance)
     if not point.size:
@@ -91,8 +92,8 @@ def onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats |
     if twice.size:
         a, b = one.nodes[point[order[twice[0] : twice[0] + 2]]]
         raise SlipmodeError(
-            f"target: its node {other.nodes[nearest[order[twice[0]]]]} is the nearest of both "
-            f"nodes {a} and {b} of surface; give facets of target where meshes do not match"
+            f"target: node {other.nodes[nearest[order[twice[0]]]]} is the nearest to both nodes "
+            f"{a} and {b} of surface; give facets of target, because the meshes do not match"
         )
     motion = np.broadcast_to(np.eye(3), (point.size, 1, 3, 3))
     corners = other.nodes[nearest, np.newaxis]
@@ -105,9 +106,9 @@ def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeErro
     least = float(np.min(cKDTree(other.position).query(one.position)[0]))
     reason = f"the nearest node of target is {least:.3g} m away"
     if other.facets is not None and least <= tolerance:
-        reason = f"they lie beyond its edge, by more than {_OVERHANG:.0%} of a facet"
+        reason = f"nodes lie more than {percentage(_OVERHANG)} of a facet beyond the edge"
     return SlipmodeError(
-        f"tolerance: no node of surface meets target within {tolerance:g} m; {reason}"
+        f"tolerance: no node of surface is within {tolerance:g} m of target; {reason}"
     )
 
 

@@ -59,9 +59,9 @@ class Facets:
         if np.any(np.abs(cosine) < 0.1):
             facet = int(np.argmin(np.abs(cosine)))
             raise SlipmodeError(
-                f"normal: lies in facet {facet} of {name}, so that it cannot say which side of "
-                "the facet faces the other body; order the nodes of facets counter-clockwise as "
-                "seen from outside, and leave normal out"
+                f"normal: lies in the plane of facet {facet} of {name}, so it does not tell the "
+                "outer side of the facet; order the nodes of facets counter-clockwise as seen "
+                "from outside, and leave normal out"
             )
         reverse = np.where(self.triangular[:, np.newaxis], [0, 2, 1, 1], [0, 3, 2, 1])
         order = np.where((cosine < 0.0)[:, np.newaxis], reverse, np.arange(4))
@@ -78,7 +78,7 @@ class Facets:
             facet = int(np.argmax(again.any(axis=1)))
             raise SlipmodeError(
                 f"{name}: facet {facet} has a node twice; only a triangle among quadrilaterals "
-                "has, its last one"
+                "may have its last node twice"
             )
         if pair := _first_repeated(corners):
             raise SlipmodeError(f"{name}: facets {pair[0]} and {pair[1]} have the same nodes")
@@ -92,9 +92,9 @@ class Facets:
         edges = np.stack((self.nodes[facet, corner], self.nodes[facet, (corner + 1) % 4]), axis=1)
         if pair := _first_repeated(edges):
             raise SlipmodeError(
-                f"{name}: facets {facet[pair[0]]} and {facet[pair[1]]} have opposite sides out; "
+                f"{name}: facets {facet[pair[0]]} and {facet[pair[1]]} have opposite normals; "
                 "order the nodes of facets counter-clockwise as seen from outside the body, or "
-                "give normal, which turns them"
+                "give normal, which orients them"
             )
 
 
@@ -120,8 +120,8 @@ class Surface:
         if np.any(length <= 0.1 * area):
             node = self.nodes[np.argmin(length / area)]
             raise SlipmodeError(
-                f"{self.name}: facets around node {node} face opposite ways; a surface must not "
-                "fold back on itself"
+                f"{self.name}: facets around node {node} have opposite normals; a surface must "
+                "not fold back on itself"
             )
         return area, vector / length[:, np.newaxis]
 
@@ -143,7 +143,9 @@ def as_surface(
     if numbers.ndim == 1:
         found, count = np.unique(numbers, return_counts=True)
         if np.any(count > 1):
-            raise SlipmodeError(f"{name}: node {found[np.argmax(count > 1)]} is there twice")
+            raise SlipmodeError(
+                f"{name}: node {found[np.argmax(count > 1)]} occurs twice; each must occur once"
+            )
         return Surface(name, numbers, coordinates[numbers], None)
     if numbers.shape[1] == 3:
         numbers = numbers[:, [0, 1, 2, 2]]
@@ -163,9 +165,9 @@ def _numbers(name: str, given: ArrayLike) -> Indices:
         numbers = np.empty((0, 0, 0))
     if not (numbers.ndim == 1 or (numbers.ndim == 2 and numbers.shape[1] in (3, 4))):
         raise SlipmodeError(
-            f"{name}: must be a list of nodes, or facets (facets, 3 or 4); a triangle among "
-            "quadrilaterals has its last node twice, facets with midside nodes are split into "
-            "such ones"
+            f"{name}: must be a list of nodes, or facets of shape (facets, 3) or (facets, 4); "
+            "repeat the last node of a triangle among quadrilaterals, and split facets with "
+            "midside nodes"
         )
     if numbers.size == 0:
         raise SlipmodeError(f"{name}: must have at least one node")

@@ -31,8 +31,8 @@ _GIB = 2.0**30
 _FASTER = "pip install 'slipmode[fast]' (PARDISO) needs less time and memory"
 
 _SINGULAR = (
-    "mass, stiffness: must be positive definite with bonded contacts, also to rounding: "
-    "parts that are stiffer or heavier than others by 1e15 should be modelled as rigid"
+    "mass, stiffness: must be positive definite with bonded contacts, up to rounding; model "
+    "parts that are stiffer or heavier than others by a factor of 1e15 as rigid"
 )
 
 
@@ -192,7 +192,7 @@ def _check_memory(needed: float, purpose: str, advice: str = "") -> None:
     if available is not None and needed > available:
         raise SlipmodeError(
             f"{purpose}: needs about {needed / _GIB:.1f} GiB of memory, "
-            f"{available / _GIB:.1f} GiB are free{advice}"
+            f"but {available / _GIB:.1f} GiB are free{advice}"
         )
 
 

@@ -53,7 +53,7 @@ def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:
             quantile[k] = np.quantile(own, of.quantile)
     if np.isnan(quantile).all():
         raise SlipmodeError(
-            f"choose: of each value of {of.key} some samples failed; `reason` of them says why"
+            f"choose: some samples failed for each value of {of.key}; see `reason` of the results"
         )
     return Choice(of, values, quantile, failed)
 
@@ -90,7 +90,8 @@ def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -
     failed = int(np.count_nonzero(np.isnan(values)))
     if failed:
         raise SlipmodeError(
-            f"{output}: no sensitivities, for {failed} samples failed; `reason` of them says why"
+            f"{output}: has no sensitivities, because {failed} samples failed; see `reason` of "
+            "the results"
         )
     analyze: Any = extra("SALib.analyze.sobol", "study").analyze
     found = analyze(unit_problem(len(keys)), values, calc_second_order=False, seed=seed)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.transient import said_error
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.study.results import FAILED
@@ -89,8 +90,8 @@ def _transient_errors(dataset: Any, allowed: float) -> str:
     if np.all(part <= allowed):
         return line
     return (
-        f"{line}, above {100 * allowed:g} %; recordings of samples (outputs.recording = true) "
-        "integrate such stretches at full order"
+        f"{line}, allowed: {percentage(allowed)}; to integrate such stretches at full order, "
+        "record the samples (outputs.recording = true)"
     )
 
 

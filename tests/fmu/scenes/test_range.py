@@ -105,7 +105,7 @@ def test_an_fmu_of_another_table_is_of_another_model(change, tmp_path):
     scene = load_scene("two-mode")
     options = replace(scene.model, amplitude=(3.6, 1.5), tolerance=1e-2)
     path = export_fmu(replace(scene, model=replace(options, **change)), tmp_path / "other.fmu")
-    with pytest.raises(SlipmodeError, match="holds another model"):
+    with pytest.raises(SlipmodeError, match="has a different model"):
         runner.run(replace(scene, model=options), tmp_path, fmu=path)
 
 

@@ -101,9 +101,9 @@ def test_connections_that_are_none_are_refused_and_named(controlled, tmp_path):
         tmp_path / f"resources/{name}.fmu" for name in ("friction_control", "controller")
     )
     for pair, wrong in (
-        (("structure.nothing", "controller.amplitude"), "structure.nothing is no output"),
-        (("structure.A_abs", "controller.limit_scale"), "controller.limit_scale is no input"),
-        (("other.A_abs", "controller.amplitude"), "other.A_abs is no output"),
+        (("structure.nothing", "controller.amplitude"), "structure.nothing is not an output"),
+        (("structure.A_abs", "controller.limit_scale"), "controller.limit_scale is not an input"),
+        (("other.A_abs", "controller.amplitude"), "other.A_abs is not an output"),
     ):
         with pytest.raises(SlipmodeError, match=wrong):
             write_ssp(

@@ -35,7 +35,7 @@ def test_arrays_are_their_elements(stepped):
 def test_as_many_values_are_needed_as_they_have(stepped, values):
     with pytest.raises(fmpy.fmi1.FMICallException):
         stepped.fmu.getFloat64([stepped.reference["contact_x"]], nValues=values)
-    assert f"the variables have 2, not {values}" in stepped.messages[-1][1]
+    assert f"must be 2 for these variables, got {values}" in stepped.messages[-1][1]
 
 
 def test_they_are_not_set(stepped):

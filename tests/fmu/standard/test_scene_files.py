@@ -139,7 +139,7 @@ def test_unless_somebody_says_so_nothing_is_said(one_mode_model, tmp_path):
 def test_what_xml_cannot_hold_is_refused():
     with pytest.raises(SlipmodeError, match="author: must be one line"):
         Origin(author="two\nlines")
-    with pytest.raises(SlipmodeError, match="generated: must have a time zone"):
+    with pytest.raises(SlipmodeError, match="generated: must be a time with a time zone"):
         Origin(generated=datetime(2026, 1, 1))
 
 

@@ -20,6 +20,7 @@ from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.short_repr import percentage
 
 PLATE = member(50)  # 27 Jenkins contacts; a mode at 7.31 rad/s, forced at 1.046
 AMPLITUDE = 0.2
@@ -116,12 +117,12 @@ def test_rigid_contacts_have_none():
 
 def test_a_response_that_is_not_known_is_not_stated_as_zero(monkeypatch, tmp_path):
     def no_convergence(*_):
-        raise UnsettledError("contacts: their motion converges at none of the largest amplitudes")
+        raise UnsettledError("contacts: the motion converges at none of the largest amplitudes")
 
     monkeypatch.setattr("slipmode.rom.table.tabulation.higher_order_harmonics", no_convergence)
     law = rom.Jenkins(2.0, 50.0)
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), law=law)
-    with pytest.warns(rom.ValidityWarning, match="^harmonics neglected: .* does not converge"):
+    with pytest.warns(rom.ValidityWarning, match="fifth is neglected: .* does not converge"):
         model = rom.tabulate(reduced, law, (4.0,), 1e-2)
     assert model.accuracy.neglected_response == np.inf
     model.save(tmp_path / "model.rom")
@@ -139,12 +140,12 @@ def test_a_table_that_does_not_settle_with_them_says_what_it_leaves_out():
     )
     steady = rom.steady_state(reduced, case.law, case.frequency, case.force)
     reached = np.abs(np.array(steady.amplitude))
-    with pytest.warns(rom.ValidityWarning, match="harmonics neglected: .* by up to ") as warned:
+    with pytest.warns(rom.ValidityWarning, match="fifth is neglected: .* by up to ") as warned:
         model = rom.tabulate(reduced, case.law, 2.0 * reached, 1e-2)
     # 0.059 or 0.67: signs of drawn modes, and the phases at which marches start, depend on the
     # threads of OpenBLAS
     assert model.accuracy.neglected_response > 0.05
-    assert f"{100.0 * model.accuracy.neglected_response:.1f}%" in str(warned[0].message)
+    assert percentage(model.accuracy.neglected_response) in str(warned[0].message)
 
 
 def test_two_modes_leave_out_harmonics_that_hardly_matter_and_state_it():

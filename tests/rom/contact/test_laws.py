@@ -41,9 +41,9 @@ PARAMETERS = [
     ({"normal_stiffness": 0.0}, "normal_stiffness: must be 1e-30 to 1e+30 [N/m], got 0.0"),
     ({"tangential_stiffness": 0.0}, "tangential_stiffness: must be 1e-30 to 1e+30 [N/m], got 0."),
     ({"gap": -0.1}, "gap: must be 0 or 1e-30 to 1e+30 [m], got -0.1"),
-    ({"gap": 0.1}, "gap: must be 0 where there is a preload, for it touches there"),
-    ({"gap": (0.0, 0.1)}, "gap: must be 0 where there is a preload, for it touches there"),
-    ({"preload": (0.0, 1.0), "gap": 0.1}, "gap: must be 0 where there is a preload, for it to"),
+    ({"gap": 0.1}, "gap: must be 0 where preload > 0, because the contact is closed"),
+    ({"gap": (0.0, 0.1)}, "gap: must be 0 where preload > 0, because the contact is closed"),
+    ({"preload": (0.0, 1.0), "gap": 0.1}, "gap: must be 0 where preload > 0, because "),
     ({"tangents": 3}, "tangents: must be 1 or 2, got 3"),
 ]
 
@@ -65,7 +65,7 @@ def reduced(law, W):
 E = np.eye(6)
 OPEN = FrictionalContact(0.3, 0.0, 20.0, 30.0, gap=0.1)
 DIRECTIONS = [
-    (SURFACE, E[:, :3], "contact: a frictional contact has 2 directions (1 tangential, 1 normal)"),
+    (SURFACE, E[:, :3], "contact: a frictional contact has 2 DOFs (1 tangential, 1 normal)"),
     (
         SURFACE,
         E[:, [0, 1, 2, 1]],
@@ -76,7 +76,11 @@ DIRECTIONS = [
     (Contacts([(SURFACE, (0, 1, 2)), (Jenkins(1, 1), (3,))]), E[:, :4], "contact: a frictional c"),
     (FrictionalContact((0.1, 0.2, 0.3), 1, 1, 1), E[:, :4], "mu: must be one number or 2 number"),
     (FrictionalContact(0.1, (1, 0), 1, 1, gap=(0, 0, 1)), E[:, :4], "gap: must be one number or"),
-    (OPEN, E[:, :4], "gap: all contacts are open at rest; at least one must touch, or a static "),
+    (
+        OPEN,
+        E[:, :4],
+        "gap: all contacts are open at rest, and at least one must touch; reduce a g",
+    ),
     (Contacts([(OPEN, (0, 1)), (OPEN, (2, 3))]), E[:, :4], "gap: all contacts are open at rest"),
     (Coulomb(1.0), E[:, :4], "law: must be an elastic law; leave it out for rigid friction"),
 ]
@@ -96,7 +100,7 @@ def test_a_doubled_direction_is_named():
 
 
 def test_groups_are_of_elastic_laws():
-    with pytest.raises(rom.SlipmodeError, match="contacts: groups are of elastic laws"):
+    with pytest.raises(rom.SlipmodeError, match="contacts: groups must have elastic laws"):
         Contacts([(Coulomb(1.0), (0,)), (SURFACE, (1, 2))])
 
 

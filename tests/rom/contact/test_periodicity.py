@@ -14,7 +14,9 @@ def test_what_does_not_settle_is_named(seed):
     with pytest.raises(rom.SlipmodeError) as refusal:
         rom.tabulate(reduced, body.law, [1.3 * size for size in body.scale], 2e-2)
     said = str(refusal.value)
-    assert said.startswith("contacts: the modes' response to them does not converge")
+    assert said.startswith(
+        "contacts: the response of the modes to the contact forces does not converge"
+    )
     assert "rad/s responds most, to harmonic (" in said
     assert "rom.full" in said
     assert len(said) < 400

@@ -28,9 +28,9 @@ def test_an_internal_resonance_is_named_and_included():
     outputs = range(2, structure.n_dofs, 3)
     found = full.steady_amplitude(structure, law_of_all(disk, law), forced, outputs=outputs)
     message = (
-        r"internal resonance 1:3 is left out by local contacts: 3 x 1469.4 rad/s is close to "
-        r"nodal diameter 3 of family 1, 4390.1 rad/s with stuck contacts.*without `local` "
-        "includes it"
+        r"internal resonance 1:3 is neglected by local contacts: 3 x 1469.4 rad/s is close to "
+        r"nodal diameter 3 of family 1, 4390.1 rad/s with stuck contacts.*without local "
+        "includes the resonance"
     )
     with pytest.warns(rom.ValidityWarning, match=message):
         local = disks.response(omega, ORDER, FORCE, local=True).displacement[0, 0, :, 2]

@@ -154,7 +154,7 @@ def test_wrong_inputs_are_refused_and_change_nothing():
         ({"duration": -1.0}, "duration: must be a finite number >= 0, got -1.0"),
         (
             {"duration": 1.0, "frequency": 1500.0},
-            "frequency = 1500 rad/s: must be within 10% of 1200",
+            "frequency = 1500 rad/s: must be within 10 % of 1200",
         ),
         ({"duration": 1.0, "magnitude": np.nan}, "magnitude: must be a finite number, got nan"),
     ):

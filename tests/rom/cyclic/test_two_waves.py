@@ -50,5 +50,7 @@ def test_waves_that_do_not_belong_together_are_refused():
         rom.tabulate_waves((first, other), (1e-5, 1e-5), force)
     with pytest.raises(rom.SlipmodeError, match="waves: must have different frequencies"):
         rom.tabulate_waves((first, first), (1e-5, 1e-5), force)
-    with pytest.raises(rom.SlipmodeError, match="waves, force, frequency: must be two each"):
+    with pytest.raises(
+        rom.SlipmodeError, match="waves, force, frequency: must have two entries each"
+    ):
         rom.tabulate_waves((first,), (1e-5,), force)

@@ -377,7 +377,7 @@ def test_steady_amplitude_of_one_mode(structure):
 
 
 def test_a_transient_that_does_not_settle_is_said(structure):
-    with pytest.raises(rom.SlipmodeError, match="still changing after 2 windows"):
+    with pytest.raises(rom.SlipmodeError, match="still changes after 2 windows"):
         full.steady_amplitude(
             structure, rom.Coulomb(0.0), excitation_of(structure), tolerance=1e-12, most_windows=2
         )

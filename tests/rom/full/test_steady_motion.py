@@ -59,7 +59,7 @@ def test_a_motion_that_does_not_settle_says_what_else_is_in_it():
     """A beam that rings on a frictional contact at frequencies of its own."""
     case = member(30)
     excitation = full.Excitation.harmonic(case.structure, case.force, np.array(case.frequency))
-    with pytest.raises(rom.SlipmodeError, match=r"0\.\d+ of the contacts' motion at frequencies"):
+    with pytest.raises(rom.SlipmodeError, match=r"\d+ % of the contact motion is not at"):
         full.steady_amplitude(case.structure, case.law, excitation, most_windows=4)
 
 

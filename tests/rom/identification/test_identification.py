@@ -143,7 +143,7 @@ def test_wrong_arguments_of_results_are_refused(two_modes):
         two_modes.backbone(0, amplitude=[-1.0])
     with pytest.raises(rom.SlipmodeError, match="record 'hit9' is not in the measurement"):
         two_modes.predict("hit9")
-    with pytest.raises(rom.SlipmodeError, match="record: has 2 channels, the measurement 1"):
+    with pytest.raises(rom.SlipmodeError, match="record: has 2 channels, must have 1 like"):
         two_modes.predict(rom.Record("x", np.zeros((2, 5000)), RATE))
     with pytest.raises(
         rom.SlipmodeError, match="record: x cannot be used: the signal is constant"

@@ -109,7 +109,7 @@ def test_quadratic_coupling_is_refused_with_its_size():
         ({"modal_mass": [1.0]}, "modal_mass = [1.0]: must be one number > 0 [kg] for each of the"),
         ({"modal_mass": -1.0}, "modal_mass = [-1.0, -1.0]: must be one number > 0 [kg]"),
         ({"mode_shape": [0.0, 1.0]}, "mode_shape = [0.0, 1.0]: must be one number other than 0"),
-        ({"modal_mass": 1.0, "mode_shape": [1.0, 1.0]}, "modal_mass: give either it or mode_sha"),
+        ({"modal_mass": 1.0, "mode_shape": [1.0, 1.0]}, "modal_mass: must be left out if mode_sh"),
         ({"amplitude": [0.1]}, "amplitude = [0.1]: must be 2 finite numbers > 0 [sensor unit]"),
     ],
 )

@@ -104,7 +104,7 @@ def test_a_missing_unit_or_rate_is_named(tmp_path):
 
 def test_contradictions_to_the_file_are_named(tmp_path):
     np.savez(tmp_path / "a.npz", hit=SIGNALS[0], fs=RATE)
-    assert "states 2000 Hz" in refused(tmp_path / "a.npz", sample_rate=1000.0)
+    assert "must be 2000 Hz, as" in refused(tmp_path / "a.npz", sample_rate=1000.0)
     write_hits(tmp_path / "a.uff")
     assert "unit = 'g': " in refused(tmp_path / "a.uff", unit="g")
     # of node 1 the second time without node 2

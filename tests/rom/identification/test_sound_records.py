@@ -62,7 +62,11 @@ REFUSED = {
     "two modes": ([(100.0, 260.0)], RATE, "bands: 100 to 260 Hz has peaks at"),
     "sampling": ([(100.0, 140.0)], 300.0, "bands: 140 Hz needs a sampling rate of at least 350"),
     "overlap": ([(100, 140), (130, 260)], RATE, "must not overlap"),
-    "order": ([(225, 260), (100, 140)], RATE, "must not overlap, and the lower band comes first"),
+    "order": (
+        [(225, 260), (100, 140)],
+        RATE,
+        "must not overlap, and the lower band must be first",
+    ),
     "negative": ([(-1, 140)], RATE, "must be 0 < lower < upper"),
     "one number": ([100], RATE, "one or two pairs of frequencies"),
     "three": ([(1, 2), (3, 4), (5, 6)], RATE, "one or two pairs of frequencies"),

@@ -47,7 +47,7 @@ def test_steady_states_have_what_a_force_does_past_its_mode(case):
         tolerance=1e-4,
         steps_per_period=256,
     ).amplitude[0, 0]
-    with pytest.raises(rom.SlipmodeError, match=r"^force_patterns: the forces also move"):
+    with pytest.raises(rom.SlipmodeError, match=r"^force_patterns: the forces also act on"):
         steady_error(case, known=False, reference=reference)  # 1.2 to 11 % off
     assert steady_error(case, known=True, reference=reference) < 0.003
 

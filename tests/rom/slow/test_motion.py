@@ -241,7 +241,7 @@ def test_a_sum_needs_no_more_than_its_own_instant(steady_signals):
 
 
 def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
-    with pytest.raises(SlipmodeError, match="harmonics: this model keeps none"):
+    with pytest.raises(SlipmodeError, match="harmonics: this model has none"):
         sum_harmonics(two_mode_model, transient, [1.0])
 
 

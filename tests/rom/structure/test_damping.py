@@ -57,10 +57,10 @@ def test_a_loss_factor_takes_its_energy_at_each_carrier():
     [
         (lambda: rom.Rayleigh(-0.1, 0.0), "damping: alpha must be a finite number >= 0"),
         (lambda: rom.Rayleigh(0.0, np.nan), "damping: beta must be a finite number >= 0"),
-        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1), (1.0, 2.0)), "by a factor of 2 at most"),
-        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1), (1.0, 1.0)), "two different ones"),
+        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1), (1.0, 2.0)), "at most by a factor of 2 at"),
+        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1), (1.0, 1.0)), "two different frequencies"),
         (lambda: rom.Rayleigh.from_ratios((0.01,), (0.0,)), "must be >= 0 and > 0"),
-        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1, 0.1), (1, 2, 3)), "one or two of each"),
+        (lambda: rom.Rayleigh.from_ratios((0.01, 0.1, 0.1), (1, 2, 3)), "one or two values each"),
     ],
 )
 def test_refuses_in_one_line(make, message):

@@ -208,7 +208,7 @@ REFUSED = [
     ({"contact": [-1]}, "contact: DOF -1 is out of range"),
     ({"contact": [1, 1]}, "contact: DOF indices must be distinct"),
     ({"contact": [1.0]}, "contact: DOF indices must be integers"),
-    ({"contact": np.eye(6, 7)}, "contact: must have 1 to 6 contacts, one per DOF at most, got 7"),
+    ({"contact": np.eye(6, 7)}, "contact: must have 1 to 6 contacts, at most one per DOF, got 7"),
     ({"contact": np.ones((5, 1))}, "contact: W must have 6 rows"),
     ({"contact": np.ones((6, 2))}, "contact: directions .* must be linearly independent"),
     ({"contact": np.eye(6)[:, :1] * 0}, "contact: every direction .* nonzero entry"),
@@ -334,7 +334,7 @@ def test_names_the_missing_key(missing, tmp_path):
 
 def test_refuses_pickled_objects(tmp_path):
     np.savez(tmp_path / "objects.npz", **(ARGUMENTS | {"mass": np.array([{}], dtype=object)}))
-    assert "mass is damaged or no plain array" in refusal_of(tmp_path / "objects.npz")
+    assert "mass is damaged or not a plain array" in refusal_of(tmp_path / "objects.npz")
 
 
 def test_refuses_sparse_indices_out_of_range(tmp_path):

@@ -314,7 +314,9 @@ def test_of_the_family(seed):
 def test_friction_that_jumps_is_tabulated_and_the_jump_is_stated():
     """Near |a| = 0.0118 the contacts come to one of two motions, S differs by 0.1 to 0.6 %."""
     reduced, law, limit = on_cantilever(LAWS["mixed"], (1,), (0.03,))
-    with pytest.warns(ValidityWarning, match=r"friction uncertain: .* is up to 0\.0(0[1-9]|1), "):
+    with pytest.warns(
+        ValidityWarning, match=r"misses its tolerance: .* is up to (0\.[1-9]\d?|1) % "
+    ):
         model = tabulate(reduced, law, limit, 1e-3)
     points = np.append(np.linspace(0.001, 0.03, 100), np.linspace(0.0117, 0.012, 100))
     found = dense_error(model, np.sort(points)[:, np.newaxis], np.array(limit))

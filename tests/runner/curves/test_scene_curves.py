@@ -22,10 +22,10 @@ def test_a_curve_that_goes_on_is_said_in_a_line(tmp_path, capsys, monkeypatch):
     pytest.importorskip("matplotlib")
     monkeypatch.setattr(continuation, "MOST_POINTS", 10)
     assert main(["curve", "one-mode", "-o", str(tmp_path)]) == 0
-    said = [line for line in capsys.readouterr().err.splitlines() if "not followed" in line]
+    said = [line for line in capsys.readouterr().err.splitlines() if "is incomplete" in line]
     assert len(said) == 1
-    assert "curve not followed beyond frequency_A = 0.9" in said[0]
-    assert "a shorter span shows where it goes on" in said[0]
+    assert "curve is incomplete beyond frequency_A = 0.9" in said[0]
+    assert "A shorter span shows more of it" in said[0]
 
 
 def test_a_curve_is_written_and_drawn(tmp_path, capsys):
@@ -122,7 +122,7 @@ def test_curves_and_designs_answer_in_the_units_of_the_scene_at_a_dof(tmp_path, 
 @pytest.mark.parametrize(
     ("vary", "span", "key"),
     [
-        ("force", None, "span: give the first and last value of force"),
+        ("force", None, "span: is missing; give the first and last value of force"),
         ("frequency_B", None, "vary: the scene does not force mode B"),
         ("force", (1.0, 1.0), "span: must be two different values"),
         ("frequency_A", (0.1, 1.0), "frequency: must be"),

@@ -115,7 +115,7 @@ def test_a_law_with_quadratic_coupling_has_a_report_and_no_model(tmp_path, capsy
     options = ["--unit", "m/s", "--law", "quadratic", "--cross", "no", "-o", str(out)]
     assert main(["identify", files, *BAND_A, *BAND_B, *options]) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()[-1:]
-    assert line.startswith("slipmode: --law: a model has no quadratic coupling")
+    assert line.startswith("slipmode: --law: a model cannot contain quadratic coupling")
     assert "identify with --law power to fit" in line
     assert {path.name for path in out.iterdir()} == WRITTEN - {
         "model.npz",
@@ -196,7 +196,7 @@ def test_excluded_records_and_missing_intervals_are_named(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert re.search(r"hit1 +excluded\n    it is clipped", printed)
     assert "2 fitted" in printed and "needs three records" in printed
-    assert "not identified: fewer than three fitted records do not show it" in printed
+    assert "not identified: unknown with fewer than three fitted records" in printed
 
 
 def test_the_sampling_rate_may_be_given(tmp_path):

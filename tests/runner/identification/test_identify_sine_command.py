@@ -90,7 +90,7 @@ REFUSED = {
     "mass": (LEVELS, [*BAND, *UNITS, "--modal-mass", "1"], "--modal-mass: is for decays, not"),
     "cross": (LEVELS, [*BAND, *UNITS, "--cross", "no"], "--cross: is for decays, not for sine"),
     "law": (LEVELS, [*BAND, *UNITS, "--law", "iwan"], "--law 'iwan': must be power or linear"),
-    "few": (LEVELS[:3], [*BAND, *UNITS], "tests: has 3 levels, a power law needs 4"),
+    "few": (LEVELS[:3], [*BAND, *UNITS], "tests: must have at least 4 levels for"),
     "absent": (LEVELS, [*BAND, *UNITS, "--hold-out", "F"], "tests: no name starts with 'F'"),
     "decays": (LEVELS, [*BAND[1:], *UNITS], "--force-unit: is for sine tests; give --sine"),
 }

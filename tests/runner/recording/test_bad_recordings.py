@@ -50,11 +50,11 @@ def cut_in_the_header(folder):
 
 
 def wrong_schema(folder):
-    return rewritten(folder / "schema.mcap", describe=False), "schema of samples"
+    return rewritten(folder / "schema.mcap", describe=False), "is not a channel of samples"
 
 
 def wrong_layout(folder):
-    return rewritten(folder / "layout.mcap", length=-1), "length of its fields"
+    return rewritten(folder / "layout.mcap", length=-1), "the length of a sample does not fit"
 
 
 def mixed_clocks(folder):
@@ -64,7 +64,7 @@ def mixed_clocks(folder):
 
 
 def external(folder):
-    return rewritten(folder / "external.mcap", units=False), "no slipmode recording"
+    return rewritten(folder / "external.mcap", units=False), "not a recording of slipmode"
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def test_replay_shows_the_numbers_and_says_what_it_does_not(tmp_path, capsys):
     before = hashlib.sha256(path.read_bytes()).digest()
     assert main(["replay", str(path), "--save", str(out)]) == 0
     printed = capsys.readouterr()
-    assert printed.out == f"{out}\n"
+    assert printed.out == f"{out}\nnext:  rerun {out}\n"
     (line,) = printed.err.splitlines()
     assert line.startswith(f"{path}: not shown: {COUNT} of /camera (cdr sensor_msgs/msg/Image)")
     assert verified(out)
@@ -184,7 +184,8 @@ def rubbish_messages(path):
             writer.add_message(robot, number, protobuf_message(number), number)
         writer.finish()
     return path, (
-        "no numbers to show: 3 of /arm (json Arm): not JSON; 3 of /text (json Arm): no numbers; "
+        "has no numbers to show (3 of /arm (json Arm): not JSON; 3 of /text (json Arm): no "
+        "numbers; "
         "3 of /robot (protobuf plant.Robot): their schema cannot be read"
     )
 
@@ -192,7 +193,7 @@ def rubbish_messages(path):
 def nothing(path):
     with path.open("wb") as file:
         Writer(file).start()
-    return path, "no numbers to show: the file ends at byte"
+    return path, "has no numbers to show (the file ends at byte"
 
 
 def no_messages(path):
@@ -200,7 +201,7 @@ def no_messages(path):
         writer = Writer(file)
         writer.start()
         writer.finish()
-    return path, "no numbers to show: no messages at all"
+    return path, "has no numbers to show (no messages at all"
 
 
 def clocks_of_channels(path):

@@ -233,12 +233,17 @@ def test_samples_that_tools_have_encoded_otherwise_are_refused():
 @pytest.mark.parametrize(
     ("topic", "time", "values", "complaint"),
     [
-        ("/contact/0", [0.0, 0.5], [[0, 0, 0], [0, np.nan, 0]], "/contact/0: v is nan at t = 0.5"),
-        ("/contact/0", [0.0], [[0, 0, np.inf]], "/contact/0: f is inf"),
-        ("/contact/0", [0.0], [[0, 0]], r"shape \(1, 2\), not \(1, 3\)"),
+        (
+            "/contact/0",
+            [0.0, 0.5],
+            [[0, 0, 0], [0, np.nan, 0]],
+            "/contact/0: v must be finite, got nan at t = 0.5",
+        ),
+        ("/contact/0", [0.0], [[0, 0, np.inf]], "/contact/0: f must be finite, got inf"),
+        ("/contact/0", [0.0], [[0, 0]], r"shape \(1, 3\), got \(1, 2\)"),
         ("/contact/0", [-1.0], [[0, 0, 0]], "times must be finite and not negative"),
         ("/contact/0", [np.nan], [[0, 0, 0]], "times must be finite and not negative"),
-        ("/contact/7", [0.0], [[0, 0, 0]], "/contact/7 is not recorded"),
+        ("/contact/7", [0.0], [[0, 0, 0]], "/contact/7: is not recorded"),
     ],
 )
 def test_bad_samples_are_refused(tmp_path, kind, topic, time, values, complaint):
@@ -320,7 +325,8 @@ def test_rerun_file_holds_legends_with_units_and_scales(tmp_path):
     assert verified(path)
     text = subprocess.run([RERUN, "rrd", "print", "-vvv", path], capture_output=True, check=True)
     assert b"|A| [kg^0.5 m]" in text.stdout
-    assert b"x = 0.15 m, f = 2 N" in text.stdout
+    for label in ("x: ±0.15 m".encode(), "f: ±2 N".encode()):
+        assert label in text.stdout
     assert HEADER.title.encode() in text.stdout
 
 

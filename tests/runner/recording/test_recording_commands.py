@@ -156,7 +156,7 @@ def test_a_sound_recording_is_copied(whole, tmp_path):
 
 def test_nothing_is_left_where_nothing_can_be_recovered(whole, tmp_path):
     path = damaged(whole, tmp_path, lambda data: data[:60])
-    with pytest.raises(SlipmodeError, match=r"damaged\.mcap: cut before its first channel"):
+    with pytest.raises(SlipmodeError, match=r"damaged\.mcap: ends before its first channel"):
         recover(path, tmp_path / "out.mcap")
     assert sorted(tmp_path.iterdir()) == [path]
 

@@ -95,14 +95,14 @@ def test_limits_are_scripted():
 
 PRESSED = FRICTIONAL.replace("preload = 1.0", "preload = 0.0") + "[preload]\n"
 REFUSED = [
-    ("", "friction: is missing: give [friction] or [[contacts]]"),
-    (JENKINS + COULOMB, 'contacts: are elastic, [friction] is rigid: give one of both; law = "j'),
-    (COULOMB.replace("coulomb", "jenkins"), "friction.law: is an elastic law: use a group [["),
+    ("", "friction: is missing; give [friction] or [[contacts]]"),
+    (JENKINS + COULOMB, 'contacts: are elastic and [friction] is rigid; give one of them. law'),
+    (COULOMB.replace("coulomb", "jenkins"), "friction.law: is an elastic law; use a group [["),
     (JENKINS.replace("jenkins", "coulomb"), "contacts[0].law: is a rigid law and goes in [fri"),
     (JENKINS.replace("jenkins", "spring"), 'contacts[0].law: must be one of "jenkins", "iwan", "'),
     (JENKINS.replace("limit", "limits", 1), "contacts[0].limits: unknown key; allowed: beta, chi"),
     (JENKINS + "window = [1, 2]", "contacts[0].window: unknown key; allowed: beta, chi, contacts"),
-    (JENKINS + "mu = 1", 'contacts[0].mu: is no parameter of law = "jenkins"; it has limit, st'),
+    (JENKINS + "mu = 1", 'contacts[0].mu: is not a parameter of law = "jenkins"; it has lim'),
     (JENKINS.replace("stiffness = 30.0", ""), "contacts[0].stiffness: is missing"),
     (JENKINS.replace("30.0", "0"), "contacts[0].stiffness: must be > 0, got 0"),
     (JENKINS.replace("2.0", "-2.0"), "contacts[0].limit[0]: must be >= 0, got -2.0"),
@@ -112,24 +112,24 @@ REFUSED = [
     (JENKINS.replace("[2.0, 1.0]", "2") + "contacts = [0]", "contacts: every contact DOF, 0 to 1"),
     (JENKINS + "contacts = [0, 0]", "contacts: every contact DOF, 0 to 1, must be in one group"),
     (JENKINS + "contacts = [-1, 0]", "contacts[0].contacts[0]: must be an integer (>= 0), got -1"),
-    (JENKINS + JENKINS, "contacts[0].contacts: is missing: of several groups each says"),
+    (JENKINS + JENKINS, "contacts[0].contacts: is missing; each of several groups needs"),
     (FRICTIONAL.replace("0.5", "-0.5"), "contacts[0].mu: must be >= 0, got -0.5"),
     (FRICTIONAL.replace("= 1.0", "= -1"), "contacts[0].preload: must be >= 0, got -1"),
     (FRICTIONAL.replace("30.0", "0.0"), "contacts[0].normal_stiffness: must be > 0, got 0.0"),
-    (FRICTIONAL + "gap = 0.1", "contacts[0].gap: must be 0 where there is a preload"),
+    (FRICTIONAL + "gap = 0.1", "contacts[0].gap: must be 0 where preload > 0"),
     (FRICTIONAL + "tangents = 3", "contacts[0].tangents: must be 1 or 2, got 3"),
-    (FRICTIONAL + "tangents = 2", "contacts[0].contacts: a frictional contact has 3 directions"),
+    (FRICTIONAL + "tangents = 2", "contacts[0].contacts: a frictional contact has 3 DOFs"),
     (FRICTIONAL.replace("preload = 1.0", "preload = 0.0\ngap = 0.1"), "gap: all contacts"),
     (FRICTIONAL.replace("0.5", "nan"), "contacts[0].mu: must be >= 0, got NaN"),
-    (FRICTIONAL + "contacts = [1]", "contacts[0].contacts: a frictional contact has 2 directions"),
+    (FRICTIONAL + "contacts = [1]", "contacts[0].contacts: a frictional contact has 2 DOFs"),
     (FRICTIONAL + "contacts = [1, 1]", "contacts: every contact DOF, 0 to 1, must be in one grou"),
     (JENKINS + '[model]\nformulation = "paper"', 'model.formulation: must be "consistent" with'),
     (JENKINS + "[limits]\nscale = 0", "limits.scale: must be > 0, got 0"),
     (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
     (JENKINS + "[limits]\nscales = 1", "limits.scales: unknown key; allowed: scale"),
     (COULOMB.replace("coulomb", "tanh") + "alpha = 1\n[limits]\nscale = 2", "limits.scale: the"),
-    (COULOMB + "[preload]\ndof = 3\nforce = 1", "preload: presses contacts together, and these"),
-    (JENKINS + "[preload]\ndof = 3\nforce = 1", "preload: presses contacts together, and these h"),
+    (COULOMB + "[preload]\ndof = 3\nforce = 1", "preload: must be left out, because the contacts"),
+    (JENKINS + "[preload]\ndof = 3\nforce = 1", "preload: must be left out, because the contacts"),
     (PRESSED + "", "preload.dof: give exactly one of dof and vector"),
     (PRESSED + "dof = 3\nvector = [1]", "preload.dof: give exactly one of dof and vector"),
     (PRESSED + "dof = 3", "preload.force: is missing"),
@@ -140,10 +140,10 @@ REFUSED = [
     (PRESSED + "dof = []\nforce = 1", "preload.dof: must be one DOF or several different ones"),
     (PRESSED + "dof = [2, 3]\nforce = [1]", "preload.force: must be one number or 2 numbers"),
     (PRESSED + "vector = [0, 1]", "preload.vector: must have 4 numbers, one per DOF, got 2"),
-    (PRESSED + "vector = [0, 1, 2, 3]\nforce = 1", "preload.force: goes with dof; vector has the"),
+    (PRESSED + "vector = [0, 1, 2, 3]\nforce = 1", "preload.force: must be left out with vector,"),
     (PRESSED + 'vector = "none.npy"', "preload.vector: no such file or folder: 'none.npy'"),
     (PRESSED + 'vector = "pyproject.toml"', "preload.vector: must be an .npy file of one number"),
-    (PRESSED + "dof = 3\nforce = -1", "preload: all contacts are open under it; at least one mu"),
+    (PRESSED + "dof = 3\nforce = -1", "preload: all contacts are open under this force; at least"),
     (PRESSED + "dof = 3\nforces = 1", "preload.forces: unknown key; allowed: dof, force, vector"),
     ("[[contact]]\nlaw = 3\n" + JENKINS, "contact[1].law: unknown key; allowed: samples_per_peri"),
 ]  # fmt: skip
@@ -180,7 +180,7 @@ def test_a_static_force_makes_preloads_and_gaps(tmp_path):
     scene = parse_scene(START + PRESSED + "dof = [3, 0]\nforce = [2.0, 0.5]", ".")
     plan = make_plan(scene)
     force = {3: 2.0, 0: 0.5}
-    with pytest.warns(rom.ValidityWarning, match="tangential at contacts"):
+    with pytest.warns(rom.ValidityWarning, match="loads contacts tangentially"):
         found = rom.preload(plan.structure, rom.FrictionalContact(0.5, 0.0, 20.0, 30.0), force)
     assert plan.excited.law == found.law
     assert found.law.preload[0] > 0.5
@@ -215,6 +215,6 @@ def test_the_plan_tells_of_skewed_directions(tmp_path, recwarn):
         body.save(tmp_path / "body.npz")
         text = START.replace('model = "two-mass"', 'matrices = "body.npz"')
         plan = make_plan(parse_scene(text + FRICTIONAL, tmp_path))
-        told = [d for d in plan.decisions if d.choice == "in skewed directions"]
+        told = [d for d in plan.decisions if d.choice == "have skewed directions"]
         assert [d.level for d in told] == ["warning"] * (slant > 0.0)
     assert not recwarn.list

@@ -97,7 +97,7 @@ def test_contacts_of_different_laws_in_a_file_of_one_sector(tmp_path):
 
 def test_validation_takes_one_engine_order(tmp_path):
     text = SHORT.replace("A = 0", "A = 0\nB = 1") + RANGE + SECOND_WAVE
-    with pytest.raises(SlipmodeError, match=r"^forcing\.B: all sectors are integrated under one"):
+    with pytest.raises(SlipmodeError, match=r"^forcing\.B: must be left out, or"):
         validate(parse_scene(text, "."), tmp_path)
 
 

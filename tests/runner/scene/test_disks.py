@@ -146,14 +146,14 @@ def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
         ([(ORDER, "engine_order = 0")], "forcing.A.engine_order: must be an integer (> 0), got 0"),
         (
             [(ORDER, "frequency = 197.0")],
-            "forcing.A.rotor_speed: goes with engine_order, which is",
+            "forcing.A.rotor_speed: needs engine_order, which is",
         ),
-        ([(ORDER, f"{ORDER}\nfrequency = 197.0")], "forcing.A.frequency: leave it out: it is eng"),
+        ([(ORDER, f"{ORDER}\nfrequency = 197.0")], "forcing.A.frequency: must be left out; it is"),
         ([("rotor_speed", "# rotor_speed")], "forcing.A.rotor_speed: is missing"),
         (
             [("A = 0", "A = 0\nnodal_diameters = [5]")],
-            "forcing.A.engine_order: 3 excites nodal diameter 3 of 24 sectors, and mode A has 5 "
-            "(modes.nodal_diameters); engine orders 5, 29, ... excite that",
+            "forcing.A.engine_order = 3: excites nodal diameter 3 of 24 sectors, but "
+            "modes.nodal_diameters is 5 for mode A; engine orders 5, 29, ... excite 5",
         ),
         (
             [("A = 0", "A = 0\nnodal_diameters = [13]")],
@@ -163,15 +163,15 @@ def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
             [("A = 0", "A = 0\nnodal_diameters = [3, 4]")],
             "modes.nodal_diameters: must be 1, one per mode",
         ),
-        ([("A = 0", "A = 0\nB = 1")], "modes.nodal_diameters: is missing: no engine order says w"),
-        ([("A = 0", "A = 7")], "modes: must be 0 to 2, got 7, of one nodal diameter"),
+        ([("A = 0", "A = 0\nB = 1")], "modes.nodal_diameters: is missing, and no engine order gi"),
+        ([("A = 0", "A = 7")], "modes: must be 0 to 2, got 7; modes of a nodal"),
         ([("sectors = 24", "sectors = 2")], "structure.sectors: must be an integer (>= 3), got 2"),
         (
             [('model = "lumped-disk"', 'model = "two-mass"')],
-            'structure.sectors: is for model = "lumped-disk", or for matrices of one sector',
+            'structure.sectors: must be left out; it is for model = "lumped-disk" or',
         ),
         ([("dof = 2", "dof = 3")], "forcing.A.dof: must be 0 to 2, got 3"),
-        ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: leave it out: structures with"),
+        ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: must be left out with structu"),
         (
             [("[run]", '[model]\ntable = "none"\n[run]')],
             'model.table: must be "whole" with struct',
@@ -186,7 +186,7 @@ def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
         ),
         (
             [("[[0, 3780], [4, 4040]]", "300")],
-            "forcing.A.engine_order * rotor_speed: must be 123 to 1960 Hz, for mode A",
+            "forcing.A.engine_order * rotor_speed: must be 123 to 1960 Hz, because mode A",
         ),
     ],
 )
@@ -221,10 +221,10 @@ def test_equal_frequencies_are_refused():
 def test_keys_of_sectors_need_sectors(sector):
     text = changed((FILE[0], FILE[1]), ("sectors = 24", ""))
     assert refusal(text, sector) == (
-        "structure.next_contacts: is for matrices of one sector, which go with sectors"
+        "structure.next_contacts: needs matrices of one sector, and sectors"
     )
     assert refusal(changed(("sectors = 24", "left = [0]"))) == (
-        "structure.left: is for matrices of one sector, which go with sectors"
+        "structure.left: needs matrices of one sector, and sectors"
     )
 
 

@@ -72,7 +72,7 @@ def test_range_takes_in_both_sides_of_a_jump_but_not_what_was_before(t0, t1, exp
         ([], "at least one breakpoint"),
         ([[1, 0.0], [0, 1.0]], "sorted in time, got t = 0 after 1"),
         ([[1, 0.0], [1, 1.0], [1, 2.0]], "at most two breakpoints"),
-        ([[0, 0.0], [5e-324, 1.0]], "too close in time"),
+        ([[0, 0.0], [5e-324, 1.0]], "must be further apart in time"),
     ],
 )
 def test_refuses_breakpoints_that_are_no_function(points, message):

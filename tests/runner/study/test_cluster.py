@@ -258,7 +258,7 @@ def test_workers_that_are_still_connecting_are_waited_for(monkeypatch, caplog):
     ) as local:
         address = local.scheduler_address
         monkeypatch.setattr(cluster, "_ANSWERS", 0.5)
-        refused = rf"^scheduler: {address} has no workers; `dask worker {address}` starts one$"
+        refused = rf"^scheduler: {address} has no workers; start one with `dask worker {address}`$"
         with pytest.raises(SlipmodeError, match=refused), cluster.cluster(None, address):
             pass
         monkeypatch.setattr(cluster, "_ANSWERS", 60.0)

@@ -185,10 +185,10 @@ def test_results_of_another_study_are_left_alone(study_file, tmp_path, scheduler
     vary = '[[vary]]\nkey = "forcing.A.amplitude"\nvalues = [0.1]\n'
     run_study(study_file(vary + STEADY), tmp_path, scheduler=scheduler)
     path = study_file(vary.replace("0.1", "0.2") + STEADY)
-    with pytest.raises(SlipmodeError, match=r"study\.zarr: holds results of another study"):
+    with pytest.raises(SlipmodeError, match=r"study\.zarr: has results of another study"):
         run_study(path, tmp_path, scheduler=scheduler)
     (tmp_path / "other" / "study.zarr").mkdir(parents=True)
-    with pytest.raises(SlipmodeError, match=r"study\.zarr: holds no results of a study"):
+    with pytest.raises(SlipmodeError, match=r"study\.zarr: has no results of a study"):
         run_study(path, tmp_path / "other", scheduler=scheduler)
 
 
@@ -211,7 +211,7 @@ def test_a_full_disk_is_one_line_and_what_was_computed_stays(
 
     with monkeypatch.context() as patch:
         patch.setattr(Results, "_write", on_full_disk)
-        with pytest.raises(SlipmodeError, match="cannot be written: File too large; what was"):
+        with pytest.raises(SlipmodeError, match="cannot be written: File too large; repeat"):
             run_study(path, tmp_path, scheduler=scheduler)
     done = run_study(path, tmp_path, scheduler=scheduler)
     assert (done.found, done.failed, done.samples) == (8, 0, 24)

@@ -9,6 +9,7 @@ from elastic import frictional_beam, l_frame
 
 from slipmode import rom, runner
 from slipmode.rom.full import integrate
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.cli import main
 from slipmode.runner.fmi.export import export_fmu
@@ -186,7 +187,7 @@ def test_the_plan_lists_the_stretches_and_their_cost(tmp_path, capsys):
     assert decision(plan).choice in shown
     share = (end - start) / scene.run.duration
     (cost,) = [line for line in shown.splitlines() if line.startswith("full order ")]
-    assert "s of a processor" in cost and cost.endswith(f"for {share:.1%} of the scene")
+    assert "s of processor time" in cost and f"for {percentage(share)} of the scene" in cost
 
 
 @pytest.mark.parametrize(

@@ -231,7 +231,7 @@ def test_the_recording_says_where_and_why(tmp_path):
     assert all("estimated transient error: |A| 0.3" in line for line in full)
     (why,) = [each for each in recording.plan.decisions if each.subject == "transients"]
     assert re.fullmatch(r"full order from 0\.\d* to \S+ s, 150\.?\d* to \S+ s", why.choice)
-    assert why.level == "info" and why.reason.endswith("allowed: 0.1 %; times as in the dry run")
+    assert why.level == "info" and why.reason.endswith("allowed: 0.1 %; times from the dry run")
     # the dry run has a coarse table, and knows nothing of the windows of demodulation
     ends = [float(line.split()[5]) for line in full]
     for (start, end), (begun, ended) in zip(

@@ -148,7 +148,7 @@ def test_files_that_are_no_recordings(tmp_path):
         tmp_path / "missing.mcap": "No such file",
         empty: "an empty file",
         text: "not an MCAP file",
-        external: ": no slipmode recording",
+        external: ": not a recording of slipmode",
     }
     for path, complaint in complaints.items():
         with pytest.raises(SlipmodeError, match=complaint) as refusal:

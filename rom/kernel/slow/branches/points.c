@@ -130,7 +130,7 @@ static sm_inputs change_of(const sm_forced *forced) {
     return change;
 }
 
-static sm_inputs inputs_at(const sm_forced *forced, double p) {
+sm_inputs sm_forced_inputs(const sm_forced *forced, double p) {
     const sm_inputs change = change_of(forced);
     sm_inputs at = forced->inputs[0];
     for (int j = 0; j < SM_MODES; j++) {
@@ -171,7 +171,7 @@ static void change_by_inputs(const sm_forced *forced, const sm_instant *instant,
 static sm_status forced_rates(const void *of, const double *z, double *F, double *J) {
     const sm_forced *forced = of;
     const int modes = forced->flow->table.modes, k = 2 * modes;
-    const sm_inputs inputs = inputs_at(forced, z[k]);
+    const sm_inputs inputs = sm_forced_inputs(forced, z[k]);
     sm_status status = sm_inputs_check(&inputs, modes);
     if (status != SM_OK) return status;
     double size[2 * SM_MODES], y[2 * SM_MODES] = {0.0}, jacobian[4 * SM_MODES * SM_MODES];

@@ -272,7 +272,7 @@ POINTS = rom.IdentifiedBackbone(
             r"backbones\[0\].damping: must be 2 finite numbers",
         ),
         ({}, "4 values do not determine 4 parameters"),
-        ({"fixed": ("wall.limits",)}, "fixed: 'wall.limits' is no parameter, allowed: joint"),
+        ({"fixed": ("wall.limits",)}, "fixed: 'wall.limits' is not a parameter, allowed: joint"),
         ({"adjust": ("stiffness",)}, "adjust = 'stiffness': must be damping or frequency"),
         ({"sensor": 8}, "sensor = 8: must be a DOF, 0 to 7"),
         ({"groups": {}}, "groups: must be {name"),
@@ -285,7 +285,7 @@ POINTS = rom.IdentifiedBackbone(
         ),
         (
             {"groups": {"a": (rom.Iwan(1.0, 1e4, 0.0, 0.0), [0, 1, 2])}},
-            "a.beta = 0: must be > 0, or in `fixed`",
+            "a.beta = 0: must be > 0, or be listed in fixed",
         ),
     ],
 )

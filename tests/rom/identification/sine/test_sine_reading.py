@@ -58,12 +58,16 @@ def test_arrays_and_structures_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("header", "arguments", "message"),
     [
-        ("frequency,torque,amplitude,phase", {}, "has frequency, torque, amplitude, phase; the"),
+        ("frequency,torque,amplitude,phase", {}, "got frequency, torque, amplitude, phase; the"),
         ("frequency,force,amplitude,phase", {"unit": None}, "unit: .* does not state one"),
         ("frequency,force,amplitude,phase", {"force_unit": None}, "force_unit: .* does not state"),
         ("frequency,force [kN],amplitude,phase", {"force_unit": None}, "is in 'kN': must be N"),
         ("frequency,force,amplitude,phase [deg]", {}, "phase is in 'deg': must be rad"),
-        ("frequency,force,amplitude [m/s],phase", {}, "unit = 'm/s.2': .* states 'm/s'"),
+        (
+            "frequency,force,amplitude [m/s],phase",
+            {},
+            "unit = 'm/s.2': must be 'm/s', as .* states",
+        ),
         ("frequency,force,amplitude,phase", {"unit": "g"}, "unit = 'g': must be m, m/s, m/s"),
     ],
 )
@@ -118,12 +122,20 @@ def test_time_signals_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("names", "arguments", "message"),
     [
-        (("time", "response"), {}, "or the time signals force, response; has time, response; the"),
+        (("time", "response"), {}, "or the time signals force, response, got time, response; the"),
         (("force", "response"), {}, "has neither a sampling rate nor times; give sample_rate="),
         (("time", "force", "response"), {"unit": None}, "unit: .* does not state one; give unit="),
         (("time", "force", "response"), {"force_unit": None}, "force_unit: .* does not state"),
-        (("time", "force", "response"), {"sample_rate": 100.0}, "a.npz states 640 Hz"),
-        (("time", "force", "response"), {"channels": ("F", "x")}, "needs F, x; has time, force"),
+        (
+            ("time", "force", "response"),
+            {"sample_rate": 100.0},
+            "must be 640 Hz, as .*a.npz states",
+        ),
+        (
+            ("time", "force", "response"),
+            {"channels": ("F", "x")},
+            "must have F, x, got time, force",
+        ),
         (("time", "force", "response"), {"channels": "force"}, "channels = 'force': must be the"),
     ],
 )

@@ -135,3 +135,15 @@ def test_it_ends_where_the_rates_do():
 
 def test_there_is_none_without_a_solution():
     assert branch_through(curve_of(circle, 1, 0.02), np.array([0.0, 0.99])) is None
+
+
+@pytest.mark.parametrize("unknowns", [2, 4])
+def test_a_point_is_stable_where_all_eigenvalues_decay(unknowns):
+    drawn, counts = np.random.default_rng(1), {True: 0, False: 0}
+    for size in np.repeat([1e-6, 1.0, 1e4], 100):
+        jacobian = drawn.normal(size=(unknowns, unknowns)) - np.eye(unknowns)
+        row = np.concatenate((np.zeros(2 * (unknowns + 1)), size * jacobian.ravel()))
+        stable = bool((np.linalg.eigvals(jacobian).real < 0.0).all())
+        assert kernel.lib.sm_curve_is_stable(unknowns, row.ctypes.data) == stable
+        counts[stable] += 1
+    assert min(counts.values()) > 30

@@ -61,7 +61,7 @@ def test_where_nothing_slips_no_limit_is_best():
     stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
     with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* hardly slip") as said:
         rom.performance_curve(stuck, FORCE)
-    assert str(said.value).endswith("the first yields at 1: tabulate to 4 or more")
+    assert str(said.value).endswith("the first contact slips at 1; tabulate to 4 or more")
     model = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2)
     curve = rom.performance_curve(model, FORCE)
     assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
@@ -69,9 +69,9 @@ def test_where_nothing_slips_no_limit_is_best():
 
 def test_what_has_no_such_curve_is_named(model):
     smooth = rom.tabulate(model.reduced, rom.Tanh(2.0, 0.02), (4.0,), 1e-2)
-    with pytest.raises(SlipmodeError, match="law: must be one that scales"):
+    with pytest.raises(SlipmodeError, match="law: the motion must scale"):
         rom.performance_curve(smooth, FORCE)
     with pytest.raises(SlipmodeError, match="mode: must be 0 to 0, got 1"):
         rom.performance_curve(model, FORCE, mode=1)
-    with pytest.raises(SlipmodeError, match="force: does not move mode A"):
+    with pytest.raises(SlipmodeError, match="force: does not excite mode A"):
         rom.performance_curve(model, {0: 0.0})

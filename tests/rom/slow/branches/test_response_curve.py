@@ -211,7 +211,7 @@ def test_it_is_drawn(both, tmp_path):
 
 def test_a_branch_with_too_many_points_is_said_to_go_on(both, monkeypatch):
     monkeypatch.setattr(continuation, "MOST_POINTS", 10)
-    with pytest.warns(rom.ValidityWarning, match=r"^curve not followed beyond frequency_A = 0\."):
+    with pytest.warns(rom.ValidityWarning, match=r"^curve is incomplete beyond frequency_A = 0\."):
         curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
     ends = np.array([curve.parameter.min(), curve.parameter.max()])
     assert curve.cut_off.size >= 1

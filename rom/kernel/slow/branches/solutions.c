@@ -1,0 +1,162 @@
+/* Steady states of a forced slow flow at parts of its line of inputs: where curves of it start. */
+#include "base/check.h"
+#include "slow/slow_flow.h"
+
+#define CELLS 32        /* of the amplitude range of each of two modes, see `is_candidate` */
+#define CELLS_ALONE 100 /* of the range of a single mode */
+#define CORNERS ((CELLS + 1) * (CELLS + 1))
+
+/* Corners of the cells of the plane of moduli, those of mode B one after the other. */
+typedef struct {
+    int modes;
+    int cells[SM_MODES];                /* 0: a mode without force, or a mode that is not there */
+    double range[SM_MODES];
+    sm_complex friction[CORNERS][SM_MODES]; /* S_j */
+    unsigned char sides[CORNERS];       /* see `set_sides` */
+} grid;
+
+/* The inputs at a part of the line. With z the effective amplitudes relative to the limits s, c the
+ * coupling ratio and f(|z|) the friction terms, steady states are
+ *
+ *   stiffness s / c z - c s f(|z|) z / |z| = F (1 / 2 + stiffness shift) = acting.
+ *
+ * The left-hand side for z = |z| is the force that the moduli need. */
+typedef struct {
+    double limit_scale;
+    sm_complex coupling[SM_MODES], shifted[SM_MODES]; /* c, shift F */
+    sm_complex spring[SM_MODES], gain[SM_MODES], acting[SM_MODES];
+} load;
+
+static int corners(const grid *g, int mode) { return g->cells[mode] + 1; }
+
+static int corner_at(const grid *g, int a, int b) { return a * corners(g, 1) + b; }
+
+/* The modulus of a mode at a place along its cells. */
+static double modulus_at(const grid *g, int mode, double place) {
+    const int cells = g->cells[mode];
+    return place < cells ? place * (g->range[mode] / cells) : cells > 0 ? g->range[mode] : 0.0;
+}
+
+static sm_status look_up(const sm_table *table, const double *modulus, sm_complex *friction) {
+    double columns[SM_MOST_FIELDS];
+    const sm_status status = sm_table_lookup(table, 1, modulus, columns);
+    for (int j = 0; status == SM_OK && j < table->modes; j++) friction[j] = sm_pair(columns + 2 * j);
+    return status;
+}
+
+static sm_status set_grid(grid *g, const sm_forced *forced) {
+    sm_status status = SM_OK;
+    g->modes = forced->flow->table.modes;
+    for (int j = 0; j < SM_MODES; j++) {
+        const int moved = j < g->modes
+                          && (forced->inputs[0].force[j] != 0.0 || forced->inputs[1].force[j] != 0.0);
+        g->cells[j] = !moved ? 0 : g->modes > 1 ? CELLS : CELLS_ALONE;
+        g->range[j] = forced->scale[j];
+    }
+    for (int a = 0; a < corners(g, 0); a++)
+        for (int b = 0; status == SM_OK && b < corners(g, 1); b++) {
+            const double modulus[SM_MODES] = {modulus_at(g, 0, a), modulus_at(g, 1, b)};
+            status = look_up(&forced->flow->table, modulus, g->friction[corner_at(g, a, b)]);
+        }
+    return status;
+}
+
+static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *inputs) {
+    double rest[2 * SM_MODES] = {0.0}, balance[8 * SM_MODES];
+    const double *stiffness = balance + 2 * flow->table.modes; /* after mass_j */
+    const sm_status status = sm_slow_flow_balance(flow, 1, inputs, rest, balance, NULL);
+    if (status != SM_OK) return status;
+    l->limit_scale = inputs->limit_scale;
+    for (int j = 0; j < flow->table.modes; j++) {
+        const sm_complex slope = sm_pair(flow->coupling_ratio[j][1]);
+        const sm_complex turned = sm_cx(-inputs->frequency[j] * slope.im, inputs->frequency[j] * slope.re);
+        const sm_complex constant = sm_cadd(sm_cx(1.0, 0.0), sm_pair(flow->coupling_ratio[j][0]));
+        const sm_complex coupling = sm_cadd(constant, turned), k = sm_pair(stiffness + 2 * j);
+        const sm_complex force = sm_cscale(sm_unit(inputs->phase[j]), inputs->force[j]);
+        l->coupling[j] = coupling;
+        l->shifted[j] = sm_cmul(sm_pair(flow->off_resonance[j]), force);
+        l->spring[j] = sm_cscale(sm_cdiv(k, coupling), inputs->limit_scale);
+        l->gain[j] = sm_cscale(coupling, inputs->limit_scale);
+        l->acting[j] = sm_cadd(sm_cscale(force, 0.5), sm_cmul(k, l->shifted[j]));
+    }
+    return SM_OK;
+}
+
+static sm_complex force_needed(const load *l, int mode, double modulus, sm_complex friction) {
+    return sm_csub(sm_cscale(l->spring[mode], modulus), sm_cmul(l->gain[mode], friction));
+}
+
+/* Notes at each corner, for each mode, whether the acting force suffices (1) and whether it is not
+ * exceeded (2). */
+static void set_sides(grid *g, const load *l) {
+    for (int a = 0; a < corners(g, 0); a++)
+        for (int b = 0; b < corners(g, 1); b++) {
+            const int corner = corner_at(g, a, b);
+            unsigned sides = 0;
+            for (int j = 0; j < g->modes; j++) {
+                const double modulus = modulus_at(g, j, j == 0 ? a : b);
+                const sm_complex friction = g->friction[corner][j];
+                const double needed = sm_cabs2(force_needed(l, j, modulus, friction));
+                const double acting = sm_cabs2(l->acting[j]);
+                sides |= ((needed <= acting ? 1u : 0u) | (needed >= acting ? 2u : 0u)) << 2 * j;
+            }
+            g->sides[corner] = (unsigned char)sides;
+        }
+}
+
+/* Whether the force needed falls below the acting one at some corners of the cell, and exceeds it at
+ * others, for each mode. */
+static int is_candidate(const grid *g, int a, int b) {
+    unsigned sides = 0;
+    for (int i = 0; i <= (g->cells[0] > 0); i++)
+        for (int k = 0; k <= (g->cells[1] > 0); k++) sides |= g->sides[corner_at(g, a + i, b + k)];
+    return sides == (g->modes > 1 ? 15u : 3u);
+}
+
+/* The amplitudes in the middle of a cell whose phases balance the forces, in units of the curve. */
+static sm_status guess(const grid *g, const load *l, const sm_table *table, const int *cell,
+                       double *z) {
+    double modulus[SM_MODES];
+    sm_complex friction[SM_MODES];
+    for (int j = 0; j < SM_MODES; j++)
+        modulus[j] = modulus_at(g, j, cell[j] + (g->cells[j] > 0 ? 0.5 : 0.0));
+    const sm_status status = look_up(table, modulus, friction);
+    for (int j = 0; status == SM_OK && j < g->modes; j++) {
+        const sm_complex needed = force_needed(l, j, modulus[j], friction[j]);
+        const sm_complex turn = sm_cmul(l->acting[j], sm_conj(needed));
+        const double length = sqrt(sm_cabs2(turn));
+        const sm_complex unit = length > 0.0 ? sm_cscale(turn, 1.0 / length) : sm_cx(1.0, 0.0);
+        const sm_complex effective = sm_cscale(unit, l->limit_scale * modulus[j]);
+        const sm_complex a = sm_csub(sm_cdiv(effective, l->coupling[j]), l->shifted[j]);
+        z[2 * j] = a.re / (l->limit_scale * g->range[j]);
+        z[2 * j + 1] = a.im / (l->limit_scale * g->range[j]);
+    }
+    return status;
+}
+
+sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, size_t most, double *z,
+                              size_t *found) {
+    sm_curve curve;
+    grid g;
+    if (!z || !found || sections < 2) return SM_BAD_ARGUMENT;
+    *found = 0;
+    sm_status status = sm_forced_curve(forced, 1.0, &curve);
+    if (status == SM_OK) status = set_grid(&g, forced);
+    for (int section = 0; status == SM_OK && section < sections; section++) {
+        const double part = section / (double)(sections - 1);
+        const sm_inputs inputs = sm_forced_inputs(forced, part);
+        load l;
+        status = set_load(&l, forced->flow, &inputs);
+        if (status != SM_OK) break;
+        set_sides(&g, &l);
+        for (int a = 0; a < (g.cells[0] > 0 ? g.cells[0] : 1); a++)
+            for (int b = 0; b < (g.cells[1] > 0 ? g.cells[1] : 1); b++) {
+                double *row = z + *found * (size_t)(curve.unknowns + 1);
+                if (*found == most || !is_candidate(&g, a, b)) continue;
+                if (guess(&g, &l, &forced->flow->table, (int[]){a, b}, row) != SM_OK) continue;
+                row[curve.unknowns] = part;
+                if (sm_curve_solved(&curve, row) == SM_OK) ++*found;
+            }
+    }
+    return status;
+}

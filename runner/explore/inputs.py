@@ -1,0 +1,98 @@
+"""What a page can change: the inputs of a component, and how far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import ceil, floor, log10
+from typing import Any
+
+import numpy as np
+
+from slipmode.rom import Model
+from slipmode.rom.laws.friction import is_homogeneous
+from slipmode.rom.slow.branches.performance import slip_onset
+from slipmode.runner.fmi.export import largest_forces
+from slipmode.runner.plan.plan import Plan
+
+
+def page_inputs(plan: Plan, model: Model, start: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return name, label, unit, range and start value of each input.
+
+    The values are in SI units; `per` is the unit in which they are shown.
+
+    Parameters
+    ----------
+    plan : Plan
+    model : Model
+    start : mapping of str to float
+        Values with which the page starts, by name.
+    """
+    units, modes = plan.scene.units, plan.excited.modes
+    forces = [f"force_{mode}" for mode in modes]
+    scripted = np.abs(plan.schedule.extremes(forces)).max(axis=0)
+    largest = largest_forces(plan, model)
+    spans = frequency_spans(plan, model)
+    found = []
+    for j, mode in enumerate(modes):
+        if plan.excited.force_patterns[j].any():
+            most = largest.get(forces[j], 4.0 * float(scripted[j]) or 1.0)
+            most = _rounded_up(max(most, abs(start.get(forces[j], 0.0))))
+            label = f"Force {mode}"
+            found.append(_input(forces[j], label, "N", (0.0, most), start.get(forces[j], 0.0)))
+        name, label = f"frequency_{mode}", f"Frequency {mode}"
+        value = start.get(name, float(model.reduced.frequency[j]))
+        shown = _input(name, label, units.frequency, spans[j], value)
+        found.append(shown | {"per": units.per_frequency})
+    if is_homogeneous(model.law, model.reduced.n_contacts):
+        span, value = limit_span(plan, model), start.get("limit_scale", 1.0)
+        span = min(span[0], value), max(span[1], value)
+        limits = _input("limit_scale", "Limits and preloads", "×", span, value)
+        found.append(limits | {"log": True})
+    return found
+
+
+def _input(
+    name: str, label: str, unit: str, span: tuple[float, float], value: float
+) -> dict[str, Any]:
+    described = {"name": name, "label": label, "unit": unit, "per": 1.0, "log": False}
+    return described | {"least": span[0], "most": span[1], "start": float(value)}
+
+
+def frequency_spans(plan: Plan, model: Model) -> list[tuple[float, float]]:
+    """Return for each mode the frequencies [rad/s] that a page covers.
+
+    They are those of resonance at all amplitudes of the friction table, where the other mode is at
+    rest, and those of the scene, with a margin.
+    """
+    low, high = plan.schedule.frequency_range(plan.excited.modes)
+    nodes = (model.table.node_a, model.table.node_b)
+    spans = []
+    for j, natural in enumerate(model.reduced.frequency.tolist()):
+        moving = nodes[j][nodes[j] > 0.0]
+        amplitude = np.zeros((moving.size, model.modes))
+        amplitude[:, j] = moving
+        stiffening = -(model.table(amplitude)[:, j] / moving).real
+        resonance = np.sqrt(np.maximum(natural**2 + stiffening, 0.0))
+        ends = np.append(resonance, (natural, low[j], high[j]))
+        margin = 0.1 * np.ptp(ends) + 0.02 * natural  # beyond the peak, whose width is damping
+        spans.append((float(ends.min() - margin), float(ends.max() + margin)))
+    return spans
+
+
+def limit_span(plan: Plan, model: Model) -> tuple[float, float]:
+    """Return factors on limits and preloads, from slip to stick.
+
+    At the least of them the largest amplitudes of the scene end the friction table. At the largest
+    one they are below the onset of slip.
+    """
+    amplitude = np.array(plan.amplitude)
+    least = float((amplitude / model.table.amplitude_range).max())
+    onset = [slip_onset(model.reduced, model.law, j)[0] for j in range(model.modes)]
+    slips = [a / first for a, first in zip(amplitude, onset, strict=True) if first > 0.0]
+    return min(least, 0.5), _rounded_up(max(slips, default=2.0))
+
+
+def _rounded_up(value: float) -> float:
+    """Return the next number of two digits."""
+    unit = 10.0 ** (floor(log10(value)) - 1) if value > 0.0 else 1.0
+    return ceil(value / unit - 1e-9) * unit

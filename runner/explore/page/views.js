@@ -1,0 +1,117 @@
+/* What the page shows of the core: the run, a response curve, the motion over a beat. */
+import { Chart } from "page/chart";
+
+const PER_CYCLE = 40; // samples of the faster mode: steps in which contacts are marched
+const SHOWN_ROWS = 1500; // of the run
+export const MODAL = "√kg m"; // the unit of modal amplitudes
+
+/** Returns a column of rows, in a unit. */
+function column({ rows, width, count }, index, per = 1) {
+  return Float64Array.from({ length: count }, (_, k) => rows[k * width + index] / per);
+}
+
+export class Views {
+  constructor(content, core, history, pick) {
+    Object.assign(this, { content, core, history });
+    const { modes, contacts, dofs, displacement, frequency } = content;
+    const axes = modes.map((mode) => ({ label: `|${mode}| [${MODAL}]`, colour: `mode-${mode}` }));
+    const figure = (id) => document.getElementById(id);
+    this.amplitudes = new Chart(figure("amplitudes"), {
+      x: "time [s]",
+      axes,
+      series: modes.map((mode, axis) => ({ axis, colour: `mode-${mode}` })),
+      fromZero: true,
+    });
+    this.curve = new Chart(figure("curve"), {
+      x: `frequency [${frequency.unit}]`,
+      axes,
+      series: modes.flatMap((mode, axis) => [
+        { axis, colour: `mode-${mode}` },
+        { axis, colour: `mode-${mode}`, dashed: true },
+        { axis, colour: `mode-${mode}`, points: true },
+      ]),
+      fromZero: true,
+      pick,
+    });
+    for (const id of ["loop", "force"]) figure(id).hidden = !contacts.length;
+    figure("displacement").hidden = !dofs.length;
+    figure("displacement").classList.toggle("whole", !contacts.length);
+    figure("plots").classList.toggle("one-row", !dofs.length);
+    const length = `[${displacement.unit}]`;
+    if (dofs.length) {
+      this.displacement = new Chart(figure("displacement"), {
+        x: "time [s]",
+        axes: [{ label: `displacement ${length}` }],
+        series: dofs.map(({ name }, k) => ({ label: name, colour: `dof-${k % 4}` })),
+      });
+    }
+    if (!contacts.length) return;
+    this.loop = new Chart(figure("loop"), {
+      x: `displacement ${length}`,
+      axes: [{ label: "force [N]" }],
+      series: [{ colour: "contact" }, { colour: "contact", points: true }],
+    });
+    this.force = new Chart(figure("force"), {
+      x: "time [s]",
+      axes: [{ label: "force [N]" }],
+      series: [{ colour: "contact" }],
+    });
+  }
+
+  /** Draws the latest part of the run. */
+  drawRun() {
+    const names = ["time", ...this.content.modes.map((mode) => `${mode}_abs`)];
+    const [time, ...sizes] = this.history.latest(names, SHOWN_ROWS);
+    this.amplitudes.draw(sizes.map((size) => [time, size]));
+  }
+
+  /** Draws the motion of a contact and of the DOFs over a beat from now on. */
+  drawBeat(contact) {
+    const { contacts, dofs, displacement } = this.content;
+    if (!dofs.length) return;
+    const beat = this.core.beat(PER_CYCLE);
+    const time = column(beat, 0);
+    this.displacement.draw(dofs.map(({ slot }) => [time, column(beat, slot, displacement.per)]));
+    if (!contacts.length) return;
+    const x = column(beat, contacts[contact].x, displacement.per);
+    const f = column(beat, contacts[contact].f);
+    this.loop.draw([[x, f], [x.slice(0, 1), f.slice(0, 1)]]);
+    this.force.draw([[time, f]]);
+  }
+
+  /** Computes and draws the response curve against the frequency of a mode. */
+  drawCurve(swept) {
+    const { modes, inputs } = this.content;
+    const { least, most } = inputs.find((input) => input.name === `frequency_${modes[swept]}`);
+    const points = this.core.curve(swept, least, most, modes.length);
+    this.lines = modes.map((_, mode) => [this.line(points, mode, 1), this.line(points, mode, 0)]);
+    this.drawOperatingPoint(swept);
+  }
+
+  /** Returns the stable or unstable parts of all branches, with gaps between them. */
+  line({ rows, width, count }, mode, stable) {
+    const [xs, ys] = [[], []];
+    for (let k = 0; k < count; k++) {
+      const at = k * width;
+      const [stability, branch] = [at + width - 2, at + width - 1];
+      const follows = k > 0 && rows[branch] === rows[branch - width];
+      const shown = rows[stability] === stable || (follows && rows[stability - width] === stable);
+      if (!follows) {
+        xs.push(rows[at] / this.content.frequency.per);
+        ys.push(NaN);
+      }
+      xs.push(rows[at] / this.content.frequency.per);
+      ys.push(shown ? rows[at + 1 + mode] : NaN);
+    }
+    return [xs, ys];
+  }
+
+  /** Draws the response curve with the present amplitudes on it. */
+  drawOperatingPoint(swept) {
+    const { modes, frequency } = this.content;
+    const names = [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)];
+    const [now, ...sizes] = this.history.latest(names, 1);
+    const at = [now[0] / frequency.per];
+    this.curve.draw(modes.flatMap((_, mode) => [...this.lines[mode], [at, sizes[mode]]]));
+  }
+}

@@ -1,0 +1,202 @@
+"""The file of a page, without a browser; the core as WebAssembly where zig is installed."""
+
+import base64
+import json
+import re
+import zlib
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from slipmode import rom, runner
+from slipmode.fmu.archive import browser
+from slipmode.rom import SlipmodeError
+from slipmode.runner.cli import main
+from slipmode.runner.explore import explore as exploring
+from slipmode.runner.scene.scene import shipped_scenes
+
+
+class Elements(HTMLParser):
+    """Texts of the scripts by their identifiers or types, and all addresses."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.scripts, self.addresses, self._inside = {}, [], None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        name = given.get("id") or f"type {given.get('type')}"
+        self._inside = name if tag == "script" else None
+        self.addresses += [value for key, value in attrs if key in ("src", "href")]
+
+    def handle_data(self, data):
+        if self._inside:
+            self.scripts[self._inside] = self.scripts.get(self._inside, "") + data
+
+    def handle_endtag(self, tag):
+        self._inside = None
+
+
+@pytest.fixture
+def no_compiler(monkeypatch):
+    """A module that is none, so that pages can be written without zig."""
+    monkeypatch.setattr(exploring, "browser_module", lambda: b"\0asm")
+
+
+@pytest.fixture
+def written(no_compiler, tmp_path):
+    """Writes a page of a scene, whose text may be changed, and returns its elements."""
+
+    def write(name, *changes, **options):
+        scene = tmp_path / f"{name}.toml"
+        text = shipped_scenes()[name].read_text(encoding="utf-8")
+        for before, after in changes:
+            assert before in text
+            text = text.replace(before, after)
+        scene.write_text(text, encoding="utf-8")
+        path = runner.explore(scene, tmp_path / "page.html", **options)
+        return Elements(path.read_text(encoding="utf-8"))
+
+    return write
+
+
+def test_a_page_has_everything_in_it(written):
+    page = written("one-mode")
+    assert {"content", "module", "files", "type importmap"} <= page.scripts.keys()
+    assert zlib.decompress(base64.b64decode(page.scripts["module"])) == b"\0asm"
+    files = zlib.decompress(base64.b64decode(page.scripts["files"]))
+    planes = np.frombuffer(files, dtype=np.uint8).reshape(8, -1)
+    assert b"token.txt" in planes.T.tobytes()
+    imports = json.loads(page.scripts["type importmap"])["imports"]
+    assert {"page/main", "page/core", "page/uplot"} <= imports.keys()
+    assert all(each.startswith("data:") for each in (*imports.values(), *page.addresses))
+
+
+def test_inputs_start_as_the_scene_ends_and_cover_its_frequencies(written):
+    content = json.loads(written("one-mode").scripts["content"])
+    inputs = {each["name"]: each for each in content["inputs"]}
+    assert inputs.keys() == {"force_A", "frequency_A"}  # tanh: limits cannot be scaled
+    force, frequency = inputs.values()
+    assert force["start"] == 0.15 and force["least"] == 0.0 and 0.2 < force["most"] < 0.5
+    assert frequency["least"] < frequency["start"] < frequency["most"]
+    assert frequency["most"] - frequency["least"] == pytest.approx(0.07, abs=0.02)  # [rad/s]
+    assert content["modes"] == ["A"] and len(content["contacts"]) == 2
+    assert [each["name"] for each in content["dofs"]] == ["DOF 0"]  # where the force is
+
+
+def test_frequencies_and_displacements_are_in_the_units_of_the_scene(written):
+    units = '\n[units]\nfrequency = "Hz"\ndisplacement = "mm"\n'
+    content = json.loads(
+        written(
+            "one-mode",
+            ("frequency = 0.9825", f"frequency = {0.9825 / 2 / np.pi}"),
+            ("[[contact]]", f"{units}[[contact]]"),
+        ).scripts["content"]
+    )
+    frequency = next(each for each in content["inputs"] if each["name"] == "frequency_A")
+    assert frequency["unit"] == "Hz" and frequency["per"] == pytest.approx(2.0 * np.pi)
+    assert frequency["start"] == pytest.approx(0.9825)
+    assert content["displacement"] == {"unit": "mm", "per": 1e-3}
+
+
+def test_a_title_is_shown_and_not_run(written):
+    title = "</title><script>alert(1)</script> & co"
+    page = written("one-mode", ('title = "One mode near resonance"', f"title = '{title}'"))
+    assert json.loads(page.scripts["content"])["title"] == title
+    run = [text for name, text in page.scripts.items() if name != "content"]
+    assert not [text for text in run if "alert" in text]
+
+
+FORCED = """[model]
+file = "model.npz"
+[forcing.A]
+dof = 0
+amplitude = 0.1
+frequency = 0.98
+[run]
+duration = 100.0
+step = 1.0
+"""
+
+
+@pytest.mark.parametrize("harmonics", [0, 3])
+def test_a_saved_model_shows_contacts_if_it_keeps_their_harmonics(
+    no_compiler, tmp_path, harmonics
+):
+    reduced = rom.reduce(rom.two_mass(), modes=(0,), carrier=(0.98,))
+    rom.tabulate(reduced, rom.Coulomb(2.0), (3.0,), 3e-2, harmonics=harmonics).save(
+        tmp_path / "model.npz"
+    )
+    scene = tmp_path / "saved.toml"
+    scene.write_text(FORCED, encoding="utf-8")
+    page = Elements(runner.explore(scene, tmp_path / "page.html").read_text(encoding="utf-8"))
+    content = json.loads(page.scripts["content"])
+    assert len(content["contacts"]) == (2 if harmonics else 0)
+    assert [each["name"] for each in content["inputs"]][-1] == "limit_scale"
+
+
+def test_waves_have_a_page_with_the_motion_of_a_sector_and_no_contacts(written):
+    content = json.loads(written("bladed-disk").scripts["content"])
+    assert content["contacts"] == [] and len(content["dofs"]) == 2
+    assert {each["name"] for each in content["inputs"]} == {"force_A", "frequency_A"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("mistuned-disk",), "mistuning: this needs a model of one or two waves"),
+        (("one-mode", "--range", "0.5"), "--range: must be a finite number >= 1, got 0.5"),
+        (("no-such-scene",), "'no-such-scene': no such scene file"),
+        (("one-mode", "-o", "no/such/folder/x.html"), "no/such/folder/x.html"),
+    ],
+)
+def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["explore", *arguments]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"slipmode: {message}")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table = "none": must be'),
+        (("frequency = 0.9825", "frequency = 50.0"), "forcing.A.frequency: "),
+    ],
+)
+def test_scenes_that_no_page_can_show_are_refused(written, change, message):
+    with pytest.raises(SlipmodeError, match=re.escape(message)):
+        written("one-mode", change)
+
+
+def test_it_opens_in_a_browser_if_asked(no_compiler, tmp_path, monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr(exploring.webbrowser, "open", opened.append)
+    monkeypatch.chdir(tmp_path)
+    assert main(["explore", "one-mode"]) == 0
+    assert capsys.readouterr().out == "one-mode.html\nnext:  open one-mode.html in a browser\n"
+    assert main(["explore", "one-mode", "--open"]) == 0
+    assert capsys.readouterr().out == "one-mode.html\n"
+    assert opened == [(tmp_path / "one-mode.html").as_uri()]
+
+
+@pytest.mark.slow
+def test_the_module_imports_nothing_and_its_size_fits_a_page():
+    pytest.importorskip("ziglang", reason="needs slipmode[explore]")
+    module = browser.browser_module()
+    assert module[:4] == b"\0asm"
+    assert len(zlib.compress(module, 9)) < 150e3  # measured: 117 kB
+    sections, at = [], 8
+    while at < len(module):
+        sections.append(module[at])
+        size = shift = 0
+        while True:  # LEB128
+            at += 1
+            size |= (module[at] & 0x7F) << shift
+            shift += 7
+            if module[at] < 0x80:
+                break
+        at += 1 + size
+    assert 2 not in sections  # no imports: no clock, no files, no network
