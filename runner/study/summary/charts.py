@@ -161,6 +161,7 @@ def draw(rows: list[list[Chart]], title: str, path: Path) -> None:
     """Draw up to four charts as a picture: of one output, or two of each of two outputs."""
     rows = rows[:2]
     charts = [chart for *keys, spread in rows for chart in [*keys, spread][: 4 // len(rows)]]
+    charts = charts[: max(2 * (len(charts) // 2), 1)]  # no empty place
     height = 0.6 + 2.8 * ceil(len(charts) / 2)
     with page_figure(path, title, height) as figure:
         panels = figure.subplots(ceil(len(charts) / 2), 2, squeeze=False).ravel()
