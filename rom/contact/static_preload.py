@@ -199,8 +199,7 @@ def _equilibrium(
             return x, x_c, f
     raise SlipmodeError(
         "static_force: no equilibrium was found, because contacts open or slip and do not hold "
-        "the "
-        "structure; press them together, or fix a DOF"
+        "the structure; press them together, or fix a DOF"
     )
 
 

@@ -35,28 +35,28 @@ def explore(
     show: bool = False,
     progress: bool = False,
 ) -> Path:
-    """Write a scene as an HTML file in which anyone can change its forces and limits.
+    """Write a scene as an HTML file in which forces and friction limits can be changed.
 
-    The file contains the model and the C core as WebAssembly. It needs a browser and nothing
-    else: no installation, no server, no network. It shows amplitudes in slow time, response
-    curves with their stability, and the motion of contacts and DOFs over a beat. The model
-    computes in slow time: a warning says so if the estimated transient error of the scene is above
-    the allowed one.
+    The file contains the model and the C core as WebAssembly. It runs in a browser without
+    installation, server or network. It shows amplitudes in slow time, response curves with their
+    stability, and the motion of contacts and DOFs over a beat. The model computes in slow time
+    only. A warning in the file states if the estimated transient error of the scene is too large.
 
     Parameters
     ----------
-    scene : Scene, path of a scene file, or name of a shipped scene
-        One or two modes or waves with a friction table. A mistuned disk is refused.
+    scene : Scene, path or str
+        Scene, TOML file, or name of a shipped scene, with a friction table of one or two modes or
+        waves. Mistuned disks are not allowed.
     output : path, optional
-        Default: the scene's name with .html, in the present folder.
+        Name of the file. Default: name of the scene with .html, in the present folder.
     headroom : float, optional
-        Range of the friction table relative to the range that the scene needs, 1 or more; less
-        where the contacts do not settle so far. Default: 2, and 4 if friction limits can be
-        scaled. A saved model keeps its range.
-    show : bool
-        Whether to open the file in a browser.
-    progress : bool
-        Whether to show progress bars on work longer than a second.
+        Margin of the friction table: its range relative to the range that the scene needs [-], >=
+        1. It is reduced if the contact motion does not converge at the largest amplitudes.
+        Default: 2, or 4 if friction limits can be scaled. A saved model keeps its range.
+    show : bool, default False
+        Open the file in a browser.
+    progress : bool, default False
+        Show progress bars if the computation takes longer than 1 s.
 
     Returns
     -------
@@ -66,8 +66,8 @@ def explore(
     Raises
     ------
     SlipmodeError
-        If the scene has no friction table, or the package ziglang is not installed, which
-        compiles the core (the extra `slipmode[explore]`).
+        If the scene has no friction table, or the package ziglang, which compiles the core, is not
+        installed (`slipmode[explore]`).
     """
     if headroom is not None and not (isfinite(headroom) and headroom >= 1.0):
         raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")

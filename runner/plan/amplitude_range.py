@@ -85,7 +85,7 @@ def dry_run(
     least = np.maximum(1.15 * reached, np.where(rests, 1.0, 1e-2) * tried)
     # two digits: small changes of a scene share a table
     amplitude = tuple(round_up(float(value)) for value in least)
-    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; 15% margin"
+    reason = f"a dry run on a coarse table reaches {_shown(excited, reached)}; the margin is 15 %"
     share = _contact_share(excited, coarse, reached)
     return DryRun(amplitude, reached, reason, share, *transient)
 

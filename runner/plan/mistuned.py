@@ -126,9 +126,8 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
         unit = scene.units.frequency
         ends = " to ".join(f"{scene.units.of_frequency(each):.6g}" for each in (low, high))
         raise SlipmodeError(
-            "forcing.A.engine_order * rotor_speed: must stay within "
-            f"{percentage(SPAN)} of the middle of its range, got {ends} {unit}; use one scene per "
-            "resonance"
+            f"forcing.A.engine_order * rotor_speed: must stay within {percentage(SPAN)} of the "
+            f"middle of its range, got {ends} {unit}; use one scene per resonance"
         )
     plan.decisions.extend(_decisions(plan))
     return plan
@@ -137,7 +136,7 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
 def _decisions(plan: MistunedPlan) -> list[Finding]:
     scene, sectors, order = plan.scene, plan.disk.structure.sectors, plan.engine_order
     deviation = np.array(scene.mistuning)
-    spread = f"{deviation.min():+.2%} to {deviation.max():+.2%}"
+    spread = f"{100 * deviation.min():+.2f} to {100 * deviation.max():+.2f} %"
     tuned = excited_diameter(order, sectors)
     at = np.linspace(*plan.frequency_range, _FREQUENCIES)
     shown = f"[{', '.join(f'{each.start:g} to {each.end:g} s' for each in scene.windows)}]"

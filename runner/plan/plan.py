@@ -75,8 +75,8 @@ class Plan:
         how = f"amplitudes to {amplitudes}" if self.scene.tabulated else "integrated"
         return (
             f"Plan({self.scene.title!r}: mode {' and '.join(self.excited.modes)}, "
-            f"{self.excited.reduced.n_contacts} contacts, {how}, "
-            f"{self.schedule.steps} steps, {len(self.decisions)} decisions)"
+            f"{self.excited.reduced.n_contacts} contacts, {how}, {self.schedule.steps} steps, "
+            f"{len(self.decisions)} decisions)"
         )
 
     @property
@@ -448,4 +448,4 @@ def _fast_motion_decisions(scene: Scene) -> list[Finding]:
 
 def _recording_decision(scene: Scene) -> Finding:
     kinds = [name for name in ("mcap", "rerun") if getattr(scene.log, name)]
-    return Finding("recording", " and ".join(kinds) or "none", "[log]")
+    return Finding("recording", " and ".join(kinds) or "none", "chosen in [log]")

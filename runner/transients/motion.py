@@ -112,8 +112,8 @@ def shares_in_words(shares: Floats) -> str:
     parts = []
     for name, part in zip(STATES, shares.T, strict=True):
         low, high = part.min(), part.max()
-        range_ = f"{high:.0%}" if high - low < 5e-3 else f"{low:.0%} to {high:.0%}"
-        parts.append(f"{name} {range_}")
+        start = "" if high - low < 5e-3 else f"{100 * low:.0f} to "
+        parts.append(f"{name} {start}{100 * high:.0f} %")
     return f"contacts are {', '.join(parts)} of the time"
 
 

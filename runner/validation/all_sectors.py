@@ -27,8 +27,7 @@ def check_one_wave(plan: Plan) -> None:
     if len(plan.excited.modes) > 1:
         raise SlipmodeError(
             "forcing.B: must be left out, or [forcing.A], because all sectors are integrated "
-            "under "
-            "one engine order"
+            "under one engine order"
         )
 
 

@@ -229,7 +229,7 @@ def readable_scale(low: float, high: float) -> tuple[float, float] | None:
     """
     if not np.isfinite((low, high)).all() or low == high == 0.0:
         return None
-    if low > 0.5 * high or high < 0.5 * low:
+    if low > 0.8 * high or high < 0.8 * low:
         return None
     low, high = _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)
     unit = 10.0 ** floor(log10(max(high, -low)))

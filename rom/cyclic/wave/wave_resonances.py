@@ -92,7 +92,6 @@ def naming_resonance(carriers: Sequence[Carrier], problem: ContactProblem) -> It
     except UnsettledError as error:
         met = strongest_resonance(carriers, problem)
         raise UnsettledError(
-            f"contacts: the contact motion does not become periodic. The largest response is "
-            "where "
+            "contacts: the contact motion does not become periodic. The largest response is where "
             f"{met}; move the forcing, give this mode damping, or lower the amplitudes"
         ) from error

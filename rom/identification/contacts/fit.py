@@ -282,8 +282,7 @@ def _optimum(problem: FitProblem) -> _Optimum:
         unknowns = following
     raise SlipmodeError(
         "groups: the fit does not converge, because harmonics of the contacts change the "
-        "backbones "
-        "strongly. The relative error of damping by describing functions is "
+        "backbones strongly. The relative error of damping by describing functions is "
         f"{percentage(tables.closed_form_error)}; give other initial laws or smaller amplitudes"
     )
 

@@ -40,6 +40,5 @@ def _no_coupling(law: SlowLaw, largest: Floats) -> SlipmodeError:
     return SlipmodeError(
         "law: a model cannot contain quadratic coupling. At the largest amplitudes it changes "
         f"modes A and B at {shares[0]:.2g} and {shares[1]:.2g} times their damping rates; "
-        "identify "
-        "with law='power' to fit a law without it"
+        "identify with law='power' to fit a law without it"
     )

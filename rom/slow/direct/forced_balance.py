@@ -181,9 +181,9 @@ class ForcedBalance:
         return SlipmodeError(
             "frequency: no steady state was found. The residual is "
             f"{percentage(solved.residual[0])}. The mode at {met.mode:.4g} rad/s responds most, "
-            "to "
-            f"harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s, so the motion may not be periodic; "
-            "move the forcing, give damping to that mode, or integrate in time (rom.full)"
+            f"to harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s, so the motion may not be "
+            "periodic; move the forcing, give damping to that mode, or integrate in time "
+            "(rom.full)"
         )
 
 

@@ -126,8 +126,7 @@ def contact_pairs(
     if not moved.size:
         raise SlipmodeError(
             "dofs: all nodes where surface meets target are fixed on both sides; at least one "
-            "must "
-            "be free"
+            "must be free"
         )
     point, normals = found.point[moved], found.normal[moved]
     own = one.position[point]

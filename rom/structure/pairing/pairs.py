@@ -71,8 +71,7 @@ class ContactPairs:
             raise SlipmodeError(
                 f"dofs: contact {contact}, at node {self.nodes[contact][0]}, is fixed on both "
                 f"sides along its {axis}; put it into a patch with others "
-                "(ContactPairs.gathered), "
-                "or remove its node from surface"
+                "(ContactPairs.gathered), or remove its node from surface"
             )
         return W
 

@@ -61,8 +61,7 @@ class Facets:
             raise SlipmodeError(
                 f"normal: lies in the plane of facet {facet} of {name}, so it does not tell the "
                 "outer side of the facet; order the nodes of facets counter-clockwise as seen "
-                "from "
-                "outside, and leave normal out"
+                "from outside, and leave normal out"
             )
         reverse = np.where(self.triangular[:, np.newaxis], [0, 2, 1, 1], [0, 3, 2, 1])
         order = np.where((cosine < 0.0)[:, np.newaxis], reverse, np.arange(4))
@@ -79,8 +78,7 @@ class Facets:
             facet = int(np.argmax(again.any(axis=1)))
             raise SlipmodeError(
                 f"{name}: facet {facet} has a node twice; only a triangle among quadrilaterals "
-                "may "
-                "have its last node twice"
+                "may have its last node twice"
             )
         if pair := _first_repeated(corners):
             raise SlipmodeError(f"{name}: facets {pair[0]} and {pair[1]} have the same nodes")
@@ -123,8 +121,7 @@ class Surface:
             node = self.nodes[np.argmin(length / area)]
             raise SlipmodeError(
                 f"{self.name}: facets around node {node} have opposite normals; a surface must "
-                "not "
-                "fold back on itself"
+                "not fold back on itself"
             )
         return area, vector / length[:, np.newaxis]
 

@@ -105,11 +105,11 @@ def _check_end(grid: Grid, error: float, tolerance: float, time_budget: TimeBudg
     nodes = "{} x {} nodes".format(*grid.samples.row.shape)
     if time_budget.spent:
         raise SlipmodeError(
-            f"budget: a friction table with a tolerance of {tolerance:g} takes longer than "
+            f"budget: a friction table with tolerance {tolerance:g} takes longer than "
             f"{time_budget.seconds:g} s; with the {nodes} of that time {reached}"
         )
     raise SlipmodeError(
-        f"tolerance: a friction table with a tolerance of {tolerance:g} needs more than {nodes}; "
+        f"tolerance: a friction table with tolerance {tolerance:g} needs more than {nodes}; "
         f"with these {reached}"
     )
 

@@ -91,8 +91,7 @@ def sensitivity(output: str, values: Floats, keys: tuple[str, ...], seed: int) -
     if failed:
         raise SlipmodeError(
             f"{output}: has no sensitivities, because {failed} samples failed; see `reason` of "
-            "the "
-            "results"
+            "the results"
         )
     analyze: Any = extra("SALib.analyze.sobol", "study").analyze
     found = analyze(unit_problem(len(keys)), values, calc_second_order=False, seed=seed)

@@ -86,8 +86,7 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
     height = f"height: x to ±{readable(scale, unit)}"
     forces = f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange"
     labels = {
-        (-3.5, 0, 0): height,
-        (0.5 * tau, tau, 2.2 * top): forces,
+        (0.5 * tau, tau, 2.2 * top): f"{height}; {forces}",
         (0, 0, low): "0",
         (0.5 * tau, -0.4, low): "phase A",
         (tau, 0, low): "2π",

@@ -165,7 +165,7 @@ def test_a_steady_state_that_is_none_is_refused():
     of = model()
     with pytest.raises(rom.SlipmodeError, match=r"^aerodynamics: .* self-excited and not forced"):
         rom.steady(of, (0.98,), ({},))
-    with pytest.raises(rom.SlipmodeError, match=r"self-excited mode A is not held by its force"):
+    with pytest.raises(rom.SlipmodeError, match=r"and mode A is self-excited"):
         rom.steady(of, (0.98,), ({0: 0.05},))
     with pytest.raises(rom.SlipmodeError, match=r"^amplitude: self-excited mode A leaves"):
         rom.steady(of, (0.98,), ({0: 0.15},))

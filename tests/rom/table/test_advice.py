@@ -37,7 +37,7 @@ def test_a_table_that_grows_too_large_names_a_tolerance_that_does_not(monkeypatc
 
 @pytest.mark.parametrize(
     ("modes", "tolerance", "looks", "taken"),
-    [((0,), 1e-5, 0, "steps or phase lines"), ((0, 1), 3e-4, 5, "nodes that it has by then")],
+    [((0,), 1e-5, 0, "steps or phase lines"), ((0, 1), 3e-4, 5, "nodes of that time")],
 )
 def test_a_table_that_takes_too_long_names_a_tolerance_that_does_not(
     monkeypatch, modes, tolerance, looks, taken

@@ -103,6 +103,7 @@ def test_drawings_stand_two_in_a_row_as_long_as_these_are_few():
         (-0.25, 0.25, (-0.2625, 0.2625)),
         (-6.5, 6.5, (-10.5, 10.5)),
         (63.0, 63.5, None),  # a narrow sweep is fitted by the viewer
+        (0.15, 0.25, (0.0, 0.2625)),  # forces of two modes
         (0.0, 0.0, None),
     ],
 )
