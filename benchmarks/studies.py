@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from slipmode.rom.extras import extra
-from slipmode.runner.study.cluster import SETTINGS
 from slipmode.runner.study.study import run_study
+from slipmode.runner.study.workers.cluster import SETTINGS
 
 _SIZES = (100, 1_000, 10_000, 60_000)
 _SAMPLED = 0.2  # interval of memory samples [s]

@@ -30,8 +30,8 @@ from slipmode.rom.cyclic.mistuned.mistuned_disk import MistunedDisk
 from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
 from slipmode.rom.cyclic.sector_mesh import SectorMesh
 from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
-from slipmode.rom.cyclic.wave.flutter_growth import FlutterGrowth, flutter_growth
-from slipmode.rom.cyclic.wave.pair_stability import CriticalPair
+from slipmode.rom.cyclic.wave.stability.flutter_growth import FlutterGrowth, flutter_growth
+from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair
 from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, travelling_wave
 from slipmode.rom.cyclic.wave.two_waves import tabulate_waves
 from slipmode.rom.cyclic.wave.wave_state import WaveState

@@ -7,7 +7,7 @@ scene_model.py      samples as scenes, and what they share: a plan, and friction
 shared_limits.py    scenes that differ in their limits alone share a friction table
 sample_outputs.py   the requested outputs, and the arrays that hold them
 compute.py          the outputs of a batch of samples; mistuned_samples.py: of mistuned disks
-foreman.py          batches by model, handed out to cluster.py, the processes that work on them
+workers/            batches of samples by model, and the processes that compute them
 results.py          the results on disk
 summary/            the best value of a key, sensitivities, a picture
 """

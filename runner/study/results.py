@@ -18,10 +18,10 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.files import PART
 from slipmode.runner.study.design import Design
-from slipmode.runner.study.foreman import AT_ONCE, Task
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import declared
 from slipmode.runner.study.study_file import Study
+from slipmode.runner.study.workers.foreman import AT_ONCE, Task
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
 _EVERY = 1.0  # [s] between writings: a machine that stops loses results of about a second

@@ -13,12 +13,12 @@ from tqdm import tqdm
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.plan.mistuned import plan_scene
-from slipmode.runner.study.cluster import cluster, prepare_workers
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
+from slipmode.runner.study.workers.cluster import cluster, prepare_workers
+from slipmode.runner.study.workers.foreman import Foreman, make_tasks
 
 _log = logging.getLogger("slipmode.study")
 

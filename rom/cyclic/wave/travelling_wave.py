@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
+from slipmode.rom.cyclic.wave.stability.wave_cycles import wave_cycles
 from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
-from slipmode.rom.cyclic.wave.wave_cycles import wave_cycles
 from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
 from slipmode.rom.cyclic.wave.wave_state import WaveState
 from slipmode.rom.cyclic.wave.wave_table import wave_model

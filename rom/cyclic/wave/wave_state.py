@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Self
 
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.cyclic.wave.pair_stability import CriticalPair, critical_pair
+from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair, critical_pair
 from slipmode.rom.cyclic.wave.wave_balance import Balanced
 from slipmode.rom.short_repr import frozen
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.study import cluster
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.foreman import Foreman, make_tasks
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.sample_outputs import Batch, Outputs
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study import run_study
 from slipmode.runner.study.study_file import load_study
+from slipmode.runner.study.workers import cluster
+from slipmode.runner.study.workers.foreman import Foreman, make_tasks
 
 PEAKS = """
 [[vary]]
@@ -43,7 +43,7 @@ def test_workers_are_copies_of_a_process_that_has_what_they_need_and_no_more():
     assert len(set(parents)) == 1
     assert parents[0] != os.getpid()
     for loaded in map(set, modules):
-        assert "slipmode.runner.study.foreman" in loaded
+        assert "slipmode.runner.study.workers.foreman" in loaded
         assert not loaded & {"pandas", "zarr", "xarray", "matplotlib", "rerun", "scipy.stats"}
 
 

@@ -13,11 +13,11 @@ from slipmode.rom.structure.files import source_files
 from slipmode.runner.cli import main
 from slipmode.runner.scene.scene import read_scene, shipped_scenes
 from slipmode.runner.scene.toml_table import toml_text
-from slipmode.runner.study import cluster
 from slipmode.runner.study.design import make_design
 from slipmode.runner.study.scene_keys import check_key, declared, get, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 from slipmode.runner.study.study_file import load_study
+from slipmode.runner.study.workers import cluster
 
 VARY = '[[vary]]\nkey = "forcing.A.amplitude"\n'
 STEADY = "[outputs]\nsteady = true\n"

@@ -39,7 +39,9 @@ def prepare_workers() -> None:
     # Dask gives each worker one thread of BLAS, but only after the fork, which is too late
     threads = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     own = {name: "1" for name in threads if name not in os.environ}
-    forkserver.set_forkserver_preload(["distributed.nanny", "slipmode.runner.study.foreman"])
+    forkserver.set_forkserver_preload(
+        ["distributed.nanny", "slipmode.runner.study.workers.foreman"]
+    )
     os.environ.update(own)
     try:
         forkserver.ensure_running()
