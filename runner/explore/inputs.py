@@ -35,13 +35,13 @@ def page_inputs(plan: Plan, model: Model, start: Mapping[str, Any]) -> list[dict
     found = []
     for j, mode in enumerate(modes):
         if plan.excited.force_patterns[j].any():
+            value = start.get(forces[j], 0.0)
             most = largest.get(forces[j], 4.0 * float(scripted[j]) or 1.0)
-            most = _rounded_up(max(most, abs(start.get(forces[j], 0.0))))
-            label = f"Force {mode}"
-            found.append(_input(forces[j], label, "N", (0.0, most), start.get(forces[j], 0.0)))
-        name, label = f"frequency_{mode}", f"Frequency {mode}"
+            span = min(0.0, value), _rounded_up(max(most, value))
+            found.append(_input(forces[j], f"Force {mode}", "N", span, value))
+        name = f"frequency_{mode}"
         value = start.get(name, float(model.reduced.frequency[j]))
-        shown = _input(name, label, units.frequency, spans[j], value)
+        shown = _input(name, f"Frequency {mode}", units.frequency, spans[j], value)
         found.append(shown | {"per": units.per_frequency})
     if is_homogeneous(model.law, model.reduced.n_contacts):
         span, value = limit_span(plan, model), start.get("limit_scale", 1.0)

@@ -39,7 +39,8 @@ def links(page):
     """Addresses within the site that a page names, with their anchors."""
     for address, anchor in LINK.findall(page.read_text(encoding="utf-8")):
         if "://" not in address and not address.startswith(("data:", "mailto:")):
-            yield (page.parent / address).resolve() if address else page, html.unescape(anchor)
+            anchor = "" if "=" in anchor else html.unescape(anchor)  # settings of a scene's page
+            yield (page.parent / address).resolve() if address else page, anchor
 
 
 def test_links_within_the_site_lead_somewhere(site):

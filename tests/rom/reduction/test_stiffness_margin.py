@@ -73,7 +73,7 @@ def test_a_response_that_does_not_settle_is_refused_with_mode_harmonic_and_what_
     bound = rom.reduce(rom.Structure(M, K, 1e-3, contact=W))
     slipping = 3.0 / np.linalg.norm(bound.spring, axis=1)
     refusal = (
-        r"at 3.\d+ rad/s responds most, to harmonic \(0, 3\) at 3.\d+ rad/s: "
+        r"at 3.\d+ rad/s responds most, to harmonic \(0, 3\) at 3.\d+ rad/s; "
         "let contacts be elastic"
     )
     with pytest.raises(SlipmodeError, match=refusal) as refused:
