@@ -12,6 +12,7 @@ from pathlib import Path
 
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.short_repr import percentage
 from slipmode.rom.table import disk_cache
 from slipmode.runner.commands import OUTPUT, SCENE, Argument, overview, print_next
 from slipmode.runner.commands.command_words import command_words
@@ -103,7 +104,10 @@ def _run(options: argparse.Namespace) -> int:
         before, source = "plan", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")
-    print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({recording.steps} steps)")
+    taken = f"{recording.steps} steps"
+    if isinstance(recording.plan, Plan) and (share := recording.plan.full_order_share):
+        taken += f", with full order in about {percentage(share)} of the time"
+    print(f"  {steps:14}   {recording.slow_seconds * 1e3:8.1f} ms  ({taken})")
     included = f"{recording.samples} samples of fast motion, recordings included"
     print(f"  in all           {recording.total_seconds * 1e3:8.1f} ms  ({included})")
     for path in (recording.mcap, recording.rrd):

@@ -32,6 +32,11 @@ _STYLE: Any = {
 }
 
 
+def check_pictures() -> None:
+    """Refuse to compute for a picture that cannot be drawn: without slipmode[pictures]."""
+    extra("matplotlib", "pictures")
+
+
 @contextmanager
 def page_figure(path: Path, title: str, height: float) -> Iterator[Figure]:
     """Make a figure of a height [inch] with a title, and write it when the context ends."""

@@ -21,6 +21,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
@@ -132,7 +133,9 @@ def limit_cycles(
         every = np.tile(excitation, (len(found), 1))
         check_force_patterns(model, applied, amplitude, every)
         warn(friction_findings(model.reduced, model.law, largest))
-        warn(model.detuning_findings(np.array([cycle.frequency for cycle in found])))
+        Omega = np.array([cycle.frequency for cycle in found])
+        warn(model.detuning_findings(Omega))
+        warn(neglected_resonance_findings(model, Omega, amplitude))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 
 

@@ -13,6 +13,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
@@ -244,6 +245,7 @@ def steady(
     check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     warn(model.detuning_findings(points, excitation != 0.0))
+    warn(neglected_resonance_findings(model, points, amplitude))
     return amplitude.reshape(Omega.shape)
 
 

@@ -19,7 +19,7 @@ from slipmode.runner.curves.scene_curves import (
     scene_performance,
     scene_response_curve,
 )
-from slipmode.runner.pictures import page_figure
+from slipmode.runner.pictures import check_pictures, page_figure
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
@@ -61,6 +61,7 @@ def add_curve_commands(add: AddCommand) -> None:
 
 
 def _curve(options: Namespace) -> int:
+    check_pictures()
     scene = load_scene(options.scene)
     span = options.span
     if span is not None and (options.vary or "frequency").startswith("frequency"):
@@ -90,6 +91,7 @@ def _curve(options: Namespace) -> int:
 
 
 def _backbone(options: Namespace) -> int:
+    check_pictures()
     scene = load_scene(options.scene)
     curve = scene_backbone(scene, options.mode, options.other, progress=True)
     low, high = (scene.units.of_frequency(f(curve.frequency)) for f in (np.min, np.max))
@@ -106,6 +108,7 @@ def _backbone(options: Namespace) -> int:
 
 
 def _design(options: Namespace) -> int:
+    check_pictures()
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
     shown = _shown(options, scene)

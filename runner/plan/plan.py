@@ -96,6 +96,11 @@ class Plan:
         return [each.line() for each in self.decisions if each.level != "info"]
 
     @property
+    def full_order_share(self) -> float:
+        """Share of the duration that the dry run integrates at full order, 0 to 1."""
+        return sum(end - start for start, end in self.full_order) / self.scene.run.duration
+
+    @property
     def may_be_integrated(self) -> bool:
         """Whether the scene has a table, and `model.table = "none"` is possible as well."""
         scene = self.scene

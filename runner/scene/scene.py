@@ -400,7 +400,7 @@ def _output(table: Table, contact: Sequence[Window], elastic: Sequence[Window]) 
     if (dofs or nodes) and not (contact or elastic):
         key = "elastic" if dofs else "nodes"
         raise table.error(
-            key, "needs [[elastic]] window, because DOFs are reconstructed inside windows"
+            key, "needs an [[elastic]] or [[contact]] window, in which DOFs are reconstructed"
         )
     if elastic and not (dofs or nodes):
         raise SlipmodeError("elastic.window: needs output.elastic, the DOFs to reconstruct")

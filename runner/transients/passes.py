@@ -294,8 +294,8 @@ def integration_cost(plan: Plan) -> list[Finding]:
     reason = 'a run with model.table = "none"; for many runs a friction table is faster'
     found = [Finding("full-order run", f"about {seconds:.2g} s of processor time", reason)]
     if plan.full_order:
-        share = sum(end - start for start, end in plan.full_order) / plan.scene.run.duration
+        share = plan.full_order_share
         choice = f"about {share * seconds:.2g} s of processor time"
-        reason = f"for {percentage(share)} of the scene in this run"
-        found.append(Finding("full order", choice, reason))
+        reason = f"integrates {percentage(share)} of the scene; the rest is in slow time"
+        found.append(Finding("full order in this run", choice, reason))
     return found

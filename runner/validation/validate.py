@@ -25,6 +25,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.transients import Intervals
 from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, describe_run
@@ -73,11 +74,23 @@ class Validation:
     windows: tuple[Window, ...]  # The times that are compared
     # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
     reduced: Literal["slow time", "reduced coordinates"]
+    full_order: Intervals = ()  # Stretches of the reduced run that the plan has at full order
 
     def compared(self) -> str:
         """Return the windows that were compared, in words."""
         times = ", ".join(f"{each.start:g} to {each.end:g} s" for each in self.windows)
-        return f"compared: {self.reduced} and full order, t = {times}"
+        text = f"compared: {self.reduced} and full order, t = {times}"
+        stretches = ", ".join(
+            f"{start:.6g} to {end:.6g} s"
+            for start, end in self.full_order
+            if any(start < each.end and each.start < end for each in self.windows)
+        )
+        if not stretches:
+            return text
+        return (
+            f"{text}. The scene integrates {stretches} at full order, so that slow time is not "
+            'compared there: choose a later window, or model.transients = "slow"'
+        )
 
 
 def validate(
@@ -125,6 +138,7 @@ def validate(
         coordinates=full.coordinates,
         windows=plan.scene.contact,
         reduced="reduced coordinates" if model is None else "slow time",
+        full_order=plan.full_order,
     )
     _record(plan, model, motion, full.motion, found)
     return found

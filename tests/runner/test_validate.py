@@ -1,6 +1,7 @@
 """slipmode validate: a scene by slow time and by full-order integration."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,8 +13,9 @@ from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
 from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.runner.scene.sections import Window
 from slipmode.runner.validation import validate as validation
-from slipmode.runner.validation.validate import validate
+from slipmode.runner.validation.validate import Validation, validate
 from slipmode.runner.view.phase_portraits import portraits
 
 # relative errors as measured, with a tenth to spare
@@ -268,3 +270,11 @@ def test_a_validation_adds_the_errors_of_both_comparisons(meshed, monkeypatch, t
     full = validation.reference(meshed, np.linspace(180.0, 200.0, 400))
     errors = [relative_rms(a.displacement, b.displacement).max() for a, b in full.comparisons]
     assert window.reference_error == pytest.approx(sum(errors), rel=0.2)
+
+
+def test_a_window_that_the_scene_integrates_at_full_order_is_named():
+    window = Window(start=60.0, end=62.0, samples_per_period=64)
+    found = Validation([], 0.0, 0.0, 0.0, [], 1, (window,), "slow time", ((0.0, 63.52),))
+    assert "integrates 0 to 63.52 s at full order, so that slow time is not" in found.compared()
+    later = replace(found, full_order=((0.0, 59.0),))
+    assert later.compared() == "compared: slow time and full order, t = 60 to 62 s"

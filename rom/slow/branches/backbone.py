@@ -17,6 +17,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
+from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
@@ -272,6 +273,7 @@ def backbone(
     worst = float((change / loss[table_error.measured]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
+    warn(neglected_resonance_findings(model, frequency, effective))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))

@@ -25,6 +25,7 @@ from slipmode.rom.slow.branches.continuation import (
 from slipmode.rom.slow.branches.curve_error import CurveError, significant_specials
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
+from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
@@ -429,6 +430,7 @@ def response_curve(
     check_force_patterns(model, problem.applied, amplitude / scale, flow.force / scale)
     warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
     warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
+    warn(neglected_resonance_findings(model, flow.frequency, amplitude / scale))
     number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
     error = CurveError.of(problem, points.z, number)
     apart = (problem.ends.frequency / model.reduced.carrier - 1.0)[:, forced]

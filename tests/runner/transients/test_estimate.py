@@ -187,7 +187,7 @@ def test_the_plan_lists_the_stretches_and_their_cost(tmp_path, capsys):
     assert decision(plan).choice in shown
     share = (end - start) / scene.run.duration
     (cost,) = [line for line in shown.splitlines() if line.startswith("full order ")]
-    assert "s of processor time" in cost and f"for {percentage(share)} of the scene" in cost
+    assert "s of processor time" in cost and f"integrates {percentage(share)} of the scene" in cost
 
 
 @pytest.mark.parametrize(
