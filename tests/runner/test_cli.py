@@ -46,7 +46,8 @@ def one_mode(tmp_path_factory):
 
 def test_run_writes_the_recordings_that_it_names(one_mode):
     folder, done = one_mode
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0
+    assert not re.sub(r"^friction table: .*/s\]$|\s", "", done.stderr, flags=re.M)  # if it is slow
     assert done.stdout.startswith("One mode near resonance: 800 s\n")
     for name in ("one-mode.mcap", "one-mode.rrd"):
         assert f"  {folder / name}  (" in done.stdout
