@@ -33,7 +33,7 @@ _STYLE: Any = {
 
 
 def check_pictures() -> None:
-    """Refuse to compute for a picture that cannot be drawn: without slipmode[pictures]."""
+    """Refuse before the computation if slipmode[pictures] is missing."""
     extra("matplotlib", "pictures")
 
 
