@@ -10,7 +10,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding
 
 # Largest response that is not reported, relative to the contact motion of the carriers. Amplitudes
-# change by up to 1.3 times this part (tests/rom/slow/test_neglected_resonances.py).
+# change by up to 1.3 times this part (tests/rom/slow/branches/test_neglected_resonances.py).
 _NEGLIGIBLE = 0.01
 
 
