@@ -132,7 +132,7 @@ def test_linear_properties_are_fitted_too():
     measured = free_decay(chain(2), WALL, 0.02, 2)
     own = chain(2)
     more = rom.Structure(own.mass, own.stiffness, 2e-6, contact=own.directions)
-    with pytest.warns(rom.ValidityWarning, match=r"residual is .* standard deviations .*\(adjust\)"):
+    with pytest.warns(rom.ValidityWarning, match=r"residual is .* deviations .*\(adjust\)"):
         rom.fit_contacts(more, {0: measured}, WALL, sensor=SENSOR, fixed=JOINT_KNOWN)
     off = rom.Structure(own.mass, 1.02 * own.stiffness, 5e-7, contact=own.directions)
     adjust = ("damping", "frequency")

@@ -191,7 +191,8 @@ def true_and_warned(model, reduced, law, frequency, force, span):
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         curve = rom.response_curve(model, frequency, force, "frequency_A", span)
-    (found,) = (WORDS.search(str(each.message)) for each in said if "reference frequency" in str(each))
+    texts = [str(each.message) for each in said]
+    (found,) = (WORDS.search(text) for text in texts if "reference frequency" in text)
     true, Omega = 0.0, list(frequency)
     for k in np.linspace(0, curve.parameter.size - 1, 15).astype(int):
         Omega[0] = curve.parameter[k]
