@@ -61,6 +61,9 @@ class CombinationResonance:
                 "not a combination"
             )
 
+    def __str__(self) -> str:
+        return f"{self.n:+d} A {self.m:+d} B"
+
     @property
     def stored_order(self) -> Order:
         """Order (n, m) or (-n, -m) whose coefficient is computed; the other has the conjugate."""

@@ -60,5 +60,4 @@ def neglected_resonance_findings(
         "contact motion. Steady states leave the response out, and their relative error may be as "
         "large. Use rom.steady_state, or a model of one mode, or compare with slipmode validate"
     )
-    harmonic = f"{term.n:+d} A {term.m:+d} B"
-    return [Finding(f"combination resonance {harmonic}", "is neglected", reason, "warning")]
+    return [Finding(f"combination resonance {term}", "is neglected", reason, "warning")]

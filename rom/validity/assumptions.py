@@ -167,7 +167,7 @@ def detuning_findings(
 
 
 def reference_frequency_finding(distance: float, reason: str) -> Finding:
-    """Return the warning that a frequency is a relative `distance` from that of the table."""
+    """Return the warning about a frequency at a relative `distance` from the reference."""
     choice = f"is up to {percentage(distance)} away from the reference frequency of the table"
     return Finding("frequency", choice, reason, "warning")
 

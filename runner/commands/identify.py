@@ -9,11 +9,11 @@ from typing import Literal
 
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
 from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
 from slipmode.rom.identification.slow_laws import LAWS
 from slipmode.rom.progress import phase, phases
 from slipmode.runner.commands import AddCommand, Argument, print_next
+from slipmode.runner.pictures import check_pictures
 
 LONG = 20_000  # samples that take about a second
 
@@ -65,7 +65,7 @@ def _identify(options: Namespace) -> int:
     from slipmode.runner.identification.files import write_files
     from slipmode.runner.identification.report import report
 
-    extra("matplotlib.figure", "pictures")
+    check_pictures()
     shape_at_sensor(len(options.band), options.modal_mass, None)
     with phases("identify", shown=True):
         found = _of_sine_tests(options) if options.sine else _of_decays(options)

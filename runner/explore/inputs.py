@@ -61,8 +61,8 @@ def _input(
 def frequency_spans(plan: Plan, model: Model) -> list[tuple[float, float]]:
     """Return for each mode the frequencies [rad/s] that a page covers.
 
-    They are those of resonance at all amplitudes of the friction table, where the other mode is at
-    rest, and those of the scene, with a margin.
+    They contain the resonance at all amplitudes of the table, with the other mode at rest,
+    and the frequencies of the scene, with a margin.
     """
     low, high = plan.schedule.frequency_range(plan.excited.modes)
     nodes = (model.table.node_a, model.table.node_b)

@@ -431,7 +431,7 @@ def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list
         within = percentage(separation((term.n, term.m)))
         mode = MODES[term.mode]
         reason = f"comes within {within} of mode {mode}; the slow flow of mode {mode} includes it"
-        found.append(Finding("combination resonance", f"{term.n:+d} A {term.m:+d} B", reason))
+        found.append(Finding("combination resonance", str(term), reason))
     return found
 
 

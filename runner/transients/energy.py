@@ -23,7 +23,7 @@ class SlowBalance:
     def rows(self, power: Floats, amplitude: Complexes, first: int) -> Floats:
         """Return the rows of ``/energy`` at communication points from number `first` on.
 
-        Points follow those of the call before. `power` (points, 3) has the powers and the energy
+        Points continue the call before. `power` (points, 3) has the powers and the energy
         that a component states, `amplitude` (points, modes) is a_j. The power that is stored is
         the input less both dissipated powers.
         """

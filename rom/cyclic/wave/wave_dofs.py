@@ -23,7 +23,7 @@ def wave_dof_response(
     """Return the response of the other modes of each wave's nodal diameter.
 
     `deficits` (n_a, [n_b,] modes, N_c) are y_j of the contacts at |a| of the axes [N]. The
-    displacements have the phases of those of the modes of a model, see `TravellingWave.tabulate`.
+    phases of the displacements refer to the modes of a model, see `TravellingWave.tabulate`.
     """
     amplitudes = np.meshgrid(*axes, indexing="ij")
     of_waves = [

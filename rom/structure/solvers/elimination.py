@@ -14,7 +14,7 @@ from slipmode.rom.structure.solvers.factorisation import SMALL, Pardiso, factori
 
 
 class Elimination(Protocol):
-    """A matrix K (n, n) whose rows of the interior i are eliminated, not those of the boundary b.
+    """A matrix K (n, n) whose interior rows i are eliminated; the boundary rows b stay.
 
     K u = f is solved by `forward` of f, by S u_b = forward(f)_b with anything added to S, and by
     `backward` of forward(f) with u_b in place of its rows b.

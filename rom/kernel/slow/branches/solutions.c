@@ -6,7 +6,7 @@
 #define CELLS_ALONE 100 /* of the range of a single mode */
 #define CORNERS ((CELLS + 1) * (CELLS + 1))
 
-/* Corners of the cells of the plane of moduli, those of mode B one after the other. */
+/* Corners of the cells of the plane of moduli: the moduli of mode B vary fastest. */
 typedef struct {
     int modes;
     int cells[SM_MODES];                /* 0: a mode without force, or a mode that is not there */
