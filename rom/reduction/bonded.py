@@ -9,8 +9,8 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import (
     MOST_MODES,
-    STATIC_FROM,
     StuckModes,
+    static_from,
     symmetric,
     without_rounding,
 )
@@ -38,14 +38,16 @@ def reduce_bonded(
         raise SlipmodeError(f"modes: must be 0 to {n_elastic - 1}, got {modes}")
     held = bonded(structure)
     paper = formulation == "paper"
-    omega, shapes = held.modes(max(modes) + 1, MOST_MODES, 0.0 if paper else STATIC_FROM)
+    omega, shapes = held.modes(
+        max(modes) + 1, MOST_MODES, 0.0 if paper else static_from(smallest_response)
+    )
     R = structure.partition().R
     constraint_modes = held.solve(-(structure.stiffness @ R))
     constraint_modes += as_dense(R)
     found = StuckModes(structure, omega, shapes, modes)
     if paper:
         return _reduce_paper(found, constraint_modes, as_dense(R))
-    return _reduce_consistent(found, constraint_modes, smallest_response)
+    return _reduce_consistent(found, constraint_modes)
 
 
 def _reduce_paper(found: StuckModes, constraint_modes: Floats, R: Floats) -> Reduced:
@@ -73,9 +75,7 @@ def _reduce_paper(found: StuckModes, constraint_modes: Floats, R: Floats) -> Red
     )
 
 
-def _reduce_consistent(
-    found: StuckModes, constraint_modes: Floats, smallest_response: float
-) -> Reduced:
+def _reduce_consistent(found: StuckModes, constraint_modes: Floats) -> Reduced:
     """Return modes and constraint modes that are M-orthogonal to the retained modes.
 
     The static response of the retained modes is then not counted twice (residual flexibility), and
@@ -89,7 +89,7 @@ def _reduce_consistent(
     stiffness = symmetric(projection(X, K, X))
     _check_stiffness(stiffness)
     spring = projection(Phi, K, X)
-    nonresonant = found.responses(X, stiffness) > smallest_response
+    nonresonant = np.ones(found.frequency.size, dtype=bool)
     nonresonant[retained] = False
     # A blow at the contacts moves this mass while nothing else has time to follow.
     mass = symmetric(scipy.linalg.inv(mobility(M, found.structure.directions)))

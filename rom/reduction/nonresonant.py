@@ -16,11 +16,11 @@ from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.structure.matrices import as_dense, projection
+from slipmode.rom.structure.matrices import projection
 from slipmode.rom.structure.structure import Structure
 
 RESPONSE_ORDER = 5  # |n| + |m| of the harmonics that modes respond to
-# Modes above twice the highest of these harmonics of the carrier follow statically.
+# Modes above twice the highest of these harmonics of the carrier may follow statically.
 STATIC_FROM = 2.0 * RESPONSE_ORDER
 MOST_MODES = 128  # to compute, up to that frequency
 # Highest |n| + |m|, by modes, of the harmonics that decide which modes are kept, as high as those
@@ -28,6 +28,17 @@ MOST_MODES = 128  # to compute, up to that frequency
 # (tests/rom/test_stated_by_default.py, member 2).
 HIGHEST_HARMONIC = {1: 31, 2: 17}
 _DRIFT = 0.1  # distance of the forcing from the carriers, relative to them
+
+
+def static_from(smallest_response: float) -> float:
+    """Return the frequency from which modes follow statically, relative to the highest retained.
+
+    Harmonics of order k of slipping contacts fall with k^-2, and with k^-2 the response of a mode
+    at k times the carrier beyond its static flexibility. For a smallest response of 1e-3, modes up
+    to twice the harmonics of a table are enough.
+    """
+    further = 1e-3 / max(smallest_response, np.finfo(float).tiny)
+    return STATIC_FROM * float(max(further, 1.0) ** 0.25)
 
 
 @frozen
@@ -39,17 +50,10 @@ class StuckModes:
     shapes: Floats  # (n, k), mass-normalised [kg^-1/2]
     retained: tuple[int, ...]  # modes with a slow flow
 
-    def responses(self, X: Floats, stiffness: Floats) -> Floats:
-        """Return the `response` (k,) of each mode to contacts with shapes X (n, N_c)."""
-        M, C, shapes = self.structure.mass, self.structure.damping, self.shapes
-        damping = np.einsum("nk,nk->k", shapes, as_dense(C @ shapes))
-        carrier = self.frequency[list(self.retained)]
-        return response(self.frequency, damping, projection(shapes, M, X), stiffness, carrier)
-
     def arrays(self, X: Floats, nonresonant: Flags) -> dict[str, Any]:
         """Return the fields of `Reduced` that follow from modes and contact shapes X (n, N_c).
 
-        `nonresonant` (k,) selects the modes that respond and have no slow flow.
+        `nonresonant` (k,) selects the modes without a slow flow that respond.
         """
         M, C, count = self.structure.mass, self.structure.damping, len(self.retained)
         chosen = [*self.retained, *np.flatnonzero(nonresonant).tolist()]
@@ -123,19 +127,18 @@ def response(
     inertia: Floats,
     stiffness: Floats,
     carrier: Floats,
-    highest: int | None = None,
+    highest: int,
 ) -> Floats:
     """Return the largest force of each mode on the contacts, relative to theirs, (modes,).
 
     The force at the harmonic nu is relative to the force of the contact stiffness for this motion,
     nu^4 m^T K^-1 m / |omega^2 - nu^2 + i gamma nu|. Harmonics of order k are weighted by 1 / k^2,
-    at the frequency within 10 % that is nearest to the mode, up to the order `highest` (default:
-    `HIGHEST_HARMONIC`).
+    at the frequency within 10 % that is nearest to the mode, up to the order `highest`.
 
     Natural frequencies [rad/s] and modal damping [1/s] are (modes,), inertia m = phi^T M X is
     (modes, N_c) [kg^1/2]; the stiffness (N_c, N_c) is that of the contact problem [N/m].
     """
-    orders = np.array(harmonic_orders(highest or HIGHEST_HARMONIC[carrier.size], carrier.size))
+    orders = np.array(harmonic_orders(highest, carrier.size))
     weight = 1.0 / np.abs(orders).sum(axis=1) ** 2
     centre = np.abs(orders[:, : carrier.size] @ carrier)
     nu = np.clip(omega[:, np.newaxis], (1.0 - _DRIFT) * centre, (1.0 + _DRIFT) * centre)

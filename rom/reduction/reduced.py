@@ -303,7 +303,17 @@ class Reduced:
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis, np.newaxis]
         dampers = 0.0 if self.contacts is None else 1j * nu * self.damping
-        return np.asarray(nu**2 * self.carried_mass - dampers, dtype=complex)
+        of_modes = self.nonresonant_inertia.T @ self.nonresonant_inertia
+        # Modes that follow statically do so with their inertia below their own frequencies, which
+        # are above all others. Beyond, the inertia would be far larger than their response.
+        inertia = nu**2 * of_modes
+        inertia += np.minimum(nu, self.highest_frequency) ** 2 * (self.carried_mass - of_modes)
+        return np.asarray(inertia - dampers, dtype=complex)
+
+    @property
+    def highest_frequency(self) -> float:
+        """Highest natural frequency of the modes that do not follow statically [rad/s]."""
+        return float(np.append(self.frequency, self.nonresonant_frequency).max())
 
     # The modes at their carriers
 

@@ -72,9 +72,9 @@ def reduce(
         damping Im c_j / omega_j [1/s] with the natural frequency omega_j of the structure alone. A
         mode with negative total damping is self-excited (flutter), see `rom.limit_cycles`.
     smallest_response : float, default 1e-5
-        Threshold of the nonresonant modes [-]: their dynamic force on the contacts relative to
-        the contact forces. Modes below it follow statically. A table neglects further modes if
-        its tolerance allows it, see `Accuracy.neglected_modes`.
+        Dynamic force of a mode on the contacts relative to the contact forces [-]. Modes follow
+        statically from the frequency on at which harmonics of friction cause less. A table
+        neglects further modes if its tolerance allows it, see `Accuracy.neglected_modes`.
     warned : bool, default True
         Warn of contact directions and implausible frequencies. A scene reports them in its plan
         instead.

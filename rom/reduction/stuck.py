@@ -17,7 +17,7 @@ import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
-from slipmode.rom.reduction.nonresonant import MOST_MODES, STATIC_FROM, StuckModes, symmetric
+from slipmode.rom.reduction.nonresonant import MOST_MODES, StuckModes, static_from, symmetric
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.structure.held import stuck
 from slipmode.rom.structure.matrices import as_dense, projection
@@ -41,11 +41,7 @@ def reduce_stuck(
     if not all(0 <= mode < structure.n_dofs for mode in modes):
         raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
     held, W = stuck(structure, contacts.reference), structure.directions
-    # Harmonics of order k of slipping contacts fall with k^-2, and with k^-2 the response of a
-    # mode at k times the carrier beyond its static flexibility. For a smallest response of 1e-3,
-    # modes up to STATIC_FROM are enough.
-    further = max(1e-3 / max(smallest_response, np.finfo(float).tiny), 1.0) ** 0.25
-    omega, shapes = held.modes(max(modes) + 1, MOST_MODES, STATIC_FROM * further)
+    omega, shapes = held.modes(max(modes) + 1, MOST_MODES, static_from(smallest_response))
     rigid = omega == 0.0
     retained = np.isin(np.arange(omega.size), modes)
     if np.any(rigid & retained):
@@ -63,8 +59,7 @@ def reduce_stuck(
     X[:, np.diag(as_dense(W.T @ X)) <= _ROUNDING * static] = 0.0
     R = symmetric(as_dense(W.T @ X))
     found = StuckModes(structure, omega, shapes, modes)
-    follows = found.responses(X, R + contacts.flexibility) <= smallest_response
-    nonresonant = ~retained & (below | ~follows)
+    nonresonant = ~retained & ~rigid | below
     spring = -contact_motion[list(modes)]
     return Reduced(
         **found.arrays(X, nonresonant),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -58,6 +59,12 @@ def closed_lines(ratio: float, least: int, off: float, *, odd: bool) -> tuple[in
     close = away <= max(off, 2.0 * abs(whole[1] / ratio - 1.0))
     # half periods are worth their search if they save 40 % of the work
     return half if close and 0.6 * half[0] <= whole[0] else whole
+
+
+def enough_lines(orders: Sequence[tuple[int, int]]) -> int:
+    """Return a number of phase lines, a power of two, that distinguishes these harmonics."""
+    highest = max(abs(m) for _, m in orders)
+    return 1 if highest == 0 else 1 << (2 * highest).bit_length()
 
 
 def step_counts(carrier: Floats, least: int) -> tuple[int, ...]:

@@ -36,7 +36,8 @@ class ContactForces:
     coupling : (modes, N_c) complex ndarray
         -(force on the contacts) per amplitude a_j, at its carrier.
     reaction : (orders, N_c, N_c) complex ndarray
-        Force on the contacts per harmonic P_nm: the response of the modes.
+        Force on the contacts per harmonic P_nm: the response of the modes. Of size 0: the modes do
+        not respond.
     constant : (orders, N_c) complex ndarray, optional
         Harmonics of a force that does not depend on the motion. Default: none.
     first_guess : (orders, N_c) complex ndarray, optional
@@ -52,6 +53,11 @@ class ContactForces:
     constant: Complexes | None = None
     first_guess: Complexes | None = None
     projection: Complexes | None = None
+
+    @property
+    def prescribed(self) -> bool:
+        """Whether no force depends on the contact motion."""
+        return not self.reaction.size
 
 
 @frozen
@@ -88,18 +94,20 @@ class TorusMarch:
         reaction, stiffness = forces.reaction, reduced.stiffness
         response = _modal_response(orders)
         response.asked = problem.requested
-        if reduced.contacts is not None:
-            if rates.size == 2:
-                # Relative error of Omega_B / Omega_A on closed phase lines, over the march
-                # tolerance: it changes S by about a third of that.
-                lines, ratio = closed_lines(
-                    float(rates[1] / rates[0]),
-                    lines,
-                    3.0 * tolerance,
-                    odd=not reduced.even,
-                )
-                rates[1] = ratio * rates[0]
-                distinguishable = 2 * np.abs(np.array(orders)[:, 1]) < lines
+        if reduced.contacts is not None and rates.size == 2:
+            # Relative error of Omega_B / Omega_A on closed phase lines, over the march
+            # tolerance: it changes S by about a third of that.
+            lines, ratio = closed_lines(
+                float(rates[1] / rates[0]),
+                lines,
+                3.0 * tolerance,
+                odd=not reduced.even,
+            )
+            rates[1] = ratio * rates[0]
+            distinguishable = 2 * np.abs(np.array(orders)[:, 1]) < lines
+        if forces.prescribed:
+            reaction = np.zeros((len(orders), *stiffness.shape), dtype=complex)
+        elif reduced.contacts is not None:
             marched, motion, reacting = _marched(reduced, grid.steps, orders, tuple(rates))
             known = distinguishable[:, np.newaxis, np.newaxis]
             reaction = np.where(known, reaction - reacting, 0.0)

@@ -1,6 +1,6 @@
 #include "base/cnumber.h"
 
-#define MOST_ORDER 32 /* |n| and |m| of a harmonic */
+#define MOST_ORDER 128 /* |n| and |m| of a harmonic */
 
 /* z^k for k = -highest ... highest, z on the unit circle; power points at k = 0. */
 static void fill_powers(sm_complex z, int highest, sm_complex *power) {

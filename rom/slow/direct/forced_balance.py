@@ -1,31 +1,34 @@
 """Contacts, modes and given forces in balance: harmonics of a steady state.
 
-At every harmonic nu = n Omega_A + m Omega_B of the contacts all modes respond,
+At every harmonic nu = n Omega_A + m Omega_B all modes respond to the contacts,
 
-    D(nu) q_nm = f_nm / 2 - B(nu) P_nm,
+    D(nu) q_nm = f_nm / 2 - B(nu) P_nm.
 
-and so do the retained modes at their carriers. Near a resonance one step of the contact problem
-cannot take in that response. The amplitudes follow the slow flow, 2 i Omega da/dt + ..., by steps
-of implicit Euler instead (pseudo-transient continuation, Kelley and Keyes 1998). In each step the
-retained modes have the dynamic stiffness D + i kappa, with the shift kappa = 2 Omega / step.
-Secants of the residual make the steps quasi-Newton steps.
+F(P) are the harmonics of contacts that move under this response, by a march over a few periods. A
+steady state is P = F(P), solved by Newton's method with GMRES; directional derivatives are
+differences of F (Knoll and Keyes 2004). From rest, the modes follow their slow flow
+
+    2 i nu dq/dt + D q = f / 2 - B P
+
+by steps of implicit Euler that become longer (pseudo-transient continuation, Kelley and Keyes
+1998). It leads to the branch that a slow transient reaches.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import scipy.sparse.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.reduction.combination import Order, harmonic_orders
+from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen, percentage
@@ -35,235 +38,269 @@ from slipmode.rom.slow.direct.steady_harmonics import (
     relative_error,
 )
 
-_FIRST_SHIFT = 0.1  # of the largest detuning of a mode by slip
-# Tolerance of the contact motion far from the steady state, and at it relative to the tolerance of
-# the amplitudes, by the number of modes. The phase lines of two modes drift against the grid,
-# which limits the periodicity. Contacts that creep, of one mode, change little in a period long
-# before they reach their steady motion.
-_COARSE = {1: 1e-5, 2: 1e-3}
-_PRECISION = {1: 1e-3, 2: 0.03}
-LINES = (16, 32, 64, 128)
-CLOSEST = 0.1  # change of the amplitudes at which the iteration ends, relative to the tolerance
+CLOSEST = 0.05  # change of the amplitudes by the last Newton step, relative to the tolerance
+# The march tolerance is far below the differences of F, relative to the contact motion.
+_MARCH_TOLERANCE, _DIFFERENCE = 1e-9, 1e-5
+_ROUNDING = 1e-4  # residual relative to the tolerance, below which Newton steps only add rounding
+_LEAST_FORCE = 0.01  # of the forces on the modes: weaker contact forces need no precision
+_MOST_DIRECTIONS = 40  # of GMRES
+_SMALLEST_PART = 0.2  # of a Newton step in the line search
+_FINAL_STEPS = 12  # of Newton's method at the steady state
+# A time step of the slow flow is solved to this residual, in so many Newton steps; else it is
+# shorter. It is longer after fewer than two.
+_STEP_RESIDUAL, _NEWTON_STEPS = 0.02, 4
+_SHORTER, _LONG, _LONGER = 0.2, 2.0, 5.0
+_NEARLY_STEADY = 0.05  # change in a time step after which the steady state is tried
+_MOST_TIME_STEPS = 60
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Balanced(SteadyHarmonics):
-    """Harmonics in balance."""
+@dataclass(frozen=True, eq=False)
+class _Iterate:
+    """Contact harmonics P (orders, N_c), their image F(P), and the modes that it follows from."""
 
-    off: Floats  # (modes,), change of the amplitudes by the next step [kg^1/2 m]
-    # (4 modes, n), changes of displacements and residuals in the last steps, see `_Secants`
-    changes: Floats
-    grid: Discretisation
+    P: Complexes
+    F: Complexes
+    modal: Complexes  # (orders, modes + nonresonant)
 
 
 @frozen
 class ForcedBalance:
-    """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
+    """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N], on one grid."""
 
     reduced: Reduced
     law: Friction
     half: Floats
-    tolerance: float
+    orders: tuple[Order, ...]  # harmonics of the contacts, the carriers first
+    grid: Discretisation
+    tolerance: float  # relative, of the amplitudes
 
-    def solve(
-        self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None
-    ) -> Balanced:
-        """Return the steady state with these harmonics, the carriers first, on this grid."""
-        receptance = Receptance.of(self.reduced, orders, self.half)
-        modes, own = len(self.half), receptance.own
-        B = receptance.B[own, own]
-        first_shift = np.maximum(_FIRST_SHIFT * self._detuning(B), np.finfo(float).tiny)
-        shift, moves = first_shift, np.linalg.norm(B, axis=1)
-        target, P, secants = np.zeros(modes, dtype=complex), None, _Secants(moves)
+    def solve(self, start: SteadyHarmonics | None) -> SteadyHarmonics:
+        """Return the steady state near `start`, or the state that is reached from rest.
+
+        Raises
+        ------
+        SlipmodeError
+            If the iteration does not converge.
+        """
+        P = np.zeros((len(self.orders), self.reduced.n_contacts), dtype=complex)
+        modal = np.zeros_like(self.receptance.loads)
         if start is not None:
-            target, P = start.amplitude, _extended(start.P, start.orders, orders)
-            same = np.array_equal(start.frequency[:modes], receptance.frequency[:modes])
-            if isinstance(start, Balanced) and same:
-                secants.take_on(start.changes)
-        far, least, stalled = 1.0, np.inf, 0
-        for _ in range(60):
-            precision = np.clip(0.1 * far, _PRECISION[modes] * self.tolerance, _COARSE[modes])
-            forces = self._contact_forces(receptance, shift, target, P)
-            solved = self._march(orders, grid, forces, float(precision))
-            # The contacts are far from periodic: the step was too long.
-            if solved.residual[0] > 1e-2:
-                shift, secants, P = 3.0 * shift, _Secants(moves), None
-                continue
-            P = solved.P[0]
-            modal = receptance.modal(P, shift, target)
-            found = modal[own, own]
-            target = secants.next(found, 1j * shift * (found - target) / first_shift)
-            if secants.spanning:
-                off = np.abs(target - found) + secants.unresolved
-                far = relative_error(self.reduced, off, found)
-                largest = max((moves * np.abs(found)).max(), np.finfo(float).tiny)
-                far = max(far, float((moves * off).max() / largest))
-            stalled = 0 if far < 0.5 * least or not secants.own_suffice else stalled + 1
-            least = min(far, least)
-            converged = far <= CLOSEST * self.tolerance
-            # Three steps without progress: the phase lines of two modes drift against the grid
-            # (test_the_branch_of_two_modes_is_followed_from_a_steady_state).
-            if converged or (far <= self.tolerance and stalled >= 3):
-                return Balanced(
-                    amplitude=found,
-                    off=off,
-                    changes=secants.changes,
-                    orders=list(orders),
-                    frequency=receptance.frequency,
-                    modal=modal,
-                    P=P,
-                    grid=grid,
-                )
-        raise self._refusal(orders, solved)
+            P = start.at(self.orders)
+            modal = self.receptance.modal(P)
+            found = self._steady(P)
+            if found is not None:
+                return found
+        return self._after_transient(P, modal)
 
-    def responding(self, state: Balanced, highest: int) -> tuple[list[Order], Floats]:
-        """Return more harmonics up to an order to which modes respond, and the effect of others.
+    def checked(self, found: SteadyHarmonics) -> tuple[float, SteadyHarmonics]:
+        """Put a steady state with fewer harmonics, on a coarser grid, into these equations.
 
-        The effect is the sum of the forces that the others would exert on the contacts, as
-        amplitudes (modes,) that would exert the same [kg^1/2 m].
+        Returns the largest unbalanced modal force at its harmonics, relative to the forces, and
+        the state with all harmonics.
         """
-        modes, known = len(self.half), len(state.orders)
-        candidates = harmonic_orders(highest, modes, self.reduced.even)
-        more = [order for order in candidates if order not in state.orders]
-        orders = [*state.orders, *more]
-        receptance = Receptance.of(self.reduced, orders, self.half)
-        P = _extended(state.P, state.orders, orders)
-        shift = _FIRST_SHIFT * self._detuning(receptance.B[receptance.own, receptance.own])
-        forces = self._contact_forces(receptance, shift, state.amplitude, P)
-        reaction = forces.reaction.copy()
-        forces.reaction[known:] = 0.0
-        grid = replace(state.grid, lines=enough_lines(orders, state.grid.lines))
-        solved = self._march(orders, grid, forces, _COARSE[modes])
-        moved = np.abs(np.einsum("qcd,qd->qc", reaction, solved.P[0])).max(axis=1)[known:]
-        carried = np.einsum("qkc,qk->qc", receptance.B[:modes], state.modal[:modes])
-        # Smaller responses are negligible.
-        wanted = moved > 0.03 * self.tolerance * np.abs(carried).max()
-        moves = np.linalg.norm(self.reduced.coupling, axis=1)
-        neglected = moved[~wanted].sum() / np.maximum(moves, np.finfo(float).tiny)
-        return [order for order, one in zip(more, wanted, strict=True) if one], neglected
+        step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
+        state, known = step.iterate(found.at(self.orders)), len(found.orders)
+        off = np.einsum("qkc,qc->qk", self.receptance.B, state.F - state.P)[:known]
+        more = np.vstack((found.P, state.F[known:]))
+        modal = self.receptance.modal(more)
+        modal[:known] = found.modal
+        nu = self.receptance.frequency
+        largest = np.abs(self.receptance.loads).max()
+        full = SteadyHarmonics(found.amplitude, list(self.orders), nu, modal, more)
+        return float(np.abs(off).max() / largest), full
 
-    def _detuning(self, B: Complexes) -> Floats:
-        """Return the largest change of omega_j^2 by slip, (modes,), of modes with coupling B."""
-        if self.reduced.contacts is not None:
-            return np.asarray(np.abs(B) ** 2 @ self.reduced.contacts.reference)
-        moved = np.linalg.solve(self.reduced.stiffness, B.conj().T)
-        return np.asarray(np.abs(np.einsum("jc,cj->j", B, moved)))
+    @cached_property
+    def receptance(self) -> Receptance:
+        """Matrices of the modes at the harmonics."""
+        return Receptance.of(self.reduced, self.orders, self.half)
 
-    def _contact_forces(
-        self, receptance: Receptance, shift: Floats, target: Complexes, guess: Complexes | None
-    ) -> ContactForces:
-        """Return the forces on the contacts in a step: stuck modes and reactions.
-
-        A step is (D + i kappa) q = f / 2 - B P + i kappa q_0, with `shift` kappa, `target` q_0.
-        """
+    def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
+        """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
         modes = len(self.half)
-        still = np.zeros((len(receptance.orders), self.reduced.n_contacts), dtype=complex)
-        stuck = receptance.modal(still, shift, target)
-        held = -np.einsum("qkc,qk->qc", receptance.B, stuck)
-        held[:modes] += self.half @ self.reduced.contact_shapes
-        coupling = -held[:modes]
-        held[:modes] = 0.0
-        return ContactForces(coupling, receptance.reaction(shift), held, guess)
+        others = forces.copy()
+        others[:modes] = 0.0
+        given = ContactForces(-forces[:modes], np.empty(0, dtype=complex), others, guess)
+        problem = ContactProblem(self.reduced, self.law, self.orders, given_forces=given)
+        torus = problem.on(self.grid, _MARCH_TOLERANCE)
+        found: Complexes = torus.solve(np.ones((1, modes))).P[0]
+        return found
 
-    def _march(
-        self,
-        orders: Sequence[Order],
-        grid: Discretisation,
-        forces: ContactForces,
-        tolerance: float,
-    ) -> ContactTerms:
-        problem = ContactProblem(self.reduced, self.law, tuple(orders), given_forces=forces)
-        return problem.on(grid, tolerance).solve(np.ones((1, len(self.half))))
+    def _steady(self, P: Complexes) -> SteadyHarmonics | None:
+        """Return the steady state by Newton's method, None if it does not converge."""
+        step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
+        state, modes, closest = (
+            step.iterate(P),
+            np.arange(len(self.half)),
+            CLOSEST * self.tolerance,
+        )
+        for _ in range(_FINAL_STEPS):
+            after = step.newton(state)
+            if after is None:
+                # Near a limit point no step may be better than none.
+                if step.unbalanced(state) > closest:
+                    return None
+                return self._found(state)
+            amplitude, before = after.modal[modes, modes], state.modal[modes, modes]
+            change = relative_error(self.reduced, amplitude - before, amplitude)
+            state = after
+            # Contact forces are up to ten times the forces that balance them in a steady state.
+            if max(change, step.unbalanced(state), 10.0 * step.residual(state)) <= closest:
+                return self._found(state)
+        return None
 
-    def _refusal(self, orders: Sequence[Order], solved: ContactTerms) -> SlipmodeError:
-        met = strongest_resonance(self.reduced, orders)
+    def _found(self, state: _Iterate) -> SteadyHarmonics:
+        modes = np.arange(len(self.half))
+        return SteadyHarmonics(
+            state.modal[modes, modes],
+            list(self.orders),
+            self.receptance.frequency,
+            state.modal,
+            state.P,
+        )
+
+    def _after_transient(self, P: Complexes, modal: Complexes) -> SteadyHarmonics:
+        """Return the steady state to which the slow flow leads."""
+        length, residual = self._slip_time, _STEP_RESIDUAL
+        for _ in range(_MOST_TIME_STEPS):
+            step = _TimeStep(self, length, modal)
+            after, count = step.solve(P, residual)
+            if after is None:
+                length *= _SHORTER
+                continue
+            change = np.linalg.norm(after.modal - modal)
+            P, modal = after.P, after.modal
+            length *= _LONGER if count < 2 else _LONG
+            nearly = change <= _NEARLY_STEADY * np.linalg.norm(modal)
+            if nearly and length > 20.0 * self._slip_time:
+                found = self._steady(P)
+                if found is not None:
+                    return found
+                length, residual = _SHORTER**2 * length, _SHORTER * residual
+        raise self._refusal(step, P)
+
+    @cached_property
+    def _slip_time(self) -> float:
+        """Time in which full slip turns the phase of an amplitude by 1, or it decays [s]."""
+        own = np.arange(len(self.half))
+        B = self.receptance.B[own, own]
+        if self.reduced.contacts is not None:
+            detuning = np.abs(B) ** 2 @ self.reduced.contacts.reference
+        else:
+            moved = np.linalg.solve(self.reduced.stiffness, B.conj().T)
+            detuning = np.abs(np.einsum("jc,cj->j", B, moved))
+        rate = np.abs(detuning) / self.reduced.carrier + self.reduced.modal_damping
+        return float(2.0 / np.maximum(rate, np.finfo(float).eps * self.reduced.carrier).max())
+
+    def _refusal(self, step: _TimeStep, P: Complexes) -> SlipmodeError:
+        off = step.residual(step.iterate(P))
+        met = strongest_resonance(self.reduced, self.orders)
         n, m = met.order
         return SlipmodeError(
-            "frequency: no steady state was found. The residual is "
-            f"{percentage(solved.residual[0])}. The mode at {met.mode:.4g} rad/s responds most, "
-            f"to harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s, so the motion may not be "
-            "periodic; move the forcing, give damping to that mode, or integrate in time "
-            "(rom.full)"
+            f"frequency: no steady state was found. The residual is {percentage(min(off, 1.0))}. "
+            f"The mode at {met.mode:.4g} rad/s responds most, to harmonic ({n}, {m}) at "
+            f"{met.harmonic:.4g} rad/s, so the motion may not be periodic; move the forcing, give "
+            "damping to that mode, or integrate in time (rom.full)"
         )
 
 
-def enough_lines(orders: Sequence[Order], least: int = 1) -> int:
-    """Return a number of phase lines that distinguishes these harmonics."""
-    highest = max(abs(m) for _, m in orders)
-    if highest == 0:
-        return 1
-    return max(least, next((n for n in LINES if n > 2 * highest), LINES[-1]))
+@frozen
+class _TimeStep:
+    """A step of implicit Euler from the modes `before`; of infinite length: the steady state.
 
-
-class _Secants:
-    """The displacement at which the residual would be 0, by its last changes (Anderson 1965).
-
-    Attributes
-    ----------
-    unresolved : (modes,) ndarray
-        Displacement by the part of the residual that no change has touched, if the structure
-        were as soft to it as to the change to which it was softest.
+    With D' = D + 2 i nu / length, modes near a harmonic are D' q = f / 2 - B P + (2 i nu / length)
+    before; the others respond at once.
     """
 
-    def __init__(self, moves: Floats) -> None:
-        """Displacements are weighted by the contact forces `moves` (modes,) that they cause."""
-        self._moves = np.maximum(moves, 1e-300)
-        # The changes of one mode span its plane at once: a later residual is noise of friction.
-        self._enough = {1: 1, 2: 4}[moves.size]
-        self.unresolved = np.zeros(moves.size)
-        self._points: list[Floats] = []
-        self._before = np.zeros((4 * moves.size, 0))
+    balance: ForcedBalance
+    length: float  # [s]
+    before: Complexes  # (orders, modes + nonresonant) [kg^1/2 m]
 
-    def take_on(self, changes: Floats) -> None:
-        """Use the changes of another balance of the same two modes at the same frequencies.
+    @cached_property
+    def _response(self) -> tuple[Complexes, Complexes, Complexes]:
+        """Modes without contacts, modes per P, and weights (N_c,) of the contacts."""
+        at = self.balance.receptance
+        square = at.frequency[:, np.newaxis] ** 2
+        # Other modes respond with less than twice the inertia force, at once.
+        resonant = np.abs(np.einsum("qkk->qk", at.D)) < 0.5 * square
+        rate = np.where(resonant, 2j * at.frequency[:, np.newaxis] / self.length, 0.0)
+        D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
+        loads = at.loads + rate * self.before
+        both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
+        weight = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
+        return both[..., 0], both[..., 1:], np.maximum(weight, np.finfo(float).tiny)
 
-        A balance of one mode finds its own in two steps.
-        """
-        if self._enough > 1:
-            self._before = changes
+    def unbalanced(self, state: _Iterate) -> float:
+        """Return the largest response of a mode to the residual, relative to the largest mode."""
+        moved = np.einsum("qkc,qc->qk", self._response[1], state.F - state.P)
+        largest = max(float(np.abs(state.modal).max()), np.finfo(float).tiny)
+        return float(np.abs(moved).max()) / largest
 
-    @property
-    def changes(self) -> Floats:
-        """Weighted changes of displacements, and below of the residual, (4 modes, n).
+    def residual(self, state: _Iterate) -> float:
+        """Return the size of F(P) - P, weighted by the effect of contacts, relative to P."""
+        off, F, P = (
+            float(np.linalg.norm(each * self._response[2]))
+            for each in (state.F - state.P, state.F, state.P)
+        )
+        return off / max(F, P, _LEAST_FORCE * self._forces)
 
-        The last are first. Changes of another balance are used until there are enough own ones,
-        because they differ by the error of its grid.
-        """
-        last, *before = reversed(self._points)
-        own = np.array([last - point for point in before]).reshape(-1, last.size).T
-        if self.own_suffice:
-            return own
-        return np.hstack((own, self._before))[:, : 2 * self._moves.size]
+    @cached_property
+    def _forces(self) -> float:
+        """Size of the forces on the modes."""
+        return max(float(np.linalg.norm(self.balance.receptance.loads)), np.finfo(float).tiny)
 
-    @property
-    def own_suffice(self) -> bool:
-        """Whether there are enough changes without the changes of another balance."""
-        return len(self._points) > self._enough
+    def iterate(self, P: Complexes, guess: Complexes | None = None) -> _Iterate:
+        """Return P with F(P)."""
+        at, half = self.balance.receptance, self.balance.half
+        alone, per_contact, _ = self._response
+        modal = alone + np.einsum("qkc,qc->qk", per_contact, P)
+        forces = np.einsum("qcd,qd->qc", at.follows, P) - np.einsum("qkc,qk->qc", at.B, modal)
+        forces[: len(half)] += half @ self.balance.reduced.contact_shapes
+        F = self.balance.contact_motion(forces, P if guess is None else guess)
+        return _Iterate(P, F, modal)
 
-    @property
-    def spanning(self) -> bool:
-        """Whether there are enough changes for all motions of the retained modes."""
-        return bool(self.changes.shape[1] >= self._enough)
+    def newton(self, state: _Iterate) -> _Iterate | None:
+        """Return the state after a Newton step, None where the residual does not fall."""
+        residual = self.residual(state)
+        if residual <= _ROUNDING * self.balance.tolerance:
+            return state
+        direction = self._direction(state, min(max(residual, 0.01), 0.1))
+        part = 1.0
+        while True:
+            after = self.iterate(state.P + part * direction)
+            remaining = self.residual(after)
+            if remaining <= (1.0 - 0.3 * part) * residual:
+                return after
+            if part < _SMALLEST_PART:
+                return after if remaining < residual else None
+            part *= 0.4
 
-    def next(self, found: Complexes, residual: Complexes) -> Complexes:
-        """Return the next displacement (modes,)."""
-        moved = self._moves * np.array((found, residual))
-        self._points = [*self._points[-2 * found.size :], moved.ravel().view(float)]
-        changes = self.changes
-        if not changes.size:
-            return found
-        last, size = self._points[-1], 2 * found.size
-        theta = np.linalg.lstsq(changes[size:], last[size:], rcond=1e-6)[0]
-        displaced, unbalanced = (np.linalg.norm(c, axis=0) for c in np.split(changes, [size]))
-        softest = (displaced / np.maximum(unbalanced, 1e-300)).max()
-        rest = (last[size:] - changes[size:] @ theta).view(complex)
-        if self._enough > 1:
-            self.unresolved = softest * np.abs(rest) / self._moves
-        move = (changes[:size] @ theta).view(complex)
-        return np.asarray(found - move / self._moves)
+    def solve(self, P: Complexes, residual: float) -> tuple[_Iterate | None, int]:
+        """Return the end of the time step and its Newton steps; None where it is too long."""
+        state: _Iterate | None = self.iterate(P)
+        for count in range(_NEWTON_STEPS + 1):
+            if state is None:
+                break
+            if self.residual(state) <= residual:
+                return state, count
+            state = self.newton(state) if count < _NEWTON_STEPS else None
+        return None, _NEWTON_STEPS
 
+    def _direction(self, state: _Iterate, tolerance: float) -> Complexes:
+        """Return the Newton step (orders, N_c) to a relative tolerance."""
+        weight = self._response[2]
+        residual = ((state.F - state.P) * weight).ravel().view(float)
+        motion = max(np.abs(state.P * weight).max(), np.abs(state.F * weight).max())
 
-def _extended(known: Complexes, orders: Sequence[Order], wanted: Sequence[Order]) -> Complexes:
-    """Return rows of some harmonics for others, 0 for new ones."""
-    rows = dict(zip(orders, known, strict=True))
-    return np.array([rows.get(order, np.zeros_like(known[0])) for order in wanted])
+        def change(v: Floats) -> Floats:
+            part = _DIFFERENCE * motion / np.abs(v).max()
+            moved = (part * v).view(complex).reshape(state.P.shape) / weight
+            F = self.iterate(state.P + moved, state.P).F
+            return np.asarray(v - ((F - state.F) * weight).ravel().view(float) / part)
+
+        operator = scipy.sparse.linalg.LinearOperator(
+            (residual.size, residual.size), matvec=change, dtype=float
+        )
+        step, _ = scipy.sparse.linalg.gmres(
+            operator, residual, rtol=tolerance, restart=_MOST_DIRECTIONS, maxiter=1
+        )
+        return np.asarray(step.view(complex).reshape(state.P.shape) / weight)

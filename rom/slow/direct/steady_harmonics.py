@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order
@@ -23,6 +22,11 @@ class SteadyHarmonics:
     frequency: Floats  # (orders,), n Omega_A + m Omega_B [rad/s]
     modal: Complexes  # (orders, modes + nonresonant), displacement of all modes [kg^1/2 m]
     P: Complexes  # (orders, N_c), of the contact displacement [m]
+
+    def at(self, orders: Sequence[Order]) -> Complexes:
+        """Return P at other harmonics, 0 at unknown ones, (orders, N_c)."""
+        rows = dict(zip(self.orders, self.P, strict=True))
+        return np.array([rows.get(order, np.zeros_like(self.P[0])) for order in orders])
 
 
 def relative_error(reduced: Reduced, error: Complexes | Floats, amplitude: Complexes) -> float:
@@ -47,8 +51,6 @@ class Receptance:
     # (orders, N_c, N_c), force on the contacts due to the inertia that follows them
     follows: Complexes
     loads: Complexes  # (orders, modes + nonresonant), half of the modal forces [N kg^-1/2]
-    # (modes,), numbers of the retained modes, and of their carriers among the harmonics
-    own: NDArray[np.intp]
 
     @classmethod
     def of(cls, reduced: Reduced, orders: Sequence[Order], half: Floats) -> Self:
@@ -58,28 +60,9 @@ class Receptance:
         B = reduced.modal_coupling(nu)
         loads = np.zeros(B.shape[:2], dtype=complex)
         loads[own] = half @ reduced.all_shapes
-        return cls(
-            tuple(orders), nu, reduced.modal_stiffness(nu), B, reduced.following(nu), loads, own
-        )
+        return cls(tuple(orders), nu, reduced.modal_stiffness(nu), B, reduced.following(nu), loads)
 
-    def modal(
-        self, P: Complexes, shift: Floats | float = 0.0, target: Complexes | float = 0.0
-    ) -> Complexes:
-        """Return the displacement of all modes due to the forces and contact harmonics P.
-
-        With a `shift` kappa (modes,) [rad^2/s^2], the retained modes have the dynamic stiffness
-        D + i kappa at their carriers, and are pulled to displacements `target` (modes,).
-        """
+    def modal(self, P: Complexes) -> Complexes:
+        """Return the displacement of all modes due to the forces and contact harmonics P."""
         loads = self.loads - np.einsum("qkc,qc->qk", self.B, P)
-        loads[self.own, self.own] += 1j * shift * target
-        return np.asarray(np.linalg.solve(self._shifted(shift), loads[..., np.newaxis])[..., 0])
-
-    def reaction(self, shift: Floats) -> Complexes:
-        """Return the force on the contacts per contact harmonic, (orders, N_c, N_c)."""
-        response = np.linalg.solve(self._shifted(shift), self.B)
-        return np.asarray(np.swapaxes(self.B, 1, 2) @ response + self.follows)
-
-    def _shifted(self, shift: Floats | float) -> Complexes:
-        D = self.D.copy()
-        D[self.own, self.own, self.own] += 1j * shift
-        return D
+        return np.asarray(np.linalg.solve(self.D, loads[..., np.newaxis])[..., 0])

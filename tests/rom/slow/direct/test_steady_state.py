@@ -10,7 +10,6 @@ from elastic.family_report import full_order, on, relative, solved
 from elastic.frictional_beam import matrices
 
 from slipmode import rom
-from slipmode.rom.slow.direct.forced_balance import ForcedBalance
 
 PUBLISHED = Path(__file__).parents[5] / "shared" / "data" / "published"
 
@@ -159,20 +158,12 @@ def test_bad_arguments_are_named(key, change):
         rom.steady_state(reduced, rom.Coulomb(2.0), **arguments)
 
 
-def test_where_no_balance_is_found_rigid_contacts_of_one_mode_are_integrated(monkeypatch):
-    """Balances of NLvib's example 08 fail at single frequencies near its seventh harmonic."""
-    reduced = rom.reduce(rom.two_mass(beta=0.01), modes=(0,))
-    arguments = reduced, rom.Coulomb(2.0), [0.98], [{0: 0.15}]
-    balanced = rom.steady_state(*arguments)
-
-    def refused(self, orders, grid, start):
-        raise rom.SlipmodeError("frequency: no steady state found")
-
-    monkeypatch.setattr(ForcedBalance, "solve", refused)
-    integrated = rom.steady_state(*arguments)
-    assert (balanced.method, integrated.method) == ("balance", "integration")
-    off = abs(integrated.amplitude - balanced.amplitude)
-    assert np.all(off <= balanced.error + integrated.error)
+@pytest.mark.slow
+def test_where_no_balance_is_found_one_mode_is_integrated():
+    """Contacts of a plate take nearly all of the stiffness of the mode."""
+    off, stated, state = off_and_stated(34)
+    assert state.method == "integration"
+    assert off <= stated
 
 
 @pytest.mark.parametrize("law", [rom.Coulomb(2.0), rom.Jenkins(2.0, 50.0)])
