@@ -27,6 +27,12 @@ def as_floats(key: str, given: Any) -> Floats:
     raise SlipmodeError(f"{key}: must be real numbers, got {in_one_line(given)}")
 
 
+def check_count(key: str, given: Any) -> None:
+    """Refuse, naming `key`, what is not an integer >= 1."""
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 1:
+        raise SlipmodeError(f"{key}: must be an integer >= 1, got {in_one_line(given)}")
+
+
 def in_one_line(given: Any) -> str:
     """Return a short representation of any object, for messages."""
     return " ".join(reprlib.repr(given).split())
