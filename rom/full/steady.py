@@ -125,8 +125,8 @@ def steady_amplitude(
             other = nonharmonic_motion(integrator, state)
             raise SlipmodeError(
                 f"steady amplitude: still changes after {most_windows} windows of "
-                f"{window.length:.4g} s. {percentage(other.share)} of the contact motion is not at "
-                f"harmonics of the forces, mostly at {other.frequency:.4g} rad/s; increase "
+                f"{window.length:.4g} s. {percentage(other.share)} of the contact motion is not "
+                f"at harmonics of the forces, mostly at {other.frequency:.4g} rad/s; increase "
                 "most_windows, periods (longer windows) or the tolerance"
             )
     return SteadyAmplitude(found[-1], np.abs(found[-1] - coarse[-1]) + rest, state)
