@@ -101,6 +101,7 @@ def _with_shapes(entry: Model, reduced: Reduced) -> Model:
     shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
     kept = entry.reduced.nonresonant_shapes[-1].astype(int)
     shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]
+    shapes["structure"] = reduced.structure
     return replace(entry, reduced=replace(entry.reduced, **shapes))
 
 

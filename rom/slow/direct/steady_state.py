@@ -27,7 +27,6 @@ from slipmode.rom.slow.direct.forced_balance import (
 )
 from slipmode.rom.slow.direct.integrated import ends_soon, integrated
 from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
-from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 _HIGHEST = (9, 13, 17)  # |n| + |m| of the harmonics of two modes, in turn
@@ -72,26 +71,39 @@ class SteadyState:
         """Orders (n, m) of the harmonics with the frequencies n Omega_A + m Omega_B."""
         return self.harmonics.orders
 
-    def displacement(self, structure: Structure | None = None) -> Complexes:
-        """Return the harmonics of the displacement of all DOFs.
+    def displacement(self, dof: int) -> Floats:
+        """Return the displacement amplitude of a DOF at each carrier.
 
         Parameters
         ----------
-        structure : Structure, optional
-            Structure that was reduced. Default: the quasi-static response to the forces is
-            neglected.
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (modes,) ndarray
+            Displacement amplitudes [m], with the contacts and the quasi-static response.
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
+        self.reduced.check_dof(dof)
+        return 2.0 * np.abs(self.displacement_harmonics()[: len(self.force), dof])
+
+    def displacement_harmonics(self) -> Complexes:
+        """Return the harmonics of the displacement of all DOFs.
 
         Returns
         -------
         (orders, n) complex ndarray
-            Harmonics c of x = sum 2 Re(c exp(i (n t_A + m t_B))) [m].
+            Harmonics c of x = sum 2 Re(c exp(i (n t_A + m t_B))) [m], in the order of `orders`.
         """
         found, reduced = self.harmonics, self.reduced
         x = found.modal @ reduced.all_shapes.T + found.P @ reduced.contact_shapes.T
-        if structure is not None:
-            static = AppliedForces.of(reduced, list(self.force), structure).static
-            own = [reduced.modal_force(j, f) for j, f in enumerate(self.force)]
-            x[: len(self.force)] += 0.5 * (static * own).T
+        applied = AppliedForces(reduced, self.force)
+        x[: len(self.force)] += 0.5 * (applied.static * applied.modal).T
         return np.asarray(x)
 
 
