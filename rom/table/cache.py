@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, replace
 from functools import cache
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -81,7 +82,9 @@ def _numbered(reduced: Reduced) -> Reduced:
     The DOF moves neither with the other shapes nor under forces. The table keeps some of the
     nonresonant modes; the numbers say which, also if modes have equal frequencies.
     """
-    shapes = {name: np.pad(getattr(reduced, name), ((0, 1), (0, 0))) for name in _SHAPES}
+    shapes: dict[str, Any] = {
+        name: np.pad(getattr(reduced, name), ((0, 1), (0, 0))) for name in _SHAPES
+    }
     shapes["nonresonant_shapes"][-1] = np.arange(reduced.nonresonant_frequency.size)
     if reduced.force_patterns is not None:
         shapes["force_patterns"] = np.pad(reduced.force_patterns, ((0, 0), (0, 1)))
@@ -90,7 +93,7 @@ def _numbered(reduced: Reduced) -> Reduced:
 
 def _last_dof(reduced: Reduced) -> Reduced:
     """Return the model with shapes and force patterns at its last DOF only."""
-    shapes = {name: getattr(reduced, name)[-1:] for name in _SHAPES}
+    shapes: dict[str, Any] = {name: getattr(reduced, name)[-1:] for name in _SHAPES}
     if reduced.force_patterns is not None:
         shapes["force_patterns"] = reduced.force_patterns[:, -1:]
     return replace(reduced, **shapes)
@@ -101,8 +104,8 @@ def _with_shapes(entry: Model, reduced: Reduced) -> Model:
     shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
     kept = entry.reduced.nonresonant_shapes[-1].astype(int)
     shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]
-    shapes["structure"] = reduced.structure
-    return replace(entry, reduced=replace(entry.reduced, **shapes))
+    of = replace(entry.reduced, structure=reduced.structure, **shapes)
+    return replace(entry, reduced=of)
 
 
 def _key(
