@@ -210,8 +210,8 @@ class Integrator:
         )
         elapsed = run.begin - self.excitation.start[segment]
         samples = kernel.FullSamples(run.samples, run.every, *record)
-        inputs = self._inputs[segment:].ctypes.data
-        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state.ctypes.data, samples)
+        inputs = self._inputs[segment:]
+        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state, samples)
         kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:
@@ -247,9 +247,9 @@ class Integrator:
         status = kernel.lib.sm_elastic_force(
             self._elastic,
             x_c.size,
-            x_c.ctypes.data,
-            memory.ctypes.data,
-            force.ctypes.data,
+            x_c,
+            memory,
+            force,
         )
         kernel.check(status, "forces on the contacts")
         return force
