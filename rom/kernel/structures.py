@@ -39,7 +39,7 @@ def _dtypes(kind: str) -> list[np.dtype[Any]]:
     own = np.dtype(TYPES.get(kind) or STRUCTURES[kind])
     if kind == "double":
         return [own, np.dtype(complex)]
-    of_doubles = own.names and all(own[name].base == float for name in own.names)
+    of_doubles = own.names and all(own[name].base.kind == "f" for name in own.names)
     return [own, np.dtype(float)] if of_doubles else [own]
 
 
