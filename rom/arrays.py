@@ -33,6 +33,12 @@ def check_count(key: str, given: Any) -> None:
         raise SlipmodeError(f"{key}: must be an integer >= 1, got {in_one_line(given)}")
 
 
+def check_dof(dof: Any, n_dofs: int) -> None:
+    """Refuse what is not the index of one of so many DOFs."""
+    if not (isinstance(dof, int | np.integer) and 0 <= dof < n_dofs):
+        raise SlipmodeError(f"dof: must be 0 to {n_dofs - 1}, got {in_one_line(dof)}")
+
+
 def in_one_line(given: Any) -> str:
     """Return a short representation of any object, for messages."""
     return " ".join(reprlib.repr(given).split())

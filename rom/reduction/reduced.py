@@ -98,8 +98,7 @@ class Reduced:
     aerodynamics : (modes,) complex ndarray or None
         Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
     structure : Structure or None
-        Structure that was reduced, for the quasi-static response of DOFs to forces. Files of
-        models do not contain it.
+        Structure that was reduced, for the static response of DOFs. It is not in files.
     """
 
     formulation: Formulation
@@ -147,11 +146,6 @@ class Reduced:
     def n_contacts(self) -> int:
         """Number N_c of contact DOFs."""
         return int(self.stiffness.shape[0])
-
-    def check_dof(self, dof: int) -> None:
-        """Refuse what is not the index of a DOF."""
-        if not (isinstance(dof, int | np.integer) and 0 <= dof < self.n_dofs):
-            raise SlipmodeError(f"dof: must be 0 to {self.n_dofs - 1}, got {in_one_line(dof)}")
 
     @property
     def even(self) -> bool:

@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, check_dof
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
@@ -49,7 +49,7 @@ class SteadyMotion:
             If there is no such DOF.
         """
         reduced = self.model.reduced
-        reduced.check_dof(dof)
+        check_dof(dof, reduced.n_dofs)
         response = self._response
         moved = response.modal @ self.model.all_shapes[dof]
         moved += response.contact @ reduced.contact_shapes[dof]

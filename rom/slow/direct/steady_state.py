@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -89,7 +89,7 @@ class SteadyState:
         SlipmodeError
             If there is no such DOF.
         """
-        self.reduced.check_dof(dof)
+        check_dof(dof, self.reduced.n_dofs)
         return 2.0 * np.abs(self.displacement_harmonics()[: len(self.force), dof])
 
     def displacement_harmonics(self) -> Complexes:
