@@ -157,7 +157,7 @@ class Component:
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
-        status = kernel.lib.sm_component_reset(self._handle, time, start.ctypes.data)
+        status = kernel.lib.sm_component_reset(self._handle, time, start)
         if status == kernel.OK:
             return
         if not np.isfinite(start).all():
@@ -182,7 +182,7 @@ class Component:
         """
         given = np.zeros(kernel.MODES, dtype=complex)
         given[: self.model.modes] = amplitude
-        status = kernel.lib.sm_component_set_amplitude(self._handle, given.ctypes.data)
+        status = kernel.lib.sm_component_set_amplitude(self._handle, given)
         kernel.check(status, "amplitude")
 
     def set_inputs(self, **values: float) -> None:
@@ -205,7 +205,7 @@ class Component:
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
-        status = kernel.lib.sm_component_set_inputs(self._handle, scaled.ctypes.data)
+        status = kernel.lib.sm_component_set_inputs(self._handle, scaled)
         kernel.check(status, "inputs")
         self._inputs = changed
         if not self._named.frequencies.isdisjoint(values):
@@ -251,7 +251,7 @@ class Component:
             Values by name, in the order of `output_names`.
         """
         values = np.empty(len(self.output_names))
-        kernel.check(kernel.lib.sm_component_outputs(self._handle, values.ctypes.data), "outputs")
+        kernel.check(kernel.lib.sm_component_outputs(self._handle, values), "outputs")
         return dict(zip(self.output_names, values.tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
@@ -278,9 +278,8 @@ class Component:
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
         outputs = np.empty((len(lengths), len(self.output_names)))
-        addresses = [each.ctypes.data for each in (lengths, scaled, outputs)]
-        done = ctypes.c_size_t()
-        status = kernel.lib.sm_component_run(self._handle, allowed, *addresses, ctypes.byref(done))
+        arrays, done = (lengths, scaled, outputs), ctypes.c_size_t()
+        status = kernel.lib.sm_component_run(self._handle, allowed, *arrays, ctypes.byref(done))
         k = done.value
         if k > 0:
             self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
@@ -320,10 +319,8 @@ class Component:
         trace, k = kernel.Trace(capacity=_TRACED_ROWS), 0
         while trace.done < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
-            trace.outputs = outputs.ctypes.data
-            status = kernel.lib.sm_component_trace(
-                self._handle, allowed, lengths.ctypes.data, scaled.ctypes.data, trace
-            )
+            trace.outputs = outputs
+            status = kernel.lib.sm_component_trace(self._handle, allowed, lengths, scaled, trace)
             before, k = k, trace.done
             self._warn_of_frequencies(records[before:k])
             if trace.elapsed > 0.0:
@@ -344,7 +341,7 @@ class Component:
         The state (n,) contains time, amplitudes, contact memory and inputs.
         """
         state = np.empty(kernel.lib.sm_component_state_count(self._handle))
-        kernel.check(kernel.lib.sm_component_get_state(self._handle, state.ctypes.data), "state")
+        kernel.check(kernel.lib.sm_component_get_state(self._handle, state), "state")
         return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
@@ -367,7 +364,7 @@ class Component:
             raise SlipmodeError(f"state: must have {size} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
-        kernel.check(kernel.lib.sm_component_set_state(self._handle, given.ctypes.data), "state")
+        kernel.check(kernel.lib.sm_component_set_state(self._handle, given), "state")
         self._inputs = given[count:].reshape(1, -1).copy()
 
     def transient_error(self) -> Floats:
@@ -406,7 +403,7 @@ class Component:
 
     def _slow_outputs(self, doing: str) -> Floats:
         values = np.empty(kernel.OUTPUTS_FIXED)
-        status = kernel.lib.sm_component_slow_outputs(self._handle, values.ctypes.data)
+        status = kernel.lib.sm_component_slow_outputs(self._handle, values)
         kernel.check(status, doing)
         return values
 
@@ -431,7 +428,7 @@ class Component:
         """Return why a step failed, with these inputs in the core, and put back its own inputs."""
         reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
         now = np.empty(kernel.OUTPUTS_FIXED)
-        read = kernel.lib.sm_component_slow_outputs(self._handle, now.ctypes.data)
+        read = kernel.lib.sm_component_slow_outputs(self._handle, now)
         if outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
             reason = (
                 f"limit_scale = {limit_scale(inputs):g} puts the amplitudes outside the friction "
@@ -446,7 +443,7 @@ class Component:
         elif outside:
             reason = self._departure(duration)
         own = self._named.modal(self._inputs)
-        kernel.lib.sm_component_set_inputs(self._handle, own.ctypes.data)
+        kernel.lib.sm_component_set_inputs(self._handle, own)
         words = f"stopped at t = {self.time:g} s: {reason}"
         return StoppedError(words, self.time, outputs, outside)
 

@@ -27,6 +27,18 @@ def as_floats(key: str, given: Any) -> Floats:
     raise SlipmodeError(f"{key}: must be real numbers, got {in_one_line(given)}")
 
 
+def check_count(key: str, given: Any) -> None:
+    """Refuse, naming `key`, what is not an integer >= 1."""
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or given < 1:
+        raise SlipmodeError(f"{key}: must be an integer >= 1, got {in_one_line(given)}")
+
+
+def check_dof(dof: Any, n_dofs: int) -> None:
+    """Refuse what is not the index of one of so many DOFs."""
+    if not (isinstance(dof, int | np.integer) and 0 <= dof < n_dofs):
+        raise SlipmodeError(f"dof: must be 0 to {n_dofs - 1}, got {in_one_line(dof)}")
+
+
 def in_one_line(given: Any) -> str:
     """Return a short representation of any object, for messages."""
     return " ".join(reprlib.repr(given).split())

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats, in_one_line
+from slipmode.rom.arrays import Floats, check_count, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
@@ -140,8 +140,7 @@ def modes(
     >>> rom.modes(rom.two_mass(), n=2).states["bonded"].frequency
     array([1. , 1.7])
     """
-    if not isinstance(n, int | np.integer) or n < 1:
-        raise SlipmodeError(f"n: must be an integer of at least 1, got {n!r}")
+    check_count("n", n)
     if law is not None and not isinstance(law, Elastic):
         raise SlipmodeError(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"

@@ -168,21 +168,17 @@ class TorusProblem:
         mean_square, residual = np.empty((count, contacts)), np.empty(count)
         marched = np.empty(count, dtype=np.int32)
         grid = kernel.Discretisation(
-            rates=march.rates.ctypes.data,
+            rates=march.rates,
             steps=march.steps,
             lines=march.lines,
             orders_count=len(march.orders),
-            orders=march.orders.ctypes.data,
+            orders=march.orders,
             tolerance=march.tolerance,
-            smallest_scale=self.smallest_amplitude.ctypes.data,
+            smallest_scale=self.smallest_amplitude,
             max_periods=MOST_PERIODS,
         )
-        at = kernel.TorusPoints(
-            count, points.ctypes.data, None if guess is None else guess.ctypes.data
-        )
-        motion = kernel.TorusMotion(
-            P.ctypes.data, mean_square.ctypes.data, residual.ctypes.data, marched.ctypes.data
-        )
+        at = kernel.TorusPoints(count, points, guess)
+        motion = kernel.TorusMotion(P, mean_square, residual, marched)
         status = kernel.lib.sm_torus_harmonics(march.contact, grid, at, motion)
         kernel.check(status, "contact problem on the torus")
         P[:, ~march.distinguishable] = 0.0

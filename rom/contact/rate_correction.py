@@ -64,15 +64,14 @@ def _growing(
     points, growth = kernel.contiguous(amplitudes), kernel.contiguous(growth)
     P = np.empty((*points.shape, reduced.n_contacts), dtype=complex)
     discretised = kernel.Discretisation(
-        rates=rates.ctypes.data,
+        rates=rates,
         steps=grid.steps,
         lines=grid.lines,
         orders_count=len(orders),
-        orders=orders.ctypes.data,
+        orders=orders,
     )
-    addresses = (each.ctypes.data for each in (points, growth, P))
     status = kernel.lib.sm_torus_growing(
-        problem, discretised, points.size // rates.size, *addresses
+        problem, discretised, points.size // rates.size, points, growth, P
     )
     kernel.check(status, "contact problem of growing amplitudes")
     return np.asarray(-np.einsum("jc,...jc->...j", reduced.coupling, P))

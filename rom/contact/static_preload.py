@@ -189,8 +189,9 @@ def _equilibrium(
     R = W.T @ X
     R, of_contacts = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)
     x_c, f, record = np.empty_like(of_contacts), np.empty_like(of_contacts), held.kernel()
-    addresses = (each.ctypes.data for each in (R, of_contacts, x_c, f))
-    status = kernel.lib.sm_elastic_equilibrium(ctypes.byref(record), len(of_contacts), *addresses)
+    status = kernel.lib.sm_elastic_equilibrium(
+        ctypes.byref(record), len(of_contacts), R, of_contacts, x_c, f
+    )
     if status != kernel.NOT_CONVERGED:
         kernel.check(status, "static_force")
         x: Floats = stuck + X @ (held.reference * x_c - f)

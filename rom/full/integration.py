@@ -147,6 +147,17 @@ class Integrator:
         zero = np.zeros(self._structure.n_dofs)
         return State(float(self.excitation.start[0]), zero, zero)
 
+    def slowest_decay(self) -> float:
+        """Return the rate of structural decay of the modes within an octave of the carriers [1/s].
+
+        Of all modes if there is none; 0 for self-excited ones. Amplitudes decay by exp(-rate t).
+        """
+        of, carriers = self._coordinates, self.excitation.frequency
+        near = of.squares >= (0.5 * carriers.min()) ** 2
+        near &= of.squares <= (2.0 * carriers.max()) ** 2
+        damping = of.damping if of.damping.ndim == 1 else np.diag(of.damping)
+        return max(0.5 * float(damping[near if near.any() else slice(None)].min()), 0.0)
+
     def run(self, times: ArrayLike, start: State | None = None, refine: int = 1) -> FullMotion:
         """Integrate, every step divided by `refine`."""
         first = self.at_rest() if start is None else start
@@ -199,8 +210,8 @@ class Integrator:
         )
         elapsed = run.begin - self.excitation.start[segment]
         samples = kernel.FullSamples(run.samples, run.every, *record)
-        inputs = self._inputs[segment:].ctypes.data
-        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state.ctypes.data, samples)
+        inputs = self._inputs[segment:]
+        status = kernel.lib.sm_full_march(problem, inputs, elapsed, state, samples)
         kernel.check(status, "full-order integration")
 
     def _pack(self, start: State) -> Floats:
@@ -236,9 +247,9 @@ class Integrator:
         status = kernel.lib.sm_elastic_force(
             self._elastic,
             x_c.size,
-            x_c.ctypes.data,
-            memory.ctypes.data,
-            force.ctypes.data,
+            x_c,
+            memory,
+            force,
         )
         kernel.check(status, "forces on the contacts")
         return force

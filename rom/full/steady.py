@@ -19,6 +19,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.structure import Structure
 
 OFF_LATTICE = 0.01  # largest nonharmonic share of the contact motion of a periodic motion
+_SLOW = 0.5  # ratio of successive changes above which it measures the decay of a transient
 _REFINED, _LESS = (1, 2, 4), 0.8  # divisions of the steps, and the reduction that they must give
 
 
@@ -31,7 +32,7 @@ class SteadyAmplitude:
     amplitude : (modes, outputs) complex ndarray
         Amplitude of each carrier in each output [m].
     error : (modes, outputs) ndarray
-        Estimated error [m]: change on halving the time step, plus change between the last windows.
+        Estimated error [m]: change on halving the time step, plus the rest of the transient.
     end : State
         State of the steady motion.
     """
@@ -67,9 +68,8 @@ def steady_amplitude(
     outputs : sequence of int, or (outputs, n) array_like, optional
         DOFs, or rows that combine DOFs, for instance mode shapes times mass. Default: all DOFs.
     tolerance : float, default 1e-5
-        Largest change from one window to the next, relative to the largest amplitude of the
-        carrier among the outputs [-]. If a carrier has no force, relative to the largest amplitude
-        of both carriers.
+        Largest rest of the transient, relative to the largest amplitude of the carrier among the
+        outputs [-]. If a carrier has no force, relative to the largest amplitude of both carriers.
     steps_per_period : float, default 64
         Smallest number of steps per period of the fastest forcing.
     step : float, optional
@@ -109,6 +109,7 @@ def steady_amplitude(
         raise SlipmodeError(f"periods: must be a finite number, at least 1, got {periods}")
     integrator = Integrator(structure, law, excitation, outputs, steps_per_period, step)
     window = Window.of(excitation, periods)
+    decay = float(np.exp(-integrator.slowest_decay() * window.length))
     state = integrator.at_rest() if start is None else start
     found: list[Complexes] = []
     for refine in (1, 2):
@@ -117,20 +118,45 @@ def steady_amplitude(
             motion = integrator.run(window.times(state.time), state, refine)
             state = motion.end
             found.append(window.project(motion.time, motion.displacement, window.frequency))
-            if len(found) > 1 and np.all(
-                np.abs(found[-1] - found[-2]) <= tolerance * window.scale(found[-1])
-            ):
+            rest = _rest_of_transient(np.array(found[-4:]), decay)
+            if np.all(rest <= tolerance * window.scale(found[-1])):
                 break
         else:
-            rest = nonharmonic_motion(integrator, state)
+            other = nonharmonic_motion(integrator, state)
             raise SlipmodeError(
                 f"steady amplitude: still changes after {most_windows} windows of "
-                f"{window.length:.4g} s. {percentage(rest.share)} of the contact motion is not at "
-                f"harmonics of the forces, mostly at {rest.frequency:.4g} rad/s; increase "
+                f"{window.length:.4g} s. {percentage(other.share)} of the contact motion is not "
+                f"at harmonics of the forces, mostly at {other.frequency:.4g} rad/s; increase "
                 "most_windows, periods (longer windows) or the tolerance"
             )
-    error = np.abs(found[-1] - coarse[-1]) + np.abs(found[-1] - found[-2])
-    return SteadyAmplitude(found[-1], error, state)
+    return SteadyAmplitude(found[-1], np.abs(found[-1] - coarse[-1]) + rest, state)
+
+
+def _rest_of_transient(found: Complexes, decay: float) -> Floats:
+    """Return how far the last of several windows is from the steady amplitudes, (modes, outputs).
+
+    `found` has the last amplitudes, (windows, modes, outputs), and `decay` is the factor by which
+    structural damping reduces a transient from window to window. If the transient is multiplied
+    by r in each window, the last change is multiplied by r / (1 - r) in total. Once the changes
+    hardly fall, r is the complex ratio of successive changes. Changes that are a noise, or beats,
+    have ratios that differ from 1. The rest is at least the last change.
+    """
+    if len(found) < 2:
+        return np.full(found.shape[1:], np.inf)
+    change = np.diff(found, axis=0)
+    rounding = np.finfo(float).eps
+    factor = np.full((found.shape[1], 1), decay / max(1.0 - decay, rounding))
+    if len(change) == 3:
+        before, after = change[:-1], change[1:]
+        power = np.sum(np.abs(before) ** 2, axis=2, keepdims=True)
+        product = np.sum(before.conj() * after, axis=2, keepdims=True)
+        ratio = np.divide(product, power, out=np.zeros_like(product), where=power > 0.0)
+        # Before, other modes may hide a slow one: their transients fall faster.
+        falls_slowly = np.all(np.abs(ratio) > _SLOW, axis=0)
+        measured = (np.abs(ratio) / np.maximum(np.abs(1.0 - ratio), rounding)).max(axis=0)
+        usable = falls_slowly | (decay == 1.0)
+        factor = np.where(usable, np.minimum(factor, measured), factor)
+    return np.asarray(np.maximum(factor, 1.0) * np.abs(change[-1]))
 
 
 def nonharmonic_motion(integrator: Integrator, begin: State) -> Nonharmonic:

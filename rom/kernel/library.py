@@ -10,12 +10,27 @@ from collections.abc import Iterator
 from ctypes import POINTER, c_char_p, c_void_p
 from typing import Any
 
-from slipmode.rom.kernel.structures import DECLARATIONS, HEADERS, STRUCTURES, TYPES
+import numpy as np
+
+from slipmode.rom.kernel.structures import DECLARATIONS, HEADERS, STRUCTURES, TYPES, address
 
 NAME = "slipmode.rom._core"  # where CMakeLists.txt installs the library
 
-# What may be an array, of which Python passes the address.
+# What may be an array.
 _IN_ARRAYS = {"double", "sm_inputs", "sm_segment", "sm_element"}
+
+
+class _Array:
+    """Type of an argument that is an array, an address or None."""
+
+    def __init__(self, name: str, kind: str) -> None:
+        self._name, self._kind = name, kind
+
+    def from_param(self, value: Any) -> Any:
+        """Return what ctypes passes."""
+        if isinstance(value, np.ndarray):
+            value = address(self._name, self._kind, value)
+        return c_void_p.from_param(value)
 
 
 def _argument(declaration: str) -> Any:
@@ -24,8 +39,9 @@ def _argument(declaration: str) -> Any:
     if not name.startswith("*"):
         return TYPES[kind]
     pointed = {**TYPES, **STRUCTURES}.get(kind)
-    is_address = pointed is None or kind in _IN_ARRAYS or name.startswith("**")
-    return c_void_p if is_address else POINTER(pointed)
+    if pointed is None or name.startswith("**"):
+        return c_void_p
+    return _Array(name[1:], kind) if kind in _IN_ARRAYS else POINTER(pointed)
 
 
 def functions() -> Iterator[tuple[str, Any, list[Any]]]:

@@ -149,7 +149,7 @@ typedef struct {
                                 frictionless displacement of the contacts by its mode */
     const double *smallest_scale; /* (modes) amplitudes whose frictionless displacement is the scale
                                 where it is larger than at the point */
-    int32_t max_periods;     /* of mode A, 1 or more */
+    int32_t max_periods;     /* of mode A, 1 to 2000 */
 } sm_discretisation;
 
 /* Points of the amplitude plane at which the motion is computed. */

@@ -34,8 +34,8 @@ typedef struct {
 } sm_disk_inputs;
 
 /* Advances the amplitudes (2, M). The deficits (2, n) are a guess, and those at the end. `step` is
- * the first step to try [s], 0 if unknown; at the end the next one. The state is undefined on any
- * status but SM_OK: SM_NOT_CONVERGED if no deficits were found. */
+ * the first step to try [s], 0 if unknown; at the end the next one. All three are unchanged on
+ * any status but SM_OK: SM_NOT_CONVERGED if no deficits were found. */
 SM_API sm_status sm_disk_march(const sm_disk *disk, const sm_disk_inputs *inputs,
                                double *amplitude, double *deficit, double *step);
 

@@ -9,6 +9,7 @@ import ctypes
 import re
 from collections.abc import Iterator
 from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_size_t, c_uint64, c_void_p
+from functools import cache
 from math import prod
 from pathlib import Path
 from typing import Any, ClassVar
@@ -29,26 +30,60 @@ TYPES: dict[str, Any] = {
 }
 
 
+@cache
+def _dtypes(kind: str) -> list[np.dtype[Any]]:
+    """Return the types of arrays for a pointer to what C calls `kind`.
+
+    Complex numbers are pairs of doubles. Rows of doubles may be structures of doubles.
+    """
+    own = np.dtype(TYPES.get(kind) or STRUCTURES[kind])
+    if kind == "double":
+        return [own, np.dtype(complex)]
+    of_doubles = own.names and all(own[name].base.kind == "f" for name in own.names)
+    return [own, np.dtype(float)] if of_doubles else [own]
+
+
+def address(name: str, kind: str, array: np.ndarray) -> int:
+    """Return the address of an array for a pointer that C declares as `kind *name`.
+
+    Arrays must be C-contiguous, and of a type in `_dtypes`.
+    """
+    if array.dtype not in _dtypes(kind) or not array.flags.c_contiguous:
+        contiguous = "" if array.flags.c_contiguous else ", which is not contiguous"
+        raise TypeError(
+            f"{name}: must be a C-contiguous array of {kind}, got {array.dtype}{contiguous}"
+        )
+    return int(array.ctypes.data)
+
+
 class Structure(ctypes.Structure):
     """A structure of the core, made from numbers, and from arrays and structures for its pointers.
 
-    It keeps these alive as `owned`, and takes no other attribute than that and its fields.
+    It keeps these alive as `owned`, by the names of their fields, and takes no other attribute
+    than that and its fields.
     """
 
     __slots__ = ("owned",)
-    pointers: ClassVar[frozenset[str]] = frozenset()  # names of fields
+    pointers: ClassVar[dict[str, str]] = {}  # fields, and what C declares that they point to
 
     def __init__(self, *values: Any, **fields: Any) -> None:
         fields |= zip((name for name, *_ in self._fields_), values, strict=False)
-        self.owned: Any = ()
+        self.owned: dict[str, Any] = {}
         for name, value in fields.items():
-            if isinstance(value, np.ndarray):
-                self.owned += (value,)
-                value = value.ctypes.data
-            elif isinstance(value, Structure):
-                self.owned += (value,)
-                value = ctypes.addressof(value) if name in self.pointers else value
             setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a field; refuse arrays of another type, and integers that do not fit."""
+        stored = value
+        if isinstance(value, np.ndarray):
+            self.owned[name] = value
+            stored = address(name, self.pointers[name], value)
+        elif isinstance(value, Structure):
+            self.owned[name] = value
+            stored = ctypes.addressof(value) if name in self.pointers else value
+        super().__setattr__(name, stored)
+        if isinstance(stored, int) and getattr(self, name) != stored and name not in self.pointers:
+            raise OverflowError(f"{name} = {stored}: does not fit in the integer of the core")
 
 
 def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
@@ -62,10 +97,16 @@ def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
             yield name, field
 
 
+def _pointers(declarations: str) -> Iterator[tuple[str, str]]:
+    """Yield names of fields that are pointers, and what they point to."""
+    for kind, declared in re.findall(r"(?:const )?(\w+) ([^;]+);", declarations):
+        yield from ((name, kind) for name in re.findall(r"\*(\w+)", declared))
+
+
 STRUCTURES: dict[str, type[Structure]] = {}  # by their names in C
 for _body, _name in re.findall(r"typedef struct \{(.*?)\} (\w+);", DECLARATIONS, re.DOTALL):
     members: dict[str, Any] = {"__slots__": (), "_fields_": list(_fields(_body))}
-    members["pointers"] = frozenset(name for name, kind in members["_fields_"] if kind is c_void_p)
+    members["pointers"] = dict(_pointers(_body))
     STRUCTURES[_name] = type(_name, (Structure,), members)
 
 MODES = int(_NUMBERS["MODES"])

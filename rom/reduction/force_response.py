@@ -37,7 +37,7 @@ class AppliedForces:
 
     reduced: Reduced
     force: Floats  # f_j (modes, n) [N], or patterns: effects per F_j do not depend on the scale
-    # What was reduced. None: displacements of DOFs do not include the static part.
+    # What was reduced. None: `reduced.structure`.
     structure: Structure | None = None
 
     @classmethod
@@ -130,14 +130,15 @@ class AppliedForces:
     def static(self) -> Floats:
         """Displacement by the static flexibility besides modes and contact shapes, (n, modes).
 
-        Per F_j [kg^1/2 m/N]; 0 without the structure.
+        Per F_j [kg^1/2 m/N]; 0 if the structure is not known, as of models from files.
         """
         reduced, f = self.reduced, self.per_modal_force.T
-        if self.structure is None or reduced.formulation == "paper":
+        structure = reduced.structure if self.structure is None else self.structure
+        if structure is None or reduced.formulation == "paper":
             return np.zeros_like(f)
         omega = np.append(reduced.structural_frequency, reduced.nonresonant_frequency)
         shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
-        return reduced.held(self.structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
+        return reduced.held(structure).solve(f) - (shapes / omega**2) @ (shapes.T @ f)
 
     def residual(self, on_contacts: Complexes | Floats) -> Complexes:
         """Return forces on contacts per F_j without the part that the shift has, (modes, N_c)."""

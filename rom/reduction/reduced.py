@@ -97,6 +97,8 @@ class Reduced:
         contact problem includes.
     aerodynamics : (modes,) complex ndarray or None
         Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
+    structure : Structure or None
+        Structure that was reduced, for the static response of DOFs. It is not in files.
     """
 
     formulation: Formulation
@@ -123,6 +125,7 @@ class Reduced:
     contacts: Elements | None = None
     force_patterns: Floats | None = None
     aerodynamics: Complexes | None = None
+    structure: Structure | None = None
 
     def __repr__(self) -> str:
         modes = ", ".join(

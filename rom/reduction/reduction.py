@@ -126,6 +126,7 @@ def reduce(
         else:
             elements = law.elements(structure.n_contacts)
             reduced = reduce_stuck(structure, chosen, elements, smallest_response)
+    reduced = replace(reduced, structure=structure)
     if warned:
         warn(mode_frequency_findings("AB", reduced.frequency))
     if aerodynamics is not None:

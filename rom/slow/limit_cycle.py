@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
@@ -33,6 +33,10 @@ from slipmode.rom.validity import (
     friction_findings,
     warn,
 )
+
+# Largest distance of a forced mode from balance, relative to the range, from which Newton's
+# method continues.
+_STEADY = 1e-4
 
 
 @frozen
@@ -89,12 +93,14 @@ def limit_cycles(
     Raises
     ------
     SlipmodeError
-        If no unforced mode is self-excited, or the slow flow cannot follow a forcing frequency.
+        If no unforced mode is self-excited, or the slow flow cannot follow a forcing frequency. If
+        forced modes do not become steady inside the friction table at any amplitude.
 
     Warns
     -----
     ValidityWarning
-        If friction or a force violates an assumption of the method.
+        If friction or a force violates an assumption of the method. If forced modes do not become
+        steady inside the friction table at some amplitudes, so that limit cycles may be missing.
 
     Notes
     -----
@@ -155,6 +161,19 @@ def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced:
     return Omega
 
 
+def _check_steady(steady: Flags, moduli: Floats) -> None:
+    """Refuse or report amplitudes (points, moving) at which forced modes are not steady."""
+    if steady.all():
+        return
+    reason = "forced modes do not become steady inside the friction table"
+    advice = "tabulate a larger range, or reduce the force"
+    if not steady.any():
+        raise SlipmodeError(f"force: {reason} at any amplitude; {advice}")
+    apart = np.linalg.norm(moduli[~steady], axis=1)
+    where = f"at amplitudes of {apart.min():.3g} to {apart.max():.3g} kg^1/2 m"
+    warn([Finding("limit cycles", "may be missing", f"{reason} {where}; {advice}", "warning")])
+
+
 @dataclass(frozen=True, eq=False)
 class _Cycling:
     """Some modes in limit cycles, with forced ones, and the others at rest."""
@@ -196,7 +215,7 @@ class _Cycling:
 
         Forced modes are relaxed from rest to (stiffness - Q) a = F / 2 + Q shift F, see
         `steady_points`. The third result (points, moving) is the net damping force per amplitude
-        of the modes in limit cycles [rad^2/s^2].
+        of the modes in limit cycles [rad^2/s^2]; NaN where forced modes do not become steady.
         """
         model, (force,) = self.flow.model, self.flow.force
         omega, forced = model.reduced.frequency[self.moving], force != 0.0
@@ -215,8 +234,12 @@ class _Cycling:
             balanced = flow.secant_response(now, a)
             modulus = 0.5 * (np.abs(a) + np.minimum(np.abs(balanced), self._range))
             relaxed = phasor(np.minimum(modulus, room), np.angle(balanced))
+            off = np.abs(balanced - a)[:, forced] / self._range[forced]
             a[:, forced] = relaxed[:, forced]
-        return a, Omega, now.stiffness[:, self.moving].imag - Q.imag
+        net = now.stiffness[:, self.moving].imag - Q.imag
+        steady = np.all(off <= _STEADY, axis=1)
+        _check_steady(steady, moduli)
+        return a, Omega, np.where(steady[:, np.newaxis], net, np.nan)
 
     def _solved(self, a: Complexes, Omega: Floats) -> tuple[Complexes, Floats] | None:
         """Return a solution nearby, amplitudes and frequencies (modes,); None if there is none."""
@@ -234,6 +257,8 @@ class _Cycling:
             return now, frequency
 
         def residual(z: Floats) -> Floats:
+            if not np.isfinite(z).all():  # after a point outside the table
+                return np.full(z.size, np.nan)
             now, frequency = unpacked(z)
             found = self._at(frequency[np.newaxis]).balance(now[np.newaxis])
             force = ((found.mass * found.rate)[0] / (natural**2 * most))[solved]

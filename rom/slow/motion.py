@@ -140,7 +140,7 @@ def reconstruct(
     samples = kernel.ContactSamples(sample.size, sample, x, v, f)
     if shape[1]:
         status = kernel.lib.sm_contact_motion(
-            problem, len(effective), effective.ctypes.data, None, steps_per_period, samples
+            problem, len(effective), effective, None, steps_per_period, samples
         )
         kernel.check(status, "contact motion")
     scale = part.scale_at(sample)[:, np.newaxis]
@@ -262,10 +262,10 @@ def _summed(
     status = kernel.lib.sm_harmonic_motion(
         harmonic_sum,
         len(segments),
-        segments.ctypes.data,
+        segments,
         times.size,
-        times.ctypes.data,
-        motion.ctypes.data,
+        times,
+        motion,
     )
     kernel.check(status, "sum of harmonics")
     return np.split(motion, ends[:-1], axis=1)

@@ -98,9 +98,7 @@ def rates(
     """
     a = np.ascontiguousarray(amplitude, dtype=complex)
     rate = np.empty_like(a)
-    status = kernel.lib.sm_slow_flow_rates(
-        flow, len(a), inputs.ctypes.data, a.ctypes.data, rate.ctypes.data
-    )
+    status = kernel.lib.sm_slow_flow_rates(flow, len(a), inputs, a, rate)
     if not (may_leave and status == kernel.OUTSIDE_TABLE):
         kernel.check(status, "amplitude: slow flow")
     return rate
@@ -168,15 +166,15 @@ class ForcedFlow:
         """Return da/dt of `balance` as reals (points, 2 modes), and the Jacobian."""
         unknowns = 2 * amplitude.shape[1]
         jacobian = np.empty((len(amplitude), unknowns, unknowns))
-        parts = self._balance(amplitude, jacobian.ctypes.data)
+        parts = self._balance(amplitude, jacobian)
         return np.ascontiguousarray(parts[:, 3]).view(float), jacobian
 
-    def _balance(self, amplitude: Complexes, jacobian: int | None) -> Complexes:
-        """Return the terms (points, 4, modes); the core writes the Jacobian to its address."""
+    def _balance(self, amplitude: Complexes, jacobian: Floats | None) -> Complexes:
+        """Return the terms (points, 4, modes); the core writes the Jacobian, if there is one."""
         a = np.ascontiguousarray(amplitude, dtype=complex)
         parts = np.empty((len(a), 4, a.shape[1]), dtype=complex)
-        addresses = (each.ctypes.data for each in (self.inputs, a, parts))
-        status = kernel.lib.sm_slow_flow_balance(self.flow, len(a), *addresses, jacobian)
+        arrays = (self.inputs, a, parts, jacobian)
+        status = kernel.lib.sm_slow_flow_balance(self.flow, len(a), *arrays)
         if status != kernel.OUTSIDE_TABLE:
             kernel.check(status, "amplitude: slow flow")
         return parts

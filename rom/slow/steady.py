@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
@@ -30,6 +30,10 @@ from slipmode.rom.validity import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# Frequencies on a resonance curve: most passes of the fixed-point iteration, and the change of
+# the last one relative to the natural frequency.
+_MOST_PASSES, _CONVERGED = 100, 1e-10
+
 
 @frozen
 class ResonanceCurve:
@@ -43,8 +47,8 @@ class ResonanceCurve:
         Amplitudes |a_j| [kg^1/2 m].
     below, above : (n,) ndarray
         Frequency on the branch below and above the peak [rad/s]. NaN where the force does not
-        reach the amplitude, the slow flow cannot follow the frequency, or the amplitude is
-        outside the friction table.
+        reach the amplitude, the slow flow cannot follow the frequency, the amplitude is outside
+        the friction table, or the frequency is not found.
     """
 
     amplitude: Floats
@@ -326,6 +330,11 @@ def resonance_curve(
     ------
     SlipmodeError
         If the mode does not exist, or an amplitude is not allowed.
+
+    Warns
+    -----
+    ValidityWarning
+        If the frequency is not found at some amplitudes.
     """
     model.check_mode(mode)
     points = as_floats("amplitudes", amplitudes)
@@ -348,11 +357,13 @@ def resonance_curve(
 
     frequency = np.tile(model.reduced.carrier, (r.size, 1))
     flow = ForcedFlow.of(model, frequency)
+    unsolved = np.zeros(r.shape, dtype=bool)
 
     def branch(sign: float) -> Floats:
         Omega = np.full(r.shape, omega)
-        # Each pass reduces the error by about the change of friction within the band
-        for _ in range(12):  # friction and damping depend weakly on Omega
+        # Each pass reduces the error by about the change of friction and damping within the band
+        for _ in range(_MOST_PASSES):
+            before = Omega
             outside = np.isnan(Omega)  # of the friction table
             frequency[:, mode] = np.where(outside, omega, Omega)
             friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction
@@ -365,6 +376,15 @@ def resonance_curve(
                 if paper
                 else np.sqrt(np.maximum(omega**2 - Q.real + reach, 0.0))
             )
-        return np.where((square >= 0.0) & can_carry(omega, Omega), Omega, np.nan)
+            moves = np.abs(Omega - before) > _CONVERGED * omega
+            if not moves.any():
+                break
+        unsolved[moves] = True
+        return np.where((square >= 0.0) & ~moves & can_carry(omega, Omega), Omega, np.nan)
 
-    return ResonanceCurve(r, branch(-1.0), branch(1.0))
+    curve = ResonanceCurve(r, branch(-1.0), branch(1.0))
+    if unsolved.any():
+        where = f"|a| = {in_one_line(r[unsolved].tolist())} kg^1/2 m"
+        reason = f"the iteration does not converge at {where}; call rom.response_curve near peaks"
+        warn([Finding("resonance curve", "has no frequency", reason, "warning")])
+    return curve

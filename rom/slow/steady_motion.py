@@ -16,8 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.arrays import Complexes, Floats, check_dof
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
@@ -38,7 +37,7 @@ class SteadyMotion:
     force: Complexes
     applied: AppliedForces | None  # Where the forces act. None: there are no forces.
     scale: Floats  # (points,), friction limits and preloads relative to the model's
-    # What was reduced. None: the quasi-static response to the forces is left out.
+    # What was reduced, for the quasi-static response to the forces. None: `Reduced.structure`.
     structure: Structure | None = None
 
     def displacement(self, dof: int) -> Floats:
@@ -49,9 +48,9 @@ class SteadyMotion:
         SlipmodeError
             If there is no such DOF.
         """
-        reduced, response = self.model.reduced, self._response
-        if not 0 <= dof < reduced.n_dofs:
-            raise SlipmodeError(f"dof: must be 0 to {reduced.n_dofs - 1}, got {dof}")
+        reduced = self.model.reduced
+        check_dof(dof, reduced.n_dofs)
+        response = self._response
         moved = response.modal @ self.model.all_shapes[dof]
         moved += response.contact @ reduced.contact_shapes[dof]
         x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, replace
 from functools import cache
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model
 from slipmode.rom.table.tabulation import extended_range, tabulate
 
+_ENTRY = 2  # format of an entry, besides that of a model's file
 _SHAPES = ("mode_shapes", "contact_shapes", "nonresonant_shapes")
 
 
@@ -54,9 +56,9 @@ def cached_model(
     name = f"{key}.rom"
     found = disk_cache.find(name, Model.load)
     if found is not None:
-        return _shaped(found, reduced), True
+        return _with_shapes(found, reduced), True
     model = tabulate(
-        reduced,
+        _numbered(reduced),
         law,
         amplitude,
         tolerance,
@@ -68,24 +70,42 @@ def cached_model(
         progress=progress,
         warned=False,
     )
-    disk_cache.keep(name, _unshaped(model).save)
-    return model, False
+    # The structure, which the caller has, may be large.
+    entry = replace(model, reduced=_last_dof(model.reduced))
+    disk_cache.keep(name, entry.save)
+    return _with_shapes(entry, reduced), False
 
 
-def _unshaped(model: Model) -> Model:
-    """Without the shapes of the structure, which whoever asks has, and which may be large."""
-    none = {name: getattr(model.reduced, name)[:0] for name in _SHAPES}
-    if model.reduced.force_patterns is not None:
-        none["force_patterns"] = model.reduced.force_patterns[:, :0]
-    return replace(model, reduced=replace(model.reduced, **none))
+def _numbered(reduced: Reduced) -> Reduced:
+    """Return the model with one more DOF, at which each nonresonant shape has its number.
+
+    The DOF moves neither with the other shapes nor under forces. The table keeps some of the
+    nonresonant modes; the numbers say which, also if modes have equal frequencies.
+    """
+    shapes: dict[str, Any] = {
+        name: np.pad(getattr(reduced, name), ((0, 1), (0, 0))) for name in _SHAPES
+    }
+    shapes["nonresonant_shapes"][-1] = np.arange(reduced.nonresonant_frequency.size)
+    if reduced.force_patterns is not None:
+        shapes["force_patterns"] = np.pad(reduced.force_patterns, ((0, 0), (0, 1)))
+    return replace(reduced, **shapes)
 
 
-def _shaped(model: Model, reduced: Reduced) -> Model:
-    """Return the model with the shapes of this structure at its own modes."""
+def _last_dof(reduced: Reduced) -> Reduced:
+    """Return the model with shapes and force patterns at its last DOF only."""
+    shapes: dict[str, Any] = {name: getattr(reduced, name)[-1:] for name in _SHAPES}
+    if reduced.force_patterns is not None:
+        shapes["force_patterns"] = reduced.force_patterns[:, -1:]
+    return replace(reduced, **shapes)
+
+
+def _with_shapes(entry: Model, reduced: Reduced) -> Model:
+    """Return the model of an entry with the shapes of this structure at its own modes."""
     shapes = {name: getattr(reduced, name) for name in (*_SHAPES, "force_patterns")}
-    kept = np.isin(reduced.nonresonant_frequency, model.reduced.nonresonant_frequency)
+    kept = entry.reduced.nonresonant_shapes[-1].astype(int)
     shapes["nonresonant_shapes"] = shapes["nonresonant_shapes"][:, kept]
-    return replace(model, reduced=replace(model.reduced, **shapes))
+    of = replace(entry.reduced, structure=reduced.structure, **shapes)
+    return replace(entry, reduced=of)
 
 
 def _key(
@@ -101,7 +121,7 @@ def _key(
         amplitude,
         *(np.zeros(0) if array is None else array for array in optional),
     )
-    named = [FORMAT, _version(), reduced.formulation, reduced.modes, record_of(law)]
+    named = [FORMAT, _ENTRY, _version(), reduced.formulation, reduced.modes, record_of(law)]
     digest = hashlib.sha256(json.dumps([*named, *asked]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())

@@ -114,8 +114,8 @@ class Table:
         if points.ndim == 0 or points.shape[-1] != self.modes:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
-        count, addresses = points.size // self.modes, (points.ctypes.data, result.ctypes.data)
-        status = kernel.lib.sm_table_lookup(ctypes.byref(self.kernel()), count, *addresses)
+        count = points.size // self.modes
+        status = kernel.lib.sm_table_lookup(ctypes.byref(self.kernel()), count, points, result)
         if status == kernel.OUTSIDE_TABLE:
             raise outside_table(points, self)
         kernel.check(status, "table look-up")

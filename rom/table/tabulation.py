@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, check_count
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.higher_order_harmonics import (
@@ -139,6 +139,8 @@ def tabulate(
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
     if budget is not None and not (np.isfinite(budget) and budget > 0.0):
         raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
+    if threads is not None:
+        check_count("threads", threads)
     time_budget = TimeBudget(np.inf if budget is None else budget)
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law

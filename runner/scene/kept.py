@@ -75,7 +75,13 @@ def kept_reduction(
 
     def read(stored: Arrays) -> Reduced:
         chosen = tuple(int(mode) for mode in modes)
-        return Reduced(formulation=formulation, modes=chosen, contacts=elements, **stored)
+        return Reduced(
+            formulation=formulation,
+            modes=chosen,
+            contacts=elements,
+            structure=structure,
+            **stored,
+        )
 
     record = None if law is None else record_of(law)
     coefficients = None if aerodynamics is None else [[c.real, c.imag] for c in aerodynamics]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from slipmode.rom.arrays import check_count
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.plan.mistuned import plan_scene
@@ -94,6 +95,8 @@ def run_study(
     New Python processes compute the samples. A script therefore needs to call this function below
     ``if __name__ == "__main__":``.
     """
+    if workers is not None:
+        check_count("workers", workers)
     study = load_study(path)
     if study.outputs.mistuned:
         for warning in plan_scene(study.scene).warnings:

@@ -156,9 +156,7 @@ def _memory(elastic: kernel.Structure, x_c: Floats) -> Floats:
     memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
     force = np.empty(contacts)
     for row in kernel.contiguous(x_c):
-        status = kernel.lib.sm_elastic_force(
-            law, contacts, row.ctypes.data, memory.ctypes.data, force.ctypes.data
-        )
+        status = kernel.lib.sm_elastic_force(law, contacts, row, memory, force)
         kernel.check(status, "forces on the contacts")
     return memory
 

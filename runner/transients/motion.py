@@ -206,11 +206,11 @@ def carrier_phases(trajectory: SlowTrajectory, times: Floats) -> Floats:
 def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Floats:
     """Return the motion of contact 0 over the phases of both carriers at constant amplitudes.
 
-    Amplitudes, frequencies and forces are of the next point of the trajectory at a time [s]. The
-    ratio of the frequencies is rounded to an odd multiple of 1 / 32, so that the march closes
-    after 32 periods of A and covers the phases of B evenly; the frequencies act on the contacts
-    through rates only. Rows (32 * 64, 5) have the phases of A and B [rad], displacement [m],
-    velocity [m/s] and friction force [N], in the order of the march.
+    Amplitudes, frequencies, forces and limits are of the next point of the trajectory at a time
+    [s]. The ratio of the frequencies is rounded to an odd multiple of 1 / 32, so that the march
+    closes after 32 periods of A and covers the phases of B evenly; the frequencies act on the
+    contacts through rates only. Rows (32 * 64, 5) have the phases of A and B [rad], displacement
+    [m], velocity [m/s] and friction force [N], in the order of the march.
     """
     lines, samples = 32, 64  # phases of B, and of A
     k = min(int(np.searchsorted(trajectory.time, time)), trajectory.time.size - 1)
@@ -234,6 +234,7 @@ def torus_motion(model: Model, trajectory: SlowTrajectory, time: float) -> Float
         force=force,
         force_rate=np.zeros_like(force),
         force_response=trajectory.force_response,
+        scale=every[1:, 0] * trajectory.scale_at(trajectory.time[k : k + 1]),
     )
     motion = reconstruct(model, held, times)
     columns = (motion.displacement, motion.velocity, motion.force)

@@ -4,6 +4,7 @@ import ctypes
 import shutil
 import subprocess
 
+import numpy as np
 import pytest
 
 from slipmode.rom import kernel
@@ -50,6 +51,25 @@ def test_rows_of_arrays_are_structures():
 def test_a_structure_takes_only_its_fields():
     with pytest.raises(AttributeError):
         kernel.Table(nodes=1)
+
+
+@pytest.mark.parametrize(
+    "array",
+    [np.zeros(4, dtype=np.float32), np.zeros(8)[::2], np.zeros((3, 2)).T, np.zeros(4, int)],
+)
+def test_arrays_of_another_type_or_layout_are_refused(array):
+    with pytest.raises(TypeError, match=r"^node_a: must be a C-contiguous array of double, got"):
+        kernel.Table(node_a=array)
+    table = kernel.Table()
+    with pytest.raises(TypeError, match=r"^values: "):
+        table.values = array
+    with pytest.raises(ctypes.ArgumentError, match="amplitudes: must be a C-contiguous"):
+        kernel.lib.sm_table_lookup(ctypes.byref(table), 1, array, np.zeros(1, dtype=complex))
+
+
+def test_integers_that_do_not_fit_are_refused():
+    with pytest.raises(OverflowError, match="steps = 4294967360: does not fit"):
+        kernel.Discretisation(steps=2**32 + 64)
 
 
 def test_a_library_of_other_headers_is_refused(monkeypatch, tmp_path):

@@ -5,6 +5,7 @@ import pytest
 
 from slipmode import fmu, rom
 from slipmode.rom.full import Excitation
+from slipmode.runner import run_study
 
 pytestmark = pytest.mark.quick
 
@@ -66,6 +67,15 @@ def test_forces_that_are_none(two_mode_model, force, message):
     if force is not None:
         check(lambda: rom.reduce(STRUCTURE, force_patterns=force), of_patterns)
         check(lambda: fmu.Component(two_mode_model, force_patterns=force), of_patterns)
+
+
+@pytest.mark.parametrize("count", [-1, 0, 1.5, True, "2"])
+def test_counts_that_are_none(one_mode_model, count, tmp_path):
+    reduced, law = one_mode_model.reduced, one_mode_model.law
+    must = "must be an integer >= 1, got"
+    check(lambda: rom.tabulate(reduced, law, (4.0,), threads=count), f"threads: {must}")
+    check(lambda: run_study(tmp_path / "none.toml", workers=count), f"workers: {must}")
+    check(lambda: rom.modes(STRUCTURE, n=count), f"n: {must}")
 
 
 @pytest.mark.parametrize("mode", [2, 5, -1, 0.5, "A"])
@@ -176,7 +186,7 @@ def test_arguments_with_a_model(two_mode_model, call, message):
             lambda: rom.reduce(STRUCTURE, smallest_response="x"),
             "smallest_response: must be real numbers",
         ),
-        (lambda: rom.modes(STRUCTURE, n=1.5), "n: must be an integer of at least 1, got 1.5"),
+        (lambda: rom.modes(STRUCTURE, n=1.5), "n: must be an integer >= 1, got 1.5"),
         (lambda: rom.modes(STRUCTURE, rom.Coulomb(2.0)), "law: must be elastic; leave it out"),
         (lambda: rom.Tanh(2.0, "x"), "alpha: must be real numbers"),
         (lambda: rom.Jenkins("x", 1.0), "limit: must be real numbers"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Self
@@ -152,18 +151,14 @@ def contact_problem(
 
 def _modal_response(orders: Sequence[Order]) -> kernel.Structure:
     numbers = np.ascontiguousarray(orders, dtype=np.int32)
-    response = kernel.ModalResponse(orders_count=len(orders), orders=numbers.ctypes.data)
-    response.owned = (numbers,)
-    return response
+    return kernel.ModalResponse(orders_count=len(orders), orders=numbers)
 
 
 def _give(response: kernel.Structure, **arrays: Complexes | Floats | None) -> None:
-    """Set pointers to arrays, and keep these alive; None: there is no such array."""
+    """Set pointers to arrays; None: there is no such array."""
     for name, array in arrays.items():
         if array is not None:
-            own = np.ascontiguousarray(array)
-            setattr(response, name, own.ctypes.data)
-            response.owned += (own,)
+            setattr(response, name, np.ascontiguousarray(array))
 
 
 def _contact(
@@ -173,30 +168,21 @@ def _contact(
     stiffness: Floats,
     response: kernel.Structure,
 ) -> kernel.Structure:
-    coupling = np.ascontiguousarray(coupling)
-    stiffness, damping, mass = (
-        kernel.contiguous(matrix) for matrix in (stiffness, reduced.damping, reduced.mass)
-    )
     contact = kernel.Contact(
         contacts=reduced.n_contacts,
         modes=len(reduced.modes),
-        coupling=coupling.ctypes.data,
-        stiffness=stiffness.ctypes.data,
+        coupling=np.ascontiguousarray(coupling),
+        stiffness=kernel.contiguous(stiffness),
     )
-    contact.owned = (coupling, stiffness, damping, mass, response)
     if reduced.formulation == "consistent":
-        contact.response = ctypes.addressof(response)
+        contact.response = response
     if isinstance(law, Elastic):
-        elastic = law.elements(reduced.n_contacts).kernel()
         contact.law = _ELASTIC
-        contact.elastic = ctypes.addressof(elastic)
-        contact.owned += (elastic,)
+        contact.elastic = law.elements(reduced.n_contacts).kernel()
         return contact
-    limit = limits(law, reduced.n_contacts)
     contact.law, contact.alpha = law.code, law.alpha
-    contact.limit = limit.ctypes.data
-    contact.damping = damping.ctypes.data
+    contact.limit = limits(law, reduced.n_contacts)
+    contact.damping = kernel.contiguous(reduced.damping)
     if reduced.formulation == "consistent":
-        contact.mass = mass.ctypes.data
-    contact.owned += (limit,)
+        contact.mass = kernel.contiguous(reduced.mass)
     return contact

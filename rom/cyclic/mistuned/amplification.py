@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 
@@ -94,9 +94,15 @@ class Amplification:
         """Generalised extreme value distribution fitted to the factors (scipy.stats.genextreme).
 
         With c > 0 it is a Weibull distribution with three parameters, bounded by loc + scale / c.
+        SlipmodeError if there are fewer than three factors, or all are equal.
         """
         from scipy.stats import genextreme
 
+        if self.factor.size < 3 or np.ptp(self.factor) == 0.0:
+            raise SlipmodeError(
+                "factor: an extreme value distribution needs at least 3 factors that are not all "
+                f"equal, got {in_one_line(self.factor)}"
+            )
         return genextreme(*_fitted(self.factor))
 
     def extreme_quantile(
@@ -119,15 +125,22 @@ class Amplification:
         -------
         (3,) ndarray
             Quantile, lower limit and upper limit [-].
+
+        Raises
+        ------
+        SlipmodeError
+            If there are fewer than three factors, or all are equal.
         """
         from scipy.stats import genextreme
 
         _check_probabilities(probability, confidence)
+        middle = self.extreme_value.ppf(probability)
         rng, n, tail = np.random.default_rng(seed), self.factor.size, 0.5 * (1.0 - confidence)
-        fits = [_fitted(rng.choice(self.factor, n)) for _ in range(_RESAMPLES)]
+        drawn = [rng.choice(self.factor, n) for _ in range(_RESAMPLES)]
+        # Few disks may be drawn all equal, which determines no distribution.
+        fits = [_fitted(each) for each in drawn if np.ptp(each) > 0.0]
         again = genextreme.ppf(probability, *np.transpose(fits))
-        limits = np.quantile(again, [tail, 1.0 - tail])
-        return np.array([self.extreme_value.ppf(probability), *limits])
+        return np.array([middle, *np.quantile(again, [tail, 1.0 - tail])])
 
 
 def _fitted(factor: Floats) -> tuple[float, float, float]:

@@ -129,11 +129,10 @@ class DiskFlow:
         if not np.isfinite(ends[1]):
             raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
         state = [each.copy() for each in (self._amplitude, self._deficit, self._next_step)]
-        addresses = [each.ctypes.data for each in state]
         start = before if duration > 0.0 else ends
         for band, inputs in self._in_bands(duration, start, ends):
             self._enter_band(band)
-            status = kernel.lib.sm_disk_march(self._disk, inputs, *addresses)
+            status = kernel.lib.sm_disk_march(self._disk, inputs, *state)
             if status == kernel.NOT_CONVERGED:
                 raise SlipmodeError(
                     "contacts: the slow flow does not converge, because contacts act too strongly "

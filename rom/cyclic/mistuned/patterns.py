@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Floats, as_floats, check_count, in_one_line
 from slipmode.rom.errors import SlipmodeError
 
 
@@ -43,9 +43,8 @@ def random_mistuning(
     >>> rom.random_mistuning(100, 24, 0.04).shape
     (100, 24)
     """
-    for name, count in (("patterns", patterns), ("sectors", sectors)):
-        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-            raise SlipmodeError(f"{name}: must be an integer >= 1, got {in_one_line(count)}")
+    check_count("patterns", patterns)
+    check_count("sectors", sectors)
     if not 0.0 < deviation <= 0.2:
         raise SlipmodeError(f"deviation: must be above 0 and at most 0.2, got {deviation}")
     rng = np.random.default_rng(seed)

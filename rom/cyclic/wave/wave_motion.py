@@ -166,7 +166,7 @@ def _along(
         sample = kernel.contiguous(times)
         samples = kernel.ContactSamples(sample.size, sample, x, v, f)
         status = kernel.lib.sm_contact_motion(
-            march, len(segments), segments.ctypes.data, None, _STEPS_PER_PERIOD, samples
+            march, len(segments), segments, None, _STEPS_PER_PERIOD, samples
         )
         kernel.check(status, "contact motion")
     return x, v, f

@@ -12,6 +12,7 @@
 /* Periods of a step. More than four would pass over beats between the modes without seeing them. */
 #define LONGEST 4.0
 #define SHORTEST 1e-3
+#define MAX_SIZE 16384 /* modes, contacts, nodes: counts of doubles fit in 32 bits */
 
 typedef struct {
     sm_disk_flow flow;
@@ -143,22 +144,42 @@ static double error_of(march *m) {
     return sum > 0.0 ? sqrt(sum / fmax(before, after)) : sum;
 }
 
-static sm_status check(const sm_disk *disk, const sm_disk_inputs *inputs) {
-    if (!disk || !inputs || disk->modes < 1 || disk->contacts < 1 || disk->kinds < 1
-        || disk->nodes < 2 || disk->modes > 16384 || disk->contacts > 16384
-        || disk->contacts % disk->kinds != 0)
+static sm_status check_numbers(const sm_disk *disk, const sm_disk_inputs *inputs) {
+    const double positive[] = {disk->onset, disk->spacing, disk->tolerance, inputs->frequency[0],
+                               inputs->frequency[1]};
+    sm_status status = sm_check_not_negative(inputs->duration);
+    for (size_t i = 0; i < sizeof positive / sizeof *positive && status == SM_OK; i++)
+        status = sm_check_positive(positive[i]);
+    if (status == SM_OK) status = sm_check_not_negative(disk->contraction);
+    if (status != SM_OK) return status;
+    return isfinite(disk->first) && sm_all_finite(inputs->force, 2) ? SM_OK : SM_NOT_FINITE;
+}
+
+static sm_status check(const sm_disk *disk, const sm_disk_inputs *inputs, const double *amplitude,
+                       const double *deficit, const double *step_size) {
+    if (!disk || !inputs || !amplitude || !deficit || !step_size) return SM_BAD_ARGUMENT;
+    if (disk->modes < 1 || disk->modes > MAX_SIZE || disk->contacts < 1
+        || disk->contacts > MAX_SIZE || disk->nodes < 2 || disk->nodes > MAX_SIZE
+        || disk->kinds < 1 || disk->contacts % disk->kinds != 0)
         return SM_BAD_ARGUMENT;
-    if (!disk->pole || !disk->excitation || !disk->motion || !disk->projection || !disk->others
-        || !disk->secant)
-        return SM_BAD_ARGUMENT;
-    if (!isfinite(inputs->duration) || inputs->duration < 0.0) return SM_BAD_ARGUMENT;
-    for (int i = 0; i < 2; i++) {
-        if (!isfinite(inputs->force[i])) return SM_NOT_FINITE;
-        if (!isfinite(inputs->frequency[i]) || inputs->frequency[i] <= 0.0) return SM_BAD_ARGUMENT;
+    const size_t M = 2 * (size_t)disk->modes, n = (size_t)disk->contacts;
+    const struct {
+        const double *values;
+        size_t count;
+    } arrays[] = {{disk->pole, M},
+                  {disk->excitation, M},
+                  {disk->motion, M * n},
+                  {disk->projection, M * n},
+                  {disk->others, 2 * n * (n + 1)},
+                  {disk->secant, 4 * (size_t)disk->nodes * (size_t)disk->kinds},
+                  {amplitude, M},
+                  {deficit, 2 * n}};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
+        if (!arrays[i].values) return SM_BAD_ARGUMENT;
+        if (!sm_all_finite(arrays[i].values, arrays[i].count)) return SM_NOT_FINITE;
     }
-    if (!(disk->onset > 0.0 && disk->spacing > 0.0 && disk->tolerance > 0.0))
-        return SM_BAD_ARGUMENT;
-    return SM_OK;
+    const sm_status status = check_numbers(disk, inputs);
+    return status == SM_OK ? sm_check_not_negative(*step_size) : status;
 }
 
 static sm_status run(march *m, double *suggested) {
@@ -200,20 +221,26 @@ static sm_status run(march *m, double *suggested) {
 
 sm_status sm_disk_march(const sm_disk *disk, const sm_disk_inputs *inputs, double *amplitude,
                         double *deficit, double *step_size) {
-    sm_status status = check(disk, inputs);
+    sm_status status = check(disk, inputs, amplitude, deficit, step_size);
     if (status != SM_OK) return status;
     march m = {.flow = {.disk = disk, .inputs = inputs}};
     sm_block block = {NULL, 0};
-    const size_t a_bytes = 2 * (size_t)disk->modes * sizeof(double);
-    const size_t y_bytes = 2 * (size_t)disk->contacts * sizeof(double);
+    const size_t a_size = 2 * (size_t)disk->modes, y_size = 2 * (size_t)disk->contacts;
+    double suggested = *step_size;
     place(&m, disk, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
     place(&m, disk, &block);
-    memcpy(m.a, amplitude, a_bytes);
-    memcpy(m.flow.deficit, deficit, y_bytes);
-    status = run(&m, step_size);
-    memcpy(amplitude, m.a, a_bytes);
-    memcpy(deficit, m.flow.deficit, y_bytes);
+    memcpy(m.a, amplitude, a_size * sizeof(double));
+    memcpy(m.flow.deficit, deficit, y_size * sizeof(double));
+    status = run(&m, &suggested);
+    if (status == SM_OK
+        && !(sm_all_finite(m.a, a_size) && sm_all_finite(m.flow.deficit, y_size)))
+        status = SM_NOT_FINITE;
+    if (status == SM_OK) {
+        memcpy(amplitude, m.a, a_size * sizeof(double));
+        memcpy(deficit, m.flow.deficit, y_size * sizeof(double));
+        *step_size = suggested;
+    }
     free(block.memory);
     return status;
 }

@@ -12,6 +12,9 @@
 
 #define MAX_STEPS 65536
 #define MAX_LINES 4096
+/* A point is marched for at most 14 (max_periods + 16) + 16 periods (periodic/search.c), so an
+ * int32_t counts the steps: 1.85e9 < 2^31. */
+#define MAX_PERIODS 2000
 #define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
 #define MAX_ORDERS_COUNT 4096
 
@@ -98,7 +101,8 @@ sm_status sm_torus_harmonics(const sm_contact *contact, const sm_discretisation 
     if (status == SM_OK) status = sm_check_not_negative(fine->tolerance);
     if (status == SM_OK) status = check_scales(contact, fine->smallest_scale);
     if (status == SM_OK) status = check_points(&task, contact);
-    if (status == SM_OK && fine->max_periods < 1) status = SM_BAD_ARGUMENT;
+    if (status == SM_OK && (fine->max_periods < 1 || fine->max_periods > MAX_PERIODS))
+        status = SM_BAD_ARGUMENT;
     if (status != SM_OK) return status;
     sm_march march = {.contact = contact, .task = &task, .part = 1.0};
     status = contact->law == SM_ELASTIC ? sm_elastic_make(&march) : sm_rigid_make(&march);

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
+# Largest relative change of a frequency in the last pass of a fixed-point iteration.
+CONVERGED = 1e-9
 BAND = 0.2  # opacity of the error in pictures
 
 
@@ -200,7 +202,8 @@ def backbone(
     Raises
     ------
     SlipmodeError
-        If there is no such mode, or an amplitude is outside the friction table.
+        If there is no such mode, or an amplitude is outside the friction table. If the iteration
+        for the frequency does not converge.
 
     Warns
     -----
@@ -258,19 +261,25 @@ def backbone(
                 f"amplitude: the stiffness of mode {'AB'[mode]} is not positive at "
                 f"{r[square <= 0][0]:.3g} kg^0.5 m; give smaller amplitudes"
             )
-        change, Omega = np.abs(np.sqrt(square) / Omega - 1.0).max(), np.sqrt(square)
-        if change <= 1e-13:  # rounding
+        change, Omega = np.abs(np.sqrt(square) / Omega - 1.0), np.sqrt(square)
+        if change.max() <= 1e-13:  # rounding
             break
+    check_converged(
+        change,
+        r,
+        "friction depends strongly on the frequency; call rom.reduce with carrier = the frequency "
+        "of the mode there",
+    )
     zeta = off.imag / (2.0 * Omega**2)
     loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))
-    weight = np.abs(now.friction[:, mode]) / loss
+    weight = _share(np.abs(now.friction[:, mode]), loss)
     table_error = TableError.of(model, effective, frequency, np.ones(r.size), weight)
     share = effective[:, mode] / r * table_error.size[:, mode] / r
     frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
     change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
-    worst = float((change / loss[table_error.measured]).max(initial=0.0))
+    worst = float(_share(change, loss[table_error.measured]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
     warn(neglected_resonance_findings(model, frequency, effective))
@@ -289,6 +298,23 @@ def backbone(
         motion,
         mode,
     )
+
+
+def _share(part: Floats, loss: Floats) -> Floats:
+    """Return part / loss, at most 1 / eps; 0 if both are 0, as of an undamped mode that sticks."""
+    rounding = np.finfo(float).eps
+    most = np.where(part > 0.0, 1.0 / rounding, 0.0)
+    return np.divide(part, loss, out=most, where=loss > rounding * part)
+
+
+def check_converged(change: Floats, amplitude: Floats, reason: str) -> None:
+    """Refuse amplitudes (n,) at which the frequency of a mode still has a relative change (n,)."""
+    moves = ~(change <= CONVERGED)
+    if moves.any():
+        raise SlipmodeError(
+            f"amplitude: the frequency of the mode does not converge at {amplitude[moves][0]:.3g} "
+            f"kg^0.5 m, because {reason}"
+        )
 
 
 def friction_takes_energy(model: Model, other: float) -> bool:

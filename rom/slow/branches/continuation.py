@@ -62,7 +62,7 @@ class Points:
         rows, at = np.ascontiguousarray(self.rows), np.ascontiguousarray(z)
         shape = self.unknowns, *rows.shape
         passes = kernel.lib.sm_curve_passes
-        return np.array([passes(*shape, rows.ctypes.data, k.ctypes.data) for k in at], dtype=bool)
+        return np.array([passes(*shape, rows, k) for k in at], dtype=bool)
 
 
 @frozen
@@ -88,9 +88,7 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
     """
     start, found = np.ascontiguousarray(z), kernel.Branch()
     rows = np.empty((2 * MOST_POINTS - 1, 2 * (curve.unknowns + 1) + curve.unknowns**2))
-    status = kernel.lib.sm_curve_branch(
-        curve, start.ctypes.data, MOST_POINTS, rows.ctypes.data, found
-    )
+    status = kernel.lib.sm_curve_branch(curve, start, MOST_POINTS, rows, found)
     if status == kernel.NOT_CONVERGED:
         return None
     kernel.check(status, "curve")
@@ -118,7 +116,7 @@ def _bisected(curve: kernel.Structure, points: Points, before: int, kind: Kind) 
     for _ in range(40):
         length = np.linalg.norm(high - low)
         guess, normal = 0.5 * (low + high), (high - low) / length
-        arrays = (each.ctypes.data for each in (guess, normal, onward, row))
+        arrays = (guess, normal, onward, row)
         if length < 1e-9 or kernel.lib.sm_curve_point_near(curve, *arrays) != kernel.OK:
             break
         at = Points.of(row, points.unknowns)

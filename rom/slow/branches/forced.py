@@ -97,7 +97,7 @@ class ForcedSlowFlow:
         curve = kernel.Curve()
         status = kernel.lib.sm_forced_curve(forced, largest_step, curve)
         kernel.check(status, "curve")
-        curve.owned = forced
+        curve.owned["forced"] = forced
         first, last = values.tolist() if not both else (1.0, 0.0) if is_reversed else (0.0, 1.0)
         return cls(applied, ends, (first, last), is_reversed, curve)
 
@@ -139,7 +139,7 @@ class ForcedSlowFlow:
         """Return steady states at both ends of the span and at parts between, (found, k + 1)."""
         z, found = np.empty((sections * _MOST_FOUND, self.curve.unknowns + 1)), ctypes.c_size_t()
         status = kernel.lib.sm_forced_solutions(
-            self.curve.owned, sections, len(z), z.ctypes.data, ctypes.byref(found)
+            self.curve.owned["forced"], sections, len(z), z, ctypes.byref(found)
         )
         kernel.check(status, "curve")
         return z[: found.value].copy()

@@ -29,6 +29,7 @@ from slipmode.rom.slow.branches.backbone import (
     SMALLEST,
     Backbone,
     backbone,
+    check_converged,
     friction_takes_energy,
 )
 from slipmode.rom.slow.slow_flow import ForcedFlow
@@ -290,7 +291,8 @@ def performance_curve(
     ------
     SlipmodeError
         If the law does not scale, or the force does not act on the mode. If the mode is
-        self-excited or undamped, or contacts hardly slip within the friction table.
+        self-excited or undamped, or contacts hardly slip within the friction table. If the force
+        acts so strongly on the contacts that a frequency does not converge.
 
     Warns
     -----
@@ -379,10 +381,16 @@ def _with_force_on_contacts(
         a = A[:, mode] - shift * F
         square = frequency[:, mode] ** 2 + (0.5 * F / a).real
         after = np.sqrt(np.maximum(square, 0.25 * frequency[:, mode] ** 2))
-        change = np.abs(after / frequency[:, mode] - 1.0).max()
+        change = np.abs(after / frequency[:, mode] - 1.0)
         frequency[:, mode] = after
-        if change <= 1e-12:  # rounding
+        if not change.max() > 1e-12:  # rounding, or NaN
             break
+    check_converged(
+        change,
+        curve.amplitude,
+        "the force acts more strongly on the contacts than on the mode; compute "
+        "rom.response_curve for each limit",
+    )
     amplitude = A.copy()
     amplitude[:, mode] = np.abs(a)
     motion = replace(curve.motion, amplitude=amplitude, frequency=frequency)

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
 from slipmode.rom.contact.torus.grid import Discretisation, enough_lines, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -20,13 +20,12 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.forced_balance import CLOSEST, ForcedBalance
 from slipmode.rom.slow.direct.integrated import ends_soon, integrated
 from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
-from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 # By modes, |n| + |m| of the harmonics in turn, with twice the time steps at each level.
 _HIGHEST = {1: (7, 15, 31, 63, 127), 2: (7, 11, 17, 25)}
-# By modes, the effect of motion between the harmonics of two carriers on the amplitudes: 1.03e-3 in
-# test_the_branch_of_two_modes_is_followed_from_a_steady_state.
+# By modes, the effect of motion between the harmonics of two carriers on the amplitudes: 1.03e-3
+# in test_the_branch_of_two_modes_is_followed_from_a_steady_state.
 _BETWEEN_HARMONICS = {1: 0.0, 2: 1.2e-3}
 _LEAST_STEPS = {1: 256, 2: 128}  # at the first level
 
@@ -69,26 +68,39 @@ class SteadyState:
         """Orders (n, m) of the harmonics with the frequencies n Omega_A + m Omega_B."""
         return self.harmonics.orders
 
-    def displacement(self, structure: Structure | None = None) -> Complexes:
-        """Return the harmonics of the displacement of all DOFs.
+    def displacement(self, dof: int) -> Floats:
+        """Return the displacement amplitude of a DOF at each carrier.
 
         Parameters
         ----------
-        structure : Structure, optional
-            Structure that was reduced. Default: the quasi-static response to the forces is
-            neglected.
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (modes,) ndarray
+            Displacement amplitudes [m], with the contacts and the quasi-static response.
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
+        check_dof(dof, self.reduced.n_dofs)
+        return 2.0 * np.abs(self.displacement_harmonics()[: len(self.force), dof])
+
+    def displacement_harmonics(self) -> Complexes:
+        """Return the harmonics of the displacement of all DOFs.
 
         Returns
         -------
         (orders, n) complex ndarray
-            Harmonics c of x = sum 2 Re(c exp(i (n t_A + m t_B))) [m].
+            Harmonics c of x = sum 2 Re(c exp(i (n t_A + m t_B))) [m], in the order of `orders`.
         """
         found, reduced = self.harmonics, self.reduced
         x = found.modal @ reduced.all_shapes.T + found.P @ reduced.contact_shapes.T
-        if structure is not None:
-            static = AppliedForces.of(reduced, list(self.force), structure).static
-            own = [reduced.modal_force(j, f) for j, f in enumerate(self.force)]
-            x[: len(self.force)] += 0.5 * (static * own).T
+        applied = AppliedForces(reduced, self.force)
+        x[: len(self.force)] += 0.5 * (applied.static * applied.modal).T
         return np.asarray(x)
 
 

@@ -305,9 +305,9 @@ static void check_bad_numbers(torus_call *c) {
                       SM_BAD_ARGUMENT);
         if (wrong[k] == 3) continue;
         CHECK_REFUSES(int32_t, c->orders_count, wrong[k], solve(c), SM_BAD_ARGUMENT);
-        if (wrong[k] <= 0)
-            CHECK_REFUSES(int32_t, c->max_periods, wrong[k], solve(c), SM_BAD_ARGUMENT);
+        CHECK_REFUSES(int32_t, c->max_periods, wrong[k], solve(c), SM_BAD_ARGUMENT);
     }
+    CHECK_REFUSES(int32_t, c->max_periods, 2001, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, c->lines, 24, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, c->lines, 8192, solve(c), SM_BAD_ARGUMENT);
     CHECK_REFUSES(int32_t, c->orders[5], INT32_MIN, solve(c), SM_BAD_ARGUMENT);

@@ -59,6 +59,16 @@ static sm_status march(problem_disk *p, const sm_disk_inputs *inputs) {
     return sm_disk_march(&p->disk, inputs, p->amplitude, p->deficit, p->step);
 }
 
+typedef struct {
+    problem_disk *problem;
+    sm_disk_inputs *inputs;
+} disk_call;
+
+static sm_status march_call(void *arguments) {
+    const disk_call *call = arguments;
+    return march(call->problem, call->inputs);
+}
+
 /* From a, after a time: contacts change the pole, a' = lambda a + b. */
 static sm_complex after(sm_complex lambda, sm_complex b, sm_complex a, double time) {
     const sm_complex steady = sm_cscale(sm_cdiv(b, lambda), -1.0);
@@ -94,17 +104,43 @@ static void check_refusals(void) {
     CHECK_REFUSES(int32_t, p.disk.nodes, 1, march(&p, &inputs), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, p.disk.pole, NULL, march(&p, &inputs), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, p.disk.onset, 0.0, march(&p, &inputs), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, p.disk.tolerance, NAN, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.disk.spacing, -1.0, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.disk.contraction, -1.0, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double, p.step[0], -1.0, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, p.disk.nodes, INT32_MAX, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double *, p.amplitude, NULL, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double *, p.deficit, NULL, march(&p, &inputs), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(double *, p.step, NULL, march(&p, &inputs), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, inputs.duration, -1.0, march(&p, &inputs), SM_BAD_ARGUMENT);
     CHECK_REFUSES(double, inputs.frequency[1], 0.0, march(&p, &inputs), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, inputs.force[0], NAN, march(&p, &inputs), SM_NOT_FINITE);
-    CHECK_REFUSES(double, p.pole[0], NAN, march(&p, &inputs), SM_NOT_FINITE);
+    disk_call call = {&p, &inputs};
+    CHECK_REFUSES_NOT_FINITE(inputs.force, 2, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(inputs.frequency, 2, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(&inputs.duration, 1, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.pole, 2 * MODES, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.excitation, 2 * MODES, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.motion, 2 * MODES * CONTACTS, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.projection, 2 * MODES * CONTACTS, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.others, 2 * CONTACTS * (CONTACTS + 1), march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.secant, 4 * NODES * KINDS, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.amplitude, 2 * MODES, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.deficit, 2 * CONTACTS, march_call, &call);
+    CHECK_REFUSES_NOT_FINITE(p.step, 1, march_call, &call);
+    double *numbers[] = {&p.disk.onset, &p.disk.first, &p.disk.spacing, &p.disk.contraction,
+                         &p.disk.tolerance};
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        CHECK_REFUSES_NOT_FINITE(numbers[i], 1, march_call, &call);
+    CHECK_STATUS(march(&p, &inputs), SM_OK);
     /* contacts that act on each other so strongly that their deficits do not converge */
     for (int m = 0; m < 2 * MODES; m++) p.amplitude[m] = 1.0;
     for (int j = 0; j + 1 < CONTACTS; j++) p.others[2 * CONTACTS * j + j + 1] = 1e3;
     p.others[2 * CONTACTS * (CONTACTS - 1)] = 1e3;
     p.disk.contraction = 400.0;
-    CHECK_STATUS(march(&p, &inputs), SM_NOT_CONVERGED);
+    for (int j = 0; j < 2 * CONTACTS; j++) p.deficit[j] = 0.5;
+    p.step[0] = 0.25;
+    for (int m = 0; m < 2 * MODES; m++) CHECK(p.amplitude[m] == 1.0);
+    for (int j = 0; j < 2 * CONTACTS; j++) CHECK(p.deficit[j] == 0.5);
+    CHECK(p.step[0] == 0.25);
     free_disk(&p);
 }
 

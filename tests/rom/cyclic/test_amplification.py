@@ -94,6 +94,19 @@ def test_too_few_disks_have_no_limit():
         disks.quantile(1.0)
 
 
+@pytest.mark.parametrize("factor", [[1.2], [1.1, 1.3], [1.2, 1.2, 1.2]])
+def test_factors_that_determine_no_extreme_value_distribution_are_refused(factor):
+    disks = rom.Amplification(np.array(factor), 1.0, 24)
+    for call in (lambda: disks.extreme_value, lambda: disks.extreme_quantile(0.99)):
+        with pytest.raises(rom.SlipmodeError, match=r"^factor: .* at least 3 factors"):
+            call()
+
+
+def test_three_disks_have_an_extreme_value_distribution():
+    found = rom.Amplification(np.array([1.1, 1.2, 1.4]), 1.0, 24).extreme_quantile(0.99)
+    assert found[1] <= found[0] <= found[2]
+
+
 def test_frequencies_of_blades_become_stiffnesses():
     """Of the blade of the lumped disk by itself, clamped at its root."""
     mass, blade = DISK.mass.toarray()[1:3, 1:3], DISK.blade.toarray()[1:3, 1:3]

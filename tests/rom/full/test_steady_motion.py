@@ -74,3 +74,24 @@ def test_a_model_of_bonded_contacts_has_its_structure(beta):
         assert getattr(small.structure, name) == pytest.approx(expected, abs=1e-12), name
     W = structure.directions
     assert small.structure.directions == pytest.approx(small.shapes.T @ W, abs=1e-12)
+
+
+@pytest.mark.parametrize("detuning", [0.0, 1e-3])
+def test_the_rest_of_a_slow_transient_is_in_the_error(detuning):
+    """A mass with a damping ratio of 1e-4 changes by 1.2 % of its transient in 20 periods."""
+    structure = rom.Structure([[1.0]], [[1.0]], damping=[[2e-4]], contact=[0])
+    frequency, tolerance = 1.0 + detuning, 0.01
+    result = full.steady_amplitude(
+        structure,
+        rom.Coulomb(0.0),
+        full.Excitation.harmonic(structure, [{0: 1.0}], [frequency]),
+        periods=20,
+        tolerance=tolerance,
+        steps_per_period=32,
+        most_windows=1000,
+    )
+    exact = 0.5 / (1.0 - frequency**2 + 2e-4j * frequency)
+    off = abs(result.amplitude[0, 0] - exact)
+    assert off <= result.error[0, 0]
+    assert off <= 1.5 * tolerance * abs(exact)
+    assert result.error[0, 0] <= 3.0 * tolerance * abs(exact)

@@ -102,6 +102,22 @@ def stepped(of, cycle, off, duration, **inputs):
     return np.array([now["A_re"] + 1j * now["A_im"], now["B_re"] + 1j * now["B_im"]])
 
 
+@pytest.fixture(scope="module")
+def forced_beside():
+    reduced = rom.reduce(rom.two_mass(), aerodynamics=(-0.02j, 0.0), carrier=(0.98, 1.65))
+    return rom.tabulate(reduced, rom.Coulomb(2.0), (12.0, 4.0), 1e-2)
+
+
+def test_a_forced_mode_that_leaves_the_table_is_refused_or_reported(forced_beside):
+    """B reaches the end of the table at a force of 0.56, if A is small; at 0.575 in all cases."""
+    arguments = forced_beside, (None, 1.65)
+    with pytest.raises(rom.SlipmodeError, match=r"^force: forced modes do not become steady"):
+        rom.limit_cycles(*arguments, ({}, {1: 0.6}))
+    with pytest.warns(rom.ValidityWarning, match=r"limit cycles may be missing: .* 0\.629 kg"):
+        (cycle,) = rom.limit_cycles(*arguments, ({}, {1: 0.55}))
+    assert not cycle.stable
+
+
 def test_the_slow_flow_settles_beside_a_forced_mode():
     force, frequency = ({0: 0.1}, {}), (0.985, None)
     reduced = rom.reduce(STRUCTURE, carrier=(0.985, 1.69), aerodynamics=(0.0, -0.1j))

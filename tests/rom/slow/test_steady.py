@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 from slow_time import slow_trajectory, steady_balance
 
-from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
+from slipmode.rom import (
+    Coulomb,
+    SlipmodeError,
+    Tanh,
+    ValidityWarning,
+    reduce,
+    tabulate,
+    two_mass,
+)
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import harmonic_orders
@@ -154,6 +162,26 @@ def test_the_branches_meet_at_the_peak_and_end_there(one_mode_model):
     peak = np.abs(steady(one_mode_model, np.linspace(0.97, 1.0, 601)[:, np.newaxis], ({0: 0.15},)))
     assert peak.max() == pytest.approx(curve.amplitude[last], abs=2e-3)  # the amplitude step
     assert curve.above[last] - curve.below[last] < 0.1 * (curve.above - curve.below)[0]
+
+
+def test_a_frequency_that_is_not_found_is_left_out():
+    """With stuck contacts (omega^2 - Omega^2)^2 + (gamma Omega)^2 = (F / 2 |a|)^2 is exact."""
+    reduced = reduce(two_mass(beta=0.3), modes=(0,))
+    with pytest.warns(ValidityWarning, match="no contact slips"):
+        model = tabulate(reduced, Coulomb(50.0), (1.0,), 1e-2)
+    (omega,), (gamma,) = reduced.frequency, reduced.modal_damping
+    half_force = 0.5 * abs(reduced.modal_force(0, {0: 0.15}))
+    peak = half_force / (gamma * np.sqrt(omega**2 - 0.25 * gamma**2))
+    amplitude = peak * (1.0 - np.geomspace(1e-6, 0.5, 60))
+    with pytest.warns(ValidityWarning, match=r"does not converge at \|a\| = \[0\.24"):
+        curve = resonance_curve(model, 0, {0: 0.15}, amplitude)
+    for frequency in (curve.below, curve.above):
+        found = np.isfinite(frequency)
+        assert found.sum() > 10
+        dynamic = omega**2 - frequency**2 + 1j * gamma * frequency
+        # Measured 2e-9, 2e-4 after twelve passes.
+        expected = half_force / np.abs(dynamic)[found]
+        np.testing.assert_allclose(amplitude[found], expected, rtol=1e-8)
 
 
 def test_a_curve_keeps_what_a_table_reaches_where_other_points_are_out_of_reach():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cases import Chain
-from slipmode.rom import SlipmodeError, Tanh, reduce, two_mass
+from slipmode.rom import Coulomb, SlipmodeError, Structure, Tanh, reduce, two_mass
 from slipmode.rom.files import replacing
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
@@ -73,6 +73,21 @@ def test_a_damaged_entry_that_cannot_be_replaced_costs_only_time(
     assert str(entry) in line
     assert "\n" not in line
     assert entry.read_bytes() == damage
+
+
+def test_modes_of_equal_frequency_keep_their_own_shapes(folder):
+    """With the contact, DOF 0, at rest, DOFs 2 and 3 vibrate at 7.3 rad/s; 2 hardly responds."""
+    coupling, ground = np.array([0.5, 1e-6, 5.0]), np.array([0.5, 53.29 - 1e-6, 48.29])
+    stiffness = np.diag(np.append(coupling.sum() + 3.0, coupling + ground))
+    stiffness[0, 1:] = stiffness[1:, 0] = -coupling
+    structure = Structure(np.eye(4), stiffness, damping=0.05 * stiffness, contact=[0])
+    reduced = reduce(structure, modes=(0,), smallest_response=0.0)
+    assert reduced.nonresonant_frequency[0] == reduced.nonresonant_frequency[1]
+    for cached in (False, True):
+        model, was_cached = cached_model(reduced, Coulomb(1.0), (4.0,), 1e-2)
+        assert was_cached == cached
+        shapes = model.reduced.nonresonant_shapes
+        np.testing.assert_array_equal(np.abs(shapes), [[0.0], [0.0], [0.0], [1.0]])
 
 
 def test_an_entry_that_cannot_be_read_costs_only_time(folder, monkeypatch, caplog):

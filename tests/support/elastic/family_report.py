@@ -42,7 +42,7 @@ def solved(case: Member, tolerance: float = TOLERANCE) -> tuple[rom.Reduced, rom
 
 def on(case: Member, state: rom.SteadyState) -> full.State:
     """Full order on a steady motion at t = 0, its contacts as the motion left them."""
-    c, nu = state.displacement(case.structure), state.harmonics.frequency
+    c, nu = state.displacement_harmonics(), state.harmonics.frequency
     W, contacts = case.structure.directions, case.structure.n_contacts
     elastic = case.law.elements(contacts).kernel()
     memory = np.zeros(kernel.lib.sm_elastic_memory(ctypes.byref(elastic)))

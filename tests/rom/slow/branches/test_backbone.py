@@ -1,5 +1,7 @@
 """Backbones against free vibration at full order, and against what is known of the law."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.signal
@@ -48,6 +50,26 @@ def test_free_vibration_follows_it(law, mode):
     off = np.abs(curve.decay / decay - 1.0)
     # the two cycles in which slip ends change too fast for a decay of theirs to be told
     assert np.sort(off)[-3] <= 0.015
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_undamped_contacts_that_stick_have_no_damping():
+    reduced, law = rom.reduce(rom.two_mass(beta=0.0), (0,)), rom.Coulomb(2.0)
+    with pytest.warns(rom.ValidityWarning, match="misses its tolerance"):
+        model = rom.tabulate(reduced, law, (4.0,), 1e-2)
+    curve = rom.backbone(model)
+    stuck = curve.amplitude < 0.9  # they slip from 1 on
+    assert np.all(curve.damping[stuck] == 0.0)
+    assert np.all(np.isfinite(curve.damping_error))
+
+
+def test_a_frequency_that_does_not_converge_is_refused():
+    """Friction depends on the frequency a thousand times as strongly as that of the structure."""
+    structure = rom.two_mass(k_c1=40.0, k_c2=60.0, k_p=3.0, beta=0.01)
+    of = rom.tabulate(rom.reduce(structure, (0,)), rom.Tanh(2.0, 0.02), (5.0,), detuning=True)
+    strong = replace(of, table=replace(of.table, detuning=-1000.0 * of.table.detuning))
+    with pytest.raises(SlipmodeError, match=r"^amplitude: the frequency .* does not converge at"):
+        rom.backbone(strong)
 
 
 def test_a_stuck_contact_leaves_the_linear_mode():

@@ -67,6 +67,16 @@ def test_where_nothing_slips_no_limit_is_best():
     assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
 
 
+@pytest.mark.parametrize("dof", [1, 3])
+def test_a_force_that_mainly_acts_on_the_contacts_is_refused(dof):
+    force = {0: 0.15, dof: 15.0}
+    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), force_patterns=[force])
+    model = rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-2)
+    message = r"^amplitude: the frequency .* does not converge .* on the contacts"
+    with pytest.raises(SlipmodeError, match=message):
+        rom.performance_curve(model, force)
+
+
 def test_what_has_no_such_curve_is_named(model):
     smooth = rom.tabulate(model.reduced, rom.Tanh(2.0, 0.02), (4.0,), 1e-2)
     with pytest.raises(SlipmodeError, match="law: the motion must scale"):

@@ -110,9 +110,30 @@ def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
     W, Omega = case.structure.directions, case.frequency[0]
     stuck = K + (W * reduced.contacts.reference) @ W.T - Omega**2 * M + 1j * Omega * C
     expected = np.linalg.solve(stuck, 0.5 * small[0])
-    x = state.displacement(case.structure)[0]
+    x = state.displacement_harmonics()[0]
     # modes that contacts do not see follow the force statically
     assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
+    each = [state.displacement(dof)[0] for dof in range(reduced.n_dofs)]
+    np.testing.assert_allclose(each, 2.0 * np.abs(x), rtol=1e-12)
+    for dof in (reduced.n_dofs, -1, 1.5, None):
+        with pytest.raises(rom.SlipmodeError, match=f"^dof: must be 0 to {reduced.n_dofs - 1}"):
+            state.displacement(dof)
+
+
+@pytest.mark.parametrize("law", [rom.Coulomb(1e3), rom.Jenkins(1e3, 3.0)])
+def test_a_dof_that_only_the_force_moves_follows_it(law):
+    """Displacements include the quasi-static response: DOF 2 is beside modes and contacts."""
+    stiffness = np.diag([2.0, 1.0, 5e3, 1.0])
+    stiffness[0, 1] = stiffness[1, 0] = -0.5
+    structure = rom.Structure(np.eye(4), stiffness, 0.01, contact=[1])
+    elastic = law if isinstance(law, rom.Jenkins) else None
+    reduced, force = rom.reduce(structure, (0,), law=elastic), {0: 0.01, 2: 7.0}
+    Omega = 0.99 * reduced.frequency[0]
+    state = rom.steady_state(reduced, law, [Omega], [force])
+    assert state.displacement(2)[0] == pytest.approx(7.0 / 5e3, rel=1e-3)
+    model = rom.tabulate(reduced, law, (10.0,), warned=False)
+    curve = rom.response_curve(model, [Omega], [force], "force", (0.5, 1.0))
+    np.testing.assert_allclose(curve.displacement(2)[-1], state.displacement(2), rtol=1e-6)
 
 
 @pytest.mark.slow
@@ -188,7 +209,7 @@ def nlvib_rms(frequencies, alpha=6e-7):
     law = rom.Tanh(limit=1.5, alpha=alpha)
     for Omega in frequencies:
         state = rom.steady_state(reduced, law, [Omega], [beam["Fex1"].ravel()], 4e-3)
-        tip = state.displacement(structure) @ beam["T_tip"].ravel()
+        tip = state.displacement_harmonics() @ beam["T_tip"].ravel()
         yield np.sqrt(2.0 * np.sum(np.abs(tip) ** 2))
 
 
