@@ -23,7 +23,6 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 
 
@@ -38,8 +37,8 @@ class SteadyMotion:
     force: Complexes
     applied: AppliedForces | None  # Where the forces act. None: there are no forces.
     scale: Floats  # (points,), friction limits and preloads relative to the model's
-    # What was reduced. None: the quasi-static response to the forces is left out.
-    structure: Structure | None = None
+    # `AppliedForces.static` (n_dofs, modes). None: the quasi-static response is left out.
+    static: Floats | None = None
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].
@@ -55,15 +54,9 @@ class SteadyMotion:
         moved = response.modal @ self.model.all_shapes[dof]
         moved += response.contact @ reduced.contact_shapes[dof]
         x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
-        if (forces := self._forces) is not None:
-            x = x + 0.5 * forces.static[dof] * self.force
+        if self.static is not None:
+            x = x + 0.5 * self.static[dof] * self.force
         return np.asarray(2.0 * np.abs(x))
-
-    @cached_property
-    def _forces(self) -> AppliedForces | None:
-        if self.applied is None:
-            return None
-        return AppliedForces(self.model.reduced, self.applied.force, self.structure)
 
     @cached_property
     def _response(self) -> ModalResponse:
@@ -77,7 +70,7 @@ class SteadyMotion:
             frequency_rate=np.zeros((points, modes)),
             force=self.force,
             force_rate=np.zeros((points, modes), dtype=complex),
-            force_response=self._forces,
+            force_response=self.applied,
             scale=self.scale,
         )
         P = self._contact_carriers(trajectory.effective(self.model)[:points])

@@ -73,7 +73,10 @@ class PerformanceCurve:
 
     @property
     def optimum(self) -> tuple[float, float]:
-        """Factor [-] with the lowest peak |a|, and this peak [kg^1/2 m]."""
+        """Factor [-] with the lowest peak |a|, and this peak [kg^1/2 m].
+
+        It is no optimum if `is_cut_at_lowest`.
+        """
         return self.lowest()
 
     @property
@@ -99,6 +102,28 @@ class PerformanceCurve:
         size = self.size(shown)
         at = int(np.argmin(size))
         return float(self.limit[at]), float(size[at])
+
+    def is_cut_at_lowest(self, shown: Shown | None = None) -> bool:
+        """Return whether the lowest peak is at the smallest factor, where the curve is cut off.
+
+        Smaller factors may then have lower peaks, so that this peak is not an optimum.
+
+        Parameters
+        ----------
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        bool
+            True if the curve has no optimum within its range.
+        """
+        return int(np.argmin(self.size(shown))) == int(np.argmin(self.limit))
+
+    def lowest_words(self, shown: Shown | None = None) -> str:
+        """Return the factor of the lowest peak, or of the end of the curve, in words for plots."""
+        words = "still falls at" if self.is_cut_at_lowest(shown) else "lowest at"
+        return f"{words} {self.lowest(shown)[0]:.3g}"
 
     def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
         """Return the range of factors whose peaks equal the lowest peak within the error.
@@ -206,7 +231,7 @@ class PerformanceCurve:
         at = int(np.argmin(peak))
         (point,) = ax.loglog(self.limit[at], peak[at], "o")
         ax.annotate(
-            f"lowest at {self.limit[at]:.3g}",
+            self.lowest_words(shown),
             (self.limit[at], peak[at]),
             xytext=(0, -8),
             textcoords="offset points",
@@ -295,7 +320,8 @@ def performance_curve(
     Warns
     -----
     ValidityWarning
-        If the curve ends where the error of the peak is as large as the peak.
+        If the curve ends where the error of the peak is as large as the peak, or where the peak
+        still falls.
 
     Notes
     -----
@@ -353,7 +379,13 @@ def performance_curve(
         limit,
     )
     frequency = curve.frequency[kept]
-    return PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+    found = PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+    if found.is_cut_at_lowest():
+        reason = "the curve ends there, and smaller limits may have lower peaks"
+        if known == share.size:
+            reason += "; tabulate a larger range"
+        warn([Finding("peak", f"still falls at limit = {limit.min():.3g}", reason, "warning")])
+    return found
 
 
 def _with_force_on_contacts(
@@ -434,7 +466,7 @@ def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding
     reason = (
         "at smaller limits the error of the peak is as large as the peak, because the frequency "
         f"of the mode is {percentage(apart)} away from the reference frequency of the friction "
-        "table. Call rom.reduce with carrier = that frequency"
+        f"table. Call rom.reduce with carrier = {curve.frequency[known]:.4g} rad/s"
     )
     return [Finding("curve", f"ends at limit = {limit:.3g}", reason, "warning")]
 
