@@ -90,8 +90,15 @@ class Dofs:
         known = np.isfinite(amplitude).all(axis=1)
         if known.any():
             applied = AppliedForces.of(self.model.reduced, self.excited.force_patterns)
-            loads = (each[known] for each in (amplitude, frequency, force))
-            motion = SteadyMotion(self.model, *loads, applied, scale[known], self.static)
+            motion = SteadyMotion(
+                self.model,
+                amplitude[known],
+                frequency[known],
+                force[known],
+                applied,
+                scale[known],
+                self.static,
+            )
             found[known] = np.stack([motion.displacement(dof) for dof in self.dofs], axis=-1)
         return {f"{name}_displacement": found}
 
