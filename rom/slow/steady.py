@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +13,9 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.answer_error import detuning_findings, error_at_points
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow
-from slipmode.rom.slow.steady_error import detuning_findings, error_at_point
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
@@ -248,7 +247,7 @@ def steady(
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     flow = ForcedFlow.of(model, points, every, applied.shift)
     warn(detuning_findings(flow, amplitude))
-    error_of = partial(error_at_point, flow, amplitude)
+    error_of = error_at_points(flow, amplitude)
     warn(neglected_resonance_findings(model, points, amplitude, error_of))
     return amplitude.reshape(Omega.shape)
 

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
-from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import Plan, make_plan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.answer_error import off_carrier_findings
+from slipmode.rom.slow.answer_error import error_at_points, off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
@@ -27,7 +26,6 @@ from slipmode.rom.slow.branches.curve_error import CurveError, significant_speci
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
-from slipmode.rom.slow.steady_error import error_at_point
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
@@ -432,7 +430,7 @@ def response_curve(
     check_force_patterns(model, problem.applied, amplitude / scale, flow.force / scale)
     warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
     warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
-    error_of = partial(error_at_point, flow, amplitude)
+    error_of = error_at_points(flow, amplitude)
     warn(neglected_resonance_findings(model, flow.frequency, amplitude / scale, error_of))
     number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
     error = CurveError.of(problem, points.z, number)
