@@ -27,7 +27,7 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 9  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 10  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 
@@ -68,6 +68,7 @@ def identity(model: Model, force_patterns: ForcePatterns | None) -> str:
     digest = hashlib.sha256(replace(model, harmonics=None, dof_response=None).hash.encode())
     digest.update(force_factors(model, force_patterns).tobytes())
     digest.update(bytes(flow.off_resonance) + bytes(flow.cross_response))
+    digest.update(bytes(flow.other_modes))
     return digest.hexdigest()
 
 
@@ -177,6 +178,7 @@ def _constants(
         flow.coupling_ratio,
         flow.off_resonance,
         flow.cross_response,
+        flow.other_modes,
         force_factors(model, force_patterns),
         _with_starts(np.zeros(kernel.MODES + 2), variables, Kind.PARAMETER),
         nominal,

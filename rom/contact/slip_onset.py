@@ -98,3 +98,15 @@ def _elastic(L: Complexes, elements: Elements, disks: bool) -> tuple[Floats, Flo
             motion.append(force + element["friction"] * np.abs(pressing))
             holding.append(element["friction"] * element["preload"])
     return np.array(motion).T, np.array(holding)
+
+
+def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:
+    """Return amplitudes [kg^1/2 m] of a mode at which the first and the last contact slips.
+
+    Contacts that the mode hardly moves are left out; 0 if it moves no contact with a limit.
+    """
+    yielding = onset_lines(reduced, law)[:, mode]
+    first = yielding.max(initial=0.0)
+    if first == 0.0:
+        return 0.0, 0.0
+    return float(1.0 / first), float(1.0 / yielding[yielding >= 0.1 * first].min())

@@ -13,6 +13,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.short_repr import frozen, percentage
 
@@ -118,6 +119,20 @@ class ContactTerms:
         """
         loss = self.amplitudes * self.S.imag
         return np.asarray(-2.0 * loss @ self.problem.reduced.carrier)
+
+    @property
+    def by_forces(self) -> Floats:
+        """Mean power of the steady forces on the contacts besides their shift, (points,) [W].
+
+        It is part of `power`, but does not leave the modes.
+        """
+        reduced, a = self.problem.reduced, self.amplitudes
+        carriers = self.P[:, : a.shape[1]]
+        per_stiffness, D = steady_force(reduced)
+        on_mode = D * a + np.einsum("pjc,jc->pj", carriers, reduced.coupling)
+        velocity = 1j * reduced.carrier[:, np.newaxis] * carriers
+        work = np.einsum("pj,jc,pjc->p", on_mode, per_stiffness, velocity.conj())
+        return np.asarray(2.0 * work.real)
 
     def replaced(self, points: NDArray[np.intp], other: ContactTerms) -> ContactTerms:
         """Return the terms with the terms `other` at some points."""

@@ -237,13 +237,15 @@ SM_API sm_status sm_harmonic_motion(const sm_harmonic_sum *sum, size_t segments,
 /* ---- friction tables ------------------------------------------------------------------ */
 
 /* Bicubic Hermite surface of S_j, of the combination-resonant terms T_k if there are any, and of
- * what friction dissipates less what leaves the modes (real) if that is known. For one mode:
- * count_b = 1 and node_b = NULL. values (count_a, count_b, 4, 2 (modes + combinations + power)):
- * value, d/da, d/db, d2/dadb of (Re, Im) of each S_j, of each T_k, of the difference. */
+ * two powers if they are known. Re: friction power less the power from the modes and the forces.
+ * Im: power from the forces that hold the amplitudes steady, besides their shift of the amplitudes.
+ * For one mode: count_b = 1 and node_b = NULL.
+ * values (count_a, count_b, 4, 2 (modes + combinations + power)):
+ * value, d/da, d/db, d2/dadb of (Re, Im) of each S_j, of each T_k, of the powers. */
 typedef struct {
     int32_t modes;
     int32_t combinations;
-    int32_t power; /* 1: the difference is tabulated; 0: friction takes all that leaves the modes */
+    int32_t power; /* 1: the powers are tabulated; 0: friction takes all that leaves the modes */
     int32_t count_a, count_b;
     const double *node_a, *node_b;
     const double *values;
@@ -276,6 +278,8 @@ typedef struct {
     double off_resonance[SM_MODES][2];  /* effective: a_j + off_resonance_j F_j exp(i ph_j) */
     double cross_response[SM_MODES][SM_MODES][2]; /* [k][j]: displacement of mode k off resonance
                                              per F_j exp(i ph_j) of another mode, 0 for its own */
+    double other_modes[SM_MODES][2][2];  /* displacement of the DOFs that force j loads, by all
+                                            modes but j: per F_j exp(i ph_j), and per a_j */
     sm_combination combination[SM_COMBINATIONS];      /* table.combinations of them */
 } sm_slow_flow;
 

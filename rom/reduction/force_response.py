@@ -98,6 +98,18 @@ class AppliedForces:
         return self.off_resonance[:, : self.modal.size].T
 
     @cached_property
+    def other_modes(self) -> Complexes:
+        """Displacement of the loaded DOFs by all modes but j, (modes, 2): per F_j and per a_j.
+
+        It is the work-conjugate displacement f_j^T x / F_j at carrier j, without the contacts.
+        """
+        if self.reduced.formulation == "paper":
+            return np.zeros((self.modal.size, 2), dtype=complex)
+        by_amplitude = self.reduced.response_by_dampers
+        moved = np.stack((self.off_resonance, by_amplitude), axis=1)
+        return np.asarray(np.einsum("jm,jkm->jk", self.on_modes, moved))
+
+    @cached_property
     def through_dampers(self) -> Complexes:
         """Force on mode j through dampers from other modes that F_j moves, per F_j, (modes,).
 

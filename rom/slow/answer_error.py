@@ -20,6 +20,7 @@ carriers. It is measured: contact problems are solved at the forcing frequencies
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Self
 
 import numpy as np
@@ -29,9 +30,15 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import reference_frequency_finding
+
+# Estimate of the error by forcing off the carriers, relative to the tolerance, above which the
+# error is measured. The estimate scales trials of the table at other amplitudes.
+_WORTH_MEASURING = 0.1
 
 
 @frozen
@@ -196,3 +203,62 @@ def error_at_constant(
         for column in error.T:
             column[:] = np.interp(at, at[known], column[known])
     return np.asarray(error)
+
+
+def peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
+    """Return the error of peaks (n,) at constant limit; `share` is the error of their force."""
+    slope = np.abs(np.gradient(np.log(peak)) / np.gradient(np.log(limit)))
+    at_end = np.where(np.isfinite(slope), (1.0 + slope) * share * peak, peak)[:, np.newaxis]
+    displacement = (share * peak)[:, np.newaxis], share * limit
+    one_branch = np.zeros(limit.size, dtype=np.intp)
+    return error_at_constant(limit, peak[:, np.newaxis], one_branch, displacement, at_end)[:, 0]
+
+
+def amplitude_error(flow: ForcedFlow, amplitude: Complexes, friction: Complexes) -> Floats:
+    """Return |delta a_j| / |a_j| by an error of S_j at steady states, (points, modes).
+
+    `amplitude` and `friction` are (points, modes); 0 for a mode at rest.
+    """
+    size = np.abs(amplitude)
+    _, jacobian = flow.rate_and_jacobian(amplitude)
+    factor = coupling_factor(flow.model.reduced, flow.frequency)
+    turned = np.exp(1j * np.angle(flow.effective(amplitude)))
+    change = np.ascontiguousarray(factor * turned * friction / flow.balance(amplitude).mass)
+    moved = np.linalg.pinv(jacobian) @ change.view(float)[..., np.newaxis]
+    moved = np.abs(np.ascontiguousarray(moved[..., 0]).view(complex))
+    return np.asarray(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))
+
+
+def error_at_points(flow: ForcedFlow, amplitude: Complexes) -> Callable[[int, Complexes], float]:
+    """Return the function of a point and an error of S_j (modes,) for the error of amplitudes.
+
+    It is the largest relative error. The error of S_j is relative to the scale of the limits.
+    """
+
+    def error_of(point: int, friction: Complexes) -> float:
+        at = flow.with_inputs(flow.inputs[[point]])
+        scaled: Complexes = at.inputs["limit_scale"][:, np.newaxis] * friction
+        return float(amplitude_error(at, amplitude[[point]], scaled).max())
+
+    return error_of
+
+
+def detuning_findings(flow: ForcedFlow, amplitude: Complexes) -> list[Finding]:
+    """Report steady states (points, modes) whose error by forcing off the carriers is large."""
+    model, forced = flow.model, (flow.force != 0.0).any(axis=0)
+    stated, apart = model.accuracy, flow.frequency / model.reduced.carrier - 1.0
+    if stated.detuning is None:
+        return model.detuning_findings(flow.frequency, forced)
+    apart = np.where(forced, apart, 0.0)
+    effective = np.abs(flow.effective(amplitude))
+    part = stated.detuning_at(np.abs(apart).max(axis=1), model.table.detuning is not None)
+    friction = part[:, np.newaxis] * model.error_scale(effective)
+    estimate = amplitude_error(flow, amplitude, friction.astype(complex)).max(axis=1)
+    if np.all(estimate <= _WORTH_MEASURING * stated.tolerance):
+        return []
+    scale = np.ones(len(amplitude))
+    found = TableError.of(model, effective, flow.frequency, scale, estimate)
+    at = flow.with_inputs(flow.inputs[found.measured])
+    error = amplitude_error(at, amplitude[found.measured], found.off_carriers)
+    largest = float(np.nan_to_num(error, nan=np.inf).max(initial=0.0))
+    return off_carrier_findings(stated.tolerance, largest, apart, "the amplitudes")

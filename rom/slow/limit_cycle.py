@@ -141,7 +141,12 @@ def limit_cycles(
         warn(friction_findings(model.reduced, model.law, largest))
         Omega = np.array([cycle.frequency for cycle in found])
         warn(model.detuning_findings(Omega))
-        warn(neglected_resonance_findings(model, Omega, amplitude))
+
+        def error_of(point: int, friction: Complexes) -> float:  # of the forces in the balance
+            balance = np.abs(model.reduced.modal_damping * Omega[point] * amplitude[point])
+            return float((np.abs(friction) / np.where(balance > 0.0, balance, np.inf)).max())
+
+        warn(neglected_resonance_findings(model, Omega, amplitude, error_of))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 
 

@@ -20,20 +20,21 @@ from slipmode.rom.table.model import Model
 
 
 def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kernel.Structure:
-    """Return the slow flow as the core reads it, with shift and cross response of the forces."""
+    """Return the slow flow as the core reads it, with the effects of the forces besides a mode."""
     if force_patterns is None:
         return shifted_flow(model, 0.0)
     applied = AppliedForces.of(model.reduced, force_patterns)
-    return shifted_flow(model, applied.shift, applied.cross_response)
+    flow = shifted_flow(model, applied.shift)
+    for mode in range(model.modes):
+        for other, response in enumerate(applied.cross_response[mode]):
+            flow.cross_response[mode][other][:] = (response.real, response.imag)
+        for part, response in enumerate(applied.other_modes[mode]):
+            flow.other_modes[mode][part][:] = (response.real, response.imag)
+    return flow
 
 
-def shifted_flow(
-    model: Model, shift: Complexes | float, cross_response: Complexes | None = None
-) -> kernel.Structure:
-    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j).
-
-    `cross_response` is that of `AppliedForces`; by default 0.
-    """
+def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
+    """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
     shifts = np.full(model.modes, shift, dtype=complex)
     reduced = model.reduced
     flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
@@ -45,9 +46,6 @@ def shifted_flow(
         for power, coefficient in enumerate(coupling_ratio[mode]):
             flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
         flow.off_resonance[mode][:] = (shifts[mode].real, shifts[mode].imag)
-        if cross_response is not None:
-            for other, response in enumerate(cross_response[mode]):
-                flow.cross_response[mode][other][:] = (response.real, response.imag)
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
     return flow

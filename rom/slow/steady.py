@@ -13,6 +13,7 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.answer_error import detuning_findings, error_at_points
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -248,8 +249,10 @@ def steady(
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
     check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
-    warn(model.detuning_findings(points, excitation != 0.0))
-    warn(neglected_resonance_findings(model, points, amplitude))
+    flow = ForcedFlow.of(model, points, every, applied.shift)
+    warn(detuning_findings(flow, amplitude))
+    error_of = error_at_points(flow, amplitude)
+    warn(neglected_resonance_findings(model, points, amplitude, error_of))
     return amplitude.reshape(Omega.shape)
 
 

@@ -22,7 +22,6 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
-from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 
 
@@ -37,8 +36,8 @@ class SteadyMotion:
     force: Complexes
     applied: AppliedForces | None  # Where the forces act. None: there are no forces.
     scale: Floats  # (points,), friction limits and preloads relative to the model's
-    # What was reduced, for the quasi-static response to the forces. None: `Reduced.structure`.
-    structure: Structure | None = None
+    # `AppliedForces.static` (n_dofs, modes) of the structure. None: that of `applied`.
+    static: Floats | None = None
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].
@@ -54,15 +53,12 @@ class SteadyMotion:
         moved = response.modal @ self.model.all_shapes[dof]
         moved += response.contact @ reduced.contact_shapes[dof]
         x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
-        if (forces := self._forces) is not None:
-            x = x + 0.5 * forces.static[dof] * self.force
+        static = self.static
+        if static is None and self.applied is not None:
+            static = self.applied.static
+        if static is not None:
+            x = x + 0.5 * static[dof] * self.force
         return np.asarray(2.0 * np.abs(x))
-
-    @cached_property
-    def _forces(self) -> AppliedForces | None:
-        if self.applied is None:
-            return None
-        return AppliedForces(self.model.reduced, self.applied.force, self.structure)
 
     @cached_property
     def _response(self) -> ModalResponse:
@@ -76,7 +72,7 @@ class SteadyMotion:
             frequency_rate=np.zeros((points, modes)),
             force=self.force,
             force_rate=np.zeros((points, modes), dtype=complex),
-            force_response=self._forces,
+            force_response=self.applied,
             scale=self.scale,
         )
         P = self._contact_carriers(trajectory.effective(self.model)[:points])

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, isfinite
 
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding
 from slipmode.rom.short_repr import percentage
@@ -65,6 +69,24 @@ class Accuracy:
         """Stated relative error of S_j at the carriers [-], without a response of unknown size."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
         return self.interpolation + self.resolution + harmonics + self.neglected_modes
+
+    def detuning_at(self, apart: Floats, corrected: bool) -> Floats:
+        """Return the relative error of S_j at relative distances from the carriers [-].
+
+        Parameters
+        ----------
+        apart : (n,) ndarray
+            Distances |Omega / carrier - 1| [-].
+        corrected : bool
+            Whether the table has dS_j / dOmega_k.
+
+        Returns
+        -------
+        (n,) ndarray
+            `detuning`, scaled to these distances.
+        """
+        order = 2 if corrected else 1
+        return np.asarray((self.detuning or 0.0) * (apart / MOST_DETUNING) ** order)
 
     def findings(self) -> list[Finding]:
         """Return warnings if the tolerance is not met or a harmonic response is neglected.

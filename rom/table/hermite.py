@@ -33,8 +33,9 @@ class Table:
         Amplitudes |a_B|; the single entry 0 in a one-mode table.
     values : (n_a, n_b, 4, 2 k) ndarray
         Value, d/da, d/db, d2/dadb at the nodes; real and imaginary part of S_j of every mode,
-        of the terms T of the combination resonances, and of the friction power less what
-        leaves the modes (its imaginary part 0).
+        of the terms T of the combination resonances, and of the powers [W]: the real part is the
+        friction power less the power from the modes and the forces, the imaginary part the
+        power from the forces besides their shift of the amplitudes, `ContactTerms.by_forces`.
     modes : int
         Number of modes.
     rate_correction : (n_a, n_b, 4, 2 modes^2) ndarray, optional

@@ -11,7 +11,21 @@ _ADVICE = (
         r"Tabulate at the forcing frequency, or with detuning=True",
         "Compare with slipmode validate",
     ),
-    (r"Call rom\.reduce with carrier = this frequency, or compare", "Compare"),
+    # the reference frequency of a scene is the mean frequency of its forcing
+    (
+        r"Call rom\.reduce with carrier = this frequency, or compare",
+        "Keep the frequencies closer to the mean frequency of the forcing, or compare",
+    ),
+    (
+        r"Call rom\.reduce with carrier = (\S+) rad/s",
+        r"Give the forcing of the scene a frequency of \1 rad/s",
+    ),
+    (
+        r"Use rom\.steady_state, or a model of one mode, or compare",
+        "Use a scene that forces one mode only, or compare",
+    ),
+    (r" or rom\.steady_state\b", ""),
+    (r"\brom\.steady_state, or time integration \(rom\.full\)", 'model.table = "none"'),
     (
         r"tabulate (further|a larger range)",
         "give a larger model.amplitude (or a model.file with a larger range)",

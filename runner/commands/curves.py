@@ -115,13 +115,19 @@ def _design(options: Namespace) -> int:
     limit, peak = curve.lowest(shown)
     ratio = percentage(peak / curve.size(shown)[-1])
     unit = Shown(options.dof, scene.units).unit
+    cut = curve.is_cut_at_lowest(shown)
     result = (
-        f"Lowest peak {peak:.3g} {unit} at {limit:.3g} times the scene's limits: "
-        f"{ratio} of that of stuck contacts"
+        f"{'Peak' if cut else 'Lowest peak'} {peak:.3g} {unit} at {limit:.3g} times the scene's "
+        f"limits{', where the curve ends' if cut else ''}: {ratio} of that of stuck contacts"
     )
     files = _write(options, "design", curve, scene, result)
     lowest = f"lowest {shown.named('peak')} = {peak:.4g}"
-    if peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
+    if cut:
+        print(
+            f"{shown.named('peak')} = {peak:.4g} at {limit:.3g} times the scene's limits and "
+            "preloads, where the curve ends: no optimum is known; smaller limits may be better"
+        )
+    elif peak >= 0.99 * curve.size(shown)[-1]:  # hardly below the peak of stuck contacts
         print(f"{lowest} where the contacts stick: no limit is better")
     else:
         low, high = curve.within(1.1, shown)

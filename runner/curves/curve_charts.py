@@ -29,8 +29,8 @@ def curve_charts(
         return [[Chart("/frequency", "Frequency", x, y, layers, False), damping]]
     peak = curve.size(shown)
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))
-    lowest = f"lowest at {curve.limit[best]:.3g}"
-    point = Layer(curve.limit[[best]], peak[[best]], ORANGE, lowest, False, 5.0)
+    words = curve.lowest_words(shown)
+    point = Layer(curve.limit[[best]], peak[[best]], ORANGE, words, False, 5.0)
     layers = [Layer(curve.limit, peak), point]
     return [[Chart("/peak", "Resonance peak", x, Axis(shown.named("peak")), layers)]]
 

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
-from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import Plan, make_plan
@@ -131,9 +131,10 @@ def scene_performance(
 ) -> rom.PerformanceCurve:
     """Return the resonance peak of one mode against limits and preloads.
 
-    The force is the scene's on this mode; see `rom.performance_curve`. The friction table goes
-    well beyond the scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of
-    slip, so that the curve has both stuck and fully slipping contacts.
+    The force is the scene's on this mode; see `rom.performance_curve`. The reference frequency of
+    the friction table is the forcing frequency of the scene. The table goes well beyond the
+    scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of slip, so that
+    the curve has both stuck and fully slipping contacts.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan
@@ -148,6 +149,8 @@ def scene_performance(
         plan.structure,
         (plan.excited.reduced.modes[at],),
         law=None if isinstance(law, RigidFriction) else law,
+        carrier=plan.excited.reduced.carrier[at : at + 1].tolist(),
+        force_patterns=(forcing.force[at],),
         aerodynamics=None if aerodynamics is None else aerodynamics[at : at + 1].tolist(),
         warned=False,
         progress=progress,
@@ -172,7 +175,11 @@ def scene_performance(
 
 def _with_structure(curve: _Forced, structure: rom.Structure | None) -> _Forced:
     """Return the curve whose displacements include the quasi-static response to the forces."""
-    return replace(curve, motion=replace(curve.motion, structure=structure))
+    motion = curve.motion
+    if structure is None or motion.applied is None:
+        return curve
+    static = replace(motion.applied, structure=structure).static
+    return replace(curve, motion=replace(motion, static=static))
 
 
 def _index(modes: Sequence[Mode], mode: Mode | None) -> int:

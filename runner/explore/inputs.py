@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom import Model
+from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.slow.branches.performance import slip_onset
 from slipmode.runner.fmi.export import largest_forces
 from slipmode.runner.plan.plan import Plan
 

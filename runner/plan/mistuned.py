@@ -14,6 +14,7 @@ from slipmode.rom.errors import naming
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.validity import Finding
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.contacts import law_of
@@ -51,7 +52,7 @@ class MistunedPlan:
     @property
     def warnings(self) -> list[str]:
         """Decisions that are warnings, one line each."""
-        return [each.line() for each in self.decisions if each.level != "info"]
+        return [command_words(each.line()) for each in self.decisions if each.level != "info"]
 
     @property
     def engine_order(self) -> int:

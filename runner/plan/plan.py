@@ -26,6 +26,7 @@ from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
@@ -93,7 +94,7 @@ class Plan:
     @property
     def warnings(self) -> list[str]:
         """Decisions that are warnings, one line each."""
-        return [each.line() for each in self.decisions if each.level != "info"]
+        return [command_words(each.line()) for each in self.decisions if each.level != "info"]
 
     @property
     def full_order_share(self) -> float:

@@ -11,9 +11,10 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.force_response import phasor
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.performance import resonance_peaks
+from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened
 from slipmode.runner.plan.excited import Excited
@@ -36,19 +37,23 @@ def compute(
     outputs, modes = shared.samples.outputs, shared.samples.modes
     batch = Batch.empty(outputs, modes, len(scenes))
     batch.reason[:] = [each if isinstance(each, str) else "" for each in scenes]
+    if (highest := max(outputs.dofs, default=0)) >= (n := shared.excited.reduced.n_dofs):
+        refused = f"outputs.dofs: must be 0 to {n - 1}, got {highest}"
+        batch.reason[:] = [why or refused for why in batch.reason]
+        return batch
     read = {k: each for k, each in enumerate(scenes) if not isinstance(each, str)}
     places = list(read)
     columns = [modes.index(mode) for mode in shared.excited.modes]
+    dofs = Dofs(outputs.dofs, model, shared.excited, shared.static)
     if read and (outputs.steady or outputs.resonance or outputs.curve):
         loads = Loads.of(list(read.values()), shared.excited)
         for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
             if getattr(outputs, kind):
-                batch.add(places, columns, solve(outputs, model, loads))
+                batch.add(places, columns, solve(outputs, model, loads, dofs))
     for k, scene in read.items():
         if outputs.runs and not batch.reason[k]:
-            batch.add([k], columns, run_through(scene, shared.excited, model, outputs.times))
-    if outputs.dofs:
-        _add_displacements(batch, shared)
+            found = run_through(scene, shared.excited, model, outputs.times, dofs)
+            batch.add([k], columns, found)
     if shared.samples.recordings is not None:
         for k, scene in read.items():
             if batch.reason[k]:
@@ -62,23 +67,40 @@ def compute(
     return batch
 
 
-def _add_displacements(batch: Batch, shared: SceneModel) -> None:
-    """Add the amplitudes of DOFs in the shapes of the modes."""
-    reduced, dofs = shared.excited.reduced, list(shared.samples.outputs.dofs)
-    modes = shared.samples.modes
-    if max(dofs) >= reduced.n_dofs:
-        refused = f"outputs.dofs: must be 0 to {reduced.n_dofs - 1}, got {max(dofs)}"
-        batch.reason[:] = [why or refused for why in batch.reason]
-        return
-    shapes = np.zeros((len(modes), len(dofs)))
-    for j, mode in enumerate(shared.excited.modes):
-        shapes[modes.index(mode)] = 2.0 * np.abs(reduced.mode_shapes[dofs, j])
-    for name, values in batch.values.items():
-        if name.endswith("_displacement"):
-            amplitude = batch.values[name.removesuffix("_displacement")]
-            between = amplitude.ndim - 2  # axes of a curve or of times, after samples and modes
-            factor = shapes.reshape(len(modes), *(1,) * between, len(dofs))
-            values[:] = amplitude[..., np.newaxis] * factor
+@frozen
+class Dofs:
+    """The DOFs whose displacement amplitudes are outputs; see `SteadyMotion`."""
+
+    dofs: tuple[int, ...]
+    model: Model
+    excited: Excited
+    static: Floats | None  # `SceneModel.static`
+
+    def displacements(
+        self, name: str, amplitude: Complexes, frequency: Floats, force: Complexes, scale: Floats
+    ) -> dict[str, Floats]:
+        """Return displacements (points, modes, dofs) of an output; none without DOFs.
+
+        `amplitude`, `frequency` and the modal `force` are (points, modes), the `scale` of limits
+        and preloads is (points,). NaN where the amplitude is NaN.
+        """
+        if not self.dofs:
+            return {}
+        found = np.full((*amplitude.shape, len(self.dofs)), np.nan)
+        known = np.isfinite(amplitude).all(axis=1)
+        if known.any():
+            applied = AppliedForces.of(self.model.reduced, self.excited.force_patterns)
+            motion = SteadyMotion(
+                self.model,
+                amplitude[known],
+                frequency[known],
+                force[known],
+                applied,
+                scale[known],
+                self.static,
+            )
+            found[known] = np.stack([motion.displacement(dof) for dof in self.dofs], axis=-1)
+        return {f"{name}_displacement": found}
 
 
 @frozen
@@ -91,6 +113,11 @@ class Loads:
     # table is for limits of scale 1
     excitation: Complexes
     scale: Floats  # (samples, 1): Scale of limits and preloads; results are multiplied by it
+
+    @property
+    def force(self) -> Complexes:
+        """F_j exp(i phase_j), modal, (samples, modes) [N kg^-1/2]."""
+        return np.asarray(self.scale * self.excitation)
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], excited: Excited) -> Self:
@@ -111,16 +138,17 @@ class Loads:
         return cls(excited, frequency, excitation, scale)
 
 
-def steady_states(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+def steady_states(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
     """Return |a| and its phase."""
     patterns = loads.excited.force_patterns
     found = steady_points(model, loads.frequency, patterns, loads.excitation)
     a = loads.scale * found.amplitude
     values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
+    values |= dofs.displacements("steady", a, loads.frequency, loads.force, loads.scale[:, 0])
     return Batch(values, found.reason, found.outside)
 
 
-def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+def curves(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
     """Return |a| over the frequency of a mode, (samples, modes, points).
 
     A sample with a refused point is refused.
@@ -134,18 +162,26 @@ def curves(outputs: Outputs, model: Model, loads: Loads) -> Batch:
     frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
     excitation = np.repeat(loads.excitation, axis.size, axis=0)
     found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
-    a = np.abs(found.amplitude).reshape(n, axis.size, -1).swapaxes(1, 2)
+    scale = np.repeat(loads.scale, axis.size, axis=0)
+    a, force = scale * found.amplitude, scale * excitation
+    values = {"curve": np.abs(a)}
+    values |= dofs.displacements("curve", a, frequency, force, scale[:, 0])
+    by_sample = {
+        name: each.reshape(n, axis.size, *each.shape[1:]).swapaxes(1, 2)
+        for name, each in values.items()
+    }
     reasons = np.array(found.reason, dtype=object).reshape(n, axis.size)
     first = [next(filter(None, row), "") for row in reasons]
     outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
-    return Batch({"curve": loads.scale[:, np.newaxis] * a}, first, outside)
+    return Batch(by_sample, first, outside)
 
 
-def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
+def peaks(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
     """Return the highest resonance peak of modes, and its frequency."""
     shape, modes = loads.excitation.shape, loads.excited.modes
     peak, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
     reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
+    moved: dict[str, Floats] = {}
     for mode in outputs.resonance:
         if mode not in modes:
             why = f"outputs.resonance: nothing moves mode {mode}"
@@ -157,12 +193,22 @@ def peaks(outputs: Outputs, model: Model, loads: Loads) -> Batch:
             return Batch.refused("resonance", shape, str(refusal))
         peak[:, j] = loads.scale[:, 0] * relative
         outside |= np.isnan(relative)
+        alone, Omega = np.arange(len(modes)) == j, loads.frequency.copy()
+        Omega[:, j] = frequency[:, j]
+        a = np.where(alone, peak[:, [j]], 0.0).astype(complex)
+        force = 1j * np.abs(np.where(alone, loads.force, 0.0))  # at 90 degrees
+        found = dofs.displacements("resonance", a, Omega, force, loads.scale[:, 0])
+        for name, each in found.items():
+            moved.setdefault(name, np.full(each.shape, np.nan))[:, j] = each[:, j]
     for k in np.flatnonzero(outside):
         reason[k] = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
-    return Batch({"resonance": peak, "resonance_frequency": frequency}, reason, outside)
+    values = {"resonance": peak, "resonance_frequency": frequency, **moved}
+    return Batch(values, reason, outside)
 
 
-def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[float]) -> Batch:
+def run_through(
+    scene: Scene, excited: Excited, model: Model, times: Sequence[float], dofs: Dofs
+) -> Batch:
     """Return the peak |a| of a run, its transient error, and |a| at some times.
 
     Several scenes share the model.
@@ -205,4 +251,27 @@ def run_through(scene: Scene, excited: Excited, model: Model, times: Sequence[fl
         "at": size[at].T[np.newaxis],
         "run_error": largest_scale * error.max(axis=0, initial=0.0)[np.newaxis],
     }
+    largest_at = size.argmax(axis=0)
+    for name, points in (("peak", largest_at), ("at", np.array(at, dtype=np.intp))):
+        then = _loads_at(excited, steps, path.time[points])
+        moved = dofs.displacements(name, path.amplitude[points], *then)
+        for key, each in moved.items():  # the point of each mode, or the same points of all
+            of_modes = np.einsum("jjd->jd", each) if name == "peak" else each.swapaxes(0, 1)
+            values[key] = of_modes[np.newaxis]
     return Batch(values, [""], np.zeros(1, dtype=bool))
+
+
+def _loads_at(
+    excited: Excited, steps: Stretches, time: Floats
+) -> tuple[Floats, Complexes, Floats]:
+    """Return frequencies, modal forces F_j exp(i phase_j), and scales just before times."""
+    before, _ = steps.around(time)
+    frequency, force, phase = (
+        np.stack([steps.values(f"{name}_{m}", time, before) for m in excited.modes], axis=1)
+        for name in ("frequency", "force", "phase")
+    )
+    return (
+        frequency,
+        phasor(excited.modal_force * force, phase),
+        steps.values("limit_scale", time, before),
+    )

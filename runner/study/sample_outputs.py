@@ -75,7 +75,7 @@ class Outputs:
             found.append(Result(name, sizes, unit, meaning))
             if self.dofs and unit == MODAL:
                 sizes = sizes | {"dof": len(self.dofs)}
-                words = f"{meaning}, at DOFs in the mode's shape"
+                words = f"{meaning}, as displacement amplitude of DOFs at the mode's carrier"
                 found.append(Result(f"{name}_displacement", sizes, "m", words))
 
         if self.mistuned and self.curve:

@@ -15,9 +15,11 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom import Model, Structure
+from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
 from slipmode.runner.plan.excited import Excited
@@ -84,6 +86,9 @@ class SceneModel:
 
     samples: Samples
     excited: Excited
+    # Quasi-static displacement of the DOFs per modal force (n_dofs, modes) [kg^1/2 m/N]; None
+    # without `outputs.dofs`
+    static: Floats | None
     amplitude: tuple[float, ...]  # Range of the first table [kg^1/2 m]
     table_tolerance: float
     # Those anywhere between the samples; steady states have none
@@ -110,6 +115,7 @@ class SceneModel:
         return cls(
             samples=samples,
             excited=plan.excited,
+            static=_static(plan) if samples.outputs.dofs else None,
             amplitude=plan.amplitude,
             table_tolerance=model.tolerance,
             combinations=combinations,
@@ -132,6 +138,12 @@ class SceneModel:
             detuning=self.detuned,
         )
         return model
+
+
+def _static(plan: Plan) -> Floats:
+    excited = plan.excited
+    applied = AppliedForces.of(excited.reduced, excited.force_patterns, plan.known_structure)
+    return applied.static
 
 
 def _first_plan(samples: Samples, contents: Sequence[Content]) -> Plan:

@@ -18,7 +18,7 @@ class SlowBalance:
     def __init__(self, plan: Plan, model: Model) -> None:
         self._plan, self._model = plan, model
         self._last = np.zeros((1, model.modes), dtype=complex)  # amplitudes of the last point
-        self._shift = AppliedForces.of(model.reduced, plan.excited.force_patterns).shift
+        self._applied = AppliedForces.of(model.reduced, plan.excited.force_patterns)
 
     def rows(self, power: Floats, amplitude: Complexes, first: int) -> Floats:
         """Return the rows of ``/energy`` at communication points from number `first` on.
@@ -46,15 +46,24 @@ class SlowBalance:
         values = schedule.at_points([*names, "limit_scale"], points)
         frequency, size, phase = np.split(values[:, :-1], len(parts), axis=1)
         scale = values[:, -1:]
+        force = phasor(excited.modal_force, phase) * size
+        shift = self._applied.shift * force
         velocity = rate + 1j * frequency * amplitude
         power = 2.0 * np.abs(velocity) ** 2 @ reduced.modal_damping
-        if table.values.shape[-1] == 2 * table.modes:  # nothing is tabulated of the contacts
-            return np.asarray(power)
-        # dampers between modes and contacts: the table has friction less what leaves the modes
-        shift = self._shift * phasor(excited.modal_force, phase) * size
-        acting = np.abs(coupling_factor(reduced, frequency) * (amplitude + shift)) / scale
-        shared = table.terms(np.minimum(acting, table.amplitude_range))[:, -1].real
-        return np.asarray(power - scale[:, 0] ** 2 * shared)
+        factor = coupling_factor(reduced, frequency)
+        effective = factor * (amplitude + shift) / scale
+        modulus = np.abs(effective)
+        terms = table.terms(np.minimum(modulus, table.amplitude_range))
+        unit = np.divide(effective, modulus, out=np.zeros_like(effective), where=modulus > 0.0)
+        friction = scale * factor * unit * terms[:, : table.modes]  # on the modes
+        # dampers of the other modes, which the force moves directly and through the contacts
+        per_force, per_amplitude = self._applied.other_modes.T
+        x = 2.0 * self._applied.shift * friction + per_force * force + per_amplitude * amplitude
+        others = -(force.conj() * x).imag + 2.0 * (shift.conj() * friction).imag
+        power += np.sum(frequency * others, axis=1)
+        if table.values.shape[-1] > 2 * table.modes:  # powers of the contacts are tabulated
+            power -= scale[:, 0] ** 2 * terms[:, -1].real
+        return np.asarray(power)
 
 
 def full_order_balance(natural: Floats, frequency: Floats, slow: SlowPart) -> Floats:

@@ -16,6 +16,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.validity import Finding
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
@@ -43,7 +44,7 @@ def record_findings(recorder: Recorder, found: Iterable[Finding]) -> None:
     """Record the warnings of a plan and a model as events at t = 0."""
     for each in found:
         if each.level != "info":
-            recorder.event(0.0, each.level, each.line())
+            recorder.event(0.0, each.level, command_words(each.line()))
 
 
 def record_points(

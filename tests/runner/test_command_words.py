@@ -68,7 +68,11 @@ def test_a_design_whose_table_ends_too_early_names_the_key_of_the_scene(tmp_path
         ("contacts: integrate in time (rom.full)",
          'contacts: integrate in time (model.table = "none")'),
         ("there is 2 %. Call rom.reduce with carrier = this frequency, or compare with "
-         "slipmode validate", "there is 2 %. Compare with slipmode validate"),
+         "slipmode validate", "there is 2 %. Keep the frequencies closer to the mean frequency of "
+         "the forcing, or compare with slipmode validate"),
+        ("friction table. Call rom.reduce with carrier = 1.234 rad/s",
+         "friction table. Give the forcing of the scene a frequency of 1.234 rad/s"),
+        ('Use model.table = "none" or rom.steady_state', 'Use model.table = "none"'),
     ],
 )  # fmt: skip
 def test_advice_for_python_is_replaced(message, words):

@@ -207,6 +207,7 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
     memcpy(flow->off_resonance, given->off_resonance, sizeof flow->off_resonance);
     memcpy(flow->cross_response, given->cross_response, sizeof flow->cross_response);
+    memcpy(flow->other_modes, given->other_modes, sizeof flow->other_modes);
     for (int j = 0; j < SM_MODES; j++)
         memcpy(flow->coupling_ratio[j], given->coupling_ratio[j],
                sizeof flow->coupling_ratio[j]);

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 9   /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 10  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -53,6 +53,7 @@ typedef struct {
     double alpha, memory_periods;
     double natural[SM_MODES], carrier[SM_MODES], coupling_ratio[SM_MODES][2][2];
     double off_resonance[SM_MODES][2], cross_response[SM_MODES][SM_MODES][2];
+    double other_modes[SM_MODES][2][2];
     double force_factor[SM_MODES];     /* modal force per newton of the force input */
     double parameters[FMU_PARAMETERS]; /* start values */
     double nominal[FMU_STATES];        /* of the states, absent modes left out */

@@ -310,28 +310,30 @@ SM_INLINE void along_flow(const sm_slow_flow *flow, const sm_instant *instant,
     correct_for_rate(flow, instant, state, modes, &effective, &change->rate_correction);
 }
 
-/* Power that friction dissipates: the mean power -2 Omega Im(conj(a) force) that leaves the modes at
- * the contacts, less the tabulated power of the dampers between modes and contacts; at least 0.
- * `rate_correction` is the difference of the force from the force in steady motion. */
-SM_INLINE double friction_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
-                                const sm_flow_state *state, const sm_modal *rate_correction) {
-    double leaves[SM_MODES] = {0.0};
-    SM_SIMD
+/* Power from the forces to the contacts besides their shift of the amplitudes. The table has it for
+ * forces G_j that hold the amplitudes steady, G_j (1 + 2 off_resonance D) = 2 (D (a + shift) - force)
+ * with D the stiffness. It is proportional to the force: sum |F| Re(conj(F) G) / sum |F| |G|^2 is the
+ * factor, 1 in a steady state and 0 without a force. At most 1: G vanishes at some amplitudes. */
+SM_INLINE double forces_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
+                              const sm_modal *shifted, const sm_modal *force, double tabulated) {
+    double along = 0.0, steady = 0.0;
     for (int j = 0; j < modes; j++) {
-        const sm_complex a = sm_of(&state->effective.amplitude, j);
-        const sm_complex force = sm_cadd(sm_of(&state->force, j), sm_of(rate_correction, j));
-        leaves[j] = -2.0 * instant->inputs.frequency[j] * sm_cmul(sm_conj(a), force).im;
+        const sm_complex F = sm_of(&instant->now.excitation, j),
+                         D = sm_of(&instant->now.stiffness, j);
+        const sm_complex ratio = sm_cscale(sm_cmul(sm_pair(flow->off_resonance[j]), D), 2.0);
+        const sm_complex held = sm_csub(sm_cmul(D, sm_of(shifted, j)), sm_of(force, j));
+        const sm_complex G = sm_cdiv(sm_cscale(held, 2.0), sm_cx(1.0 + ratio.re, ratio.im));
+        const double size = sqrt(sm_cabs2(F));
+        along += size * sm_cmul(sm_conj(F), G).re;
+        steady += size * sm_cabs2(G);
     }
-    double power = leaves[0] + leaves[1];
-    if (!flow->table.power) return power;
-    const double scale = instant->inputs.limit_scale;
-    power += scale * scale * state->slopes[2 * (modes + flow->table.combinations)];
-    return power < 0.0 ? 0.0 : power;
+    if (fabs(along) >= steady) return along > 0.0 ? tabulated : along < 0.0 ? -tabulated : 0.0;
+    return tabulated * along / steady;
 }
 
-/* Mean of F cos(theta + ph) q', q' = 2 Re((a' + i Omega a) exp(i theta)). */
-SM_INLINE double input_power(double Omega, sm_complex excitation, sm_complex a, sm_complex rate) {
-    const sm_complex velocity = sm_cx(rate.re - Omega * a.im, rate.im + Omega * a.re);
+/* Mean of F cos(theta + ph) q', q' = 2 Re((a' + i Omega x) exp(i theta)). */
+SM_INLINE double input_power(double Omega, sm_complex excitation, sm_complex x, sm_complex rate) {
+    const sm_complex velocity = sm_cx(rate.re - Omega * x.im, rate.im + Omega * x.re);
     return sm_cmul(sm_conj(excitation), velocity).re;
 }
 
@@ -347,20 +349,44 @@ SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, in
         change = (sm_flow_change){.rate = {{0.0}, {0.0}}};
     else
         along_flow(flow, instant, &state, modes, moving, &change);
-    double put_in[SM_MODES] = {0.0};
+    double put_in[SM_MODES] = {0.0}, leaves[SM_MODES] = {0.0};
+    sm_modal force, shifted; /* of the contacts on the modes; amplitudes with their shift */
     if (modes < SM_MODES) dy[2] = dy[3] = 0.0;
     SM_SIMD
     for (int j = 0; j < modes; j++) {
+        const double Omega = instant->inputs.frequency[j];
         const sm_complex less = sm_csub(sm_of(&change.rate, j), sm_of(&change.rate_correction, j));
         const sm_complex rate = sm_csub(sm_of(&state.rate, j),
                                         sm_cmul(less, sm_of(&instant->per_mass, j)));
+        const sm_complex a = sm_of(&state.effective.amplitude, j),
+                         excitation = sm_of(&instant->now.excitation, j),
+                         off_resonance = sm_pair(flow->off_resonance[j]);
+        const sm_complex f = sm_cadd(sm_of(&state.force, j), sm_of(&change.rate_correction, j));
+        const sm_complex moved = sm_cadd(a, sm_cmul(off_resonance, excitation));
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
-        put_in[j] = input_power(instant->inputs.frequency[j], sm_of(&instant->now.excitation, j),
-                                sm_of(&state.effective.amplitude, j), rate);
+        sm_put(&force, j, f);
+        sm_put(&shifted, j, moved);
+        /* the loaded DOFs: by reciprocity of the shift, the contact forces move them too */
+        const sm_complex by_contacts = sm_cscale(sm_cmul(off_resonance, f), 2.0);
+        const sm_complex by_others =
+            sm_cadd(sm_cmul(sm_pair(flow->other_modes[j][0]), excitation),
+                    sm_cmul(sm_pair(flow->other_modes[j][1]), a));
+        const sm_complex x = sm_cadd(a, sm_cadd(by_contacts, by_others));
+        put_in[j] = input_power(Omega, excitation, x, rate);
+        /* the modes, and the forces by the shift, transfer this mean power to the contacts */
+        leaves[j] = -2.0 * Omega * sm_cmul(sm_conj(moved), f).im;
     }
-    dy[SM_DISSIPATED] = friction_power(flow, instant, modes, &state, &change.rate_correction);
     dy[SM_PUT_IN] = put_in[0] + put_in[1];
+    dy[SM_DISSIPATED] = leaves[0] + leaves[1];
+    if (flow->table.power) {
+        const double square = instant->inputs.limit_scale * instant->inputs.limit_scale;
+        const double *powers = state.slopes + 2 * (modes + flow->table.combinations);
+        const double by_forces =
+            forces_power(flow, instant, modes, &shifted, &force, square * powers[1]);
+        dy[SM_PUT_IN] += by_forces;
+        dy[SM_DISSIPATED] = fmax(dy[SM_DISSIPATED] + square * powers[0] + by_forces, 0.0);
+    }
     return SM_OK;
 }
 

@@ -27,7 +27,9 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
                            sizeof flow->coupling_ratio[j] / sizeof(double))
             || !sm_all_finite(flow->off_resonance[j], 2)
             || !sm_all_finite(flow->cross_response[j][0],
-                              sizeof flow->cross_response[j] / sizeof(double)))
+                              sizeof flow->cross_response[j] / sizeof(double))
+            || !sm_all_finite(flow->other_modes[j][0],
+                              sizeof flow->other_modes[j] / sizeof(double)))
             return SM_NOT_FINITE;
     }
     for (int k = 0; k < flow->table.combinations; k++)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
@@ -282,7 +282,11 @@ def backbone(
     worst = float(_share(change, loss[table_error.measured]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
-    warn(neglected_resonance_findings(model, frequency, effective))
+
+    def error_of(point: int, friction: Complexes) -> float:  # of the damping
+        return float(np.abs(friction[mode]) / loss[point])
+
+    warn(neglected_resonance_findings(model, frequency, effective, error_of))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))

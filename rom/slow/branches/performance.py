@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Flags, Floats
-from slipmode.rom.contact.slip_onset import onset_lines
+from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
-from slipmode.rom.laws.friction import Friction, is_homogeneous
+from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen, percentage
-from slipmode.rom.slow.answer_error import error_at_constant
+from slipmode.rom.slow.answer_error import peak_errors
 from slipmode.rom.slow.branches.backbone import (
     BAND,
     LARGEST,
@@ -74,7 +73,7 @@ class PerformanceCurve:
 
     @property
     def optimum(self) -> tuple[float, float]:
-        """Factor [-] with the lowest peak |a|, and this peak [kg^1/2 m]."""
+        """Factor [-] with the lowest peak |a| [kg^1/2 m]; no optimum if `is_cut_at_lowest`."""
         return self.lowest()
 
     @property
@@ -100,6 +99,28 @@ class PerformanceCurve:
         size = self.size(shown)
         at = int(np.argmin(size))
         return float(self.limit[at]), float(size[at])
+
+    def is_cut_at_lowest(self, shown: Shown | None = None) -> bool:
+        """Return whether the lowest peak is at the smallest factor, where the curve is cut off.
+
+        Smaller factors may then have lower peaks, so that this peak is not an optimum.
+
+        Parameters
+        ----------
+        shown : Shown, optional
+            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
+
+        Returns
+        -------
+        bool
+            True if the curve has no optimum within its range.
+        """
+        return int(np.argmin(self.size(shown))) == int(np.argmin(self.limit))
+
+    def lowest_words(self, shown: Shown | None = None) -> str:
+        """Return the factor of the lowest peak, or of the end of the curve, in words for plots."""
+        words = "still falls" if self.is_cut_at_lowest(shown) else "lowest"
+        return f"{words} at {self.lowest(shown)[0]:.3g}"
 
     def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
         """Return the range of factors whose peaks equal the lowest peak within the error.
@@ -204,11 +225,11 @@ class PerformanceCurve:
         low = np.maximum(peak - error, 0.01 * peak)  # on a logarithmic axis
         ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
         ax.loglog(self.limit, peak)
-        at = int(np.argmin(peak))
-        (point,) = ax.loglog(self.limit[at], peak[at], "o")
+        lowest = self.lowest(shown)
+        (point,) = ax.loglog(*lowest, "o")
         ax.annotate(
-            f"lowest at {self.limit[at]:.3g}",
-            (self.limit[at], peak[at]),
+            self.lowest_words(shown),
+            lowest,
             xytext=(0, -8),
             textcoords="offset points",
             color=point.get_color(),
@@ -297,7 +318,8 @@ def performance_curve(
     Warns
     -----
     ValidityWarning
-        If the curve ends where the error of the peak is as large as the peak.
+        If the curve ends where the error of the peak is as large as the peak, or where the peak
+        still falls.
 
     Notes
     -----
@@ -343,7 +365,7 @@ def performance_curve(
     curve, held = _with_force_on_contacts(model, mode, complex(applied.shift[mode]), curve)
     limit, peak = F / held[:known], F / held[:known] * curve.amplitude[:known]
     warn(_unknown_findings(curve, known, limit[-1]))
-    error = _peak_errors(limit, peak, share[:known])
+    error = peak_errors(limit, peak, share[:known])
     kept = np.flatnonzero(_significant(limit, limit * share[:known]))[::-1]
     limit, peak, error = limit[kept], peak[kept], error[kept]
     motion = SteadyMotion(  # the force is at 90 degrees
@@ -355,7 +377,13 @@ def performance_curve(
         limit,
     )
     frequency = curve.frequency[kept]
-    return PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+    found = PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+    if found.is_cut_at_lowest():
+        reason = "the curve ends there, and smaller limits may have lower peaks"
+        if known == share.size:
+            reason += "; tabulate a larger range"
+        warn([Finding("peak", f"still falls at limit = {limit.min():.3g}", reason, "warning")])
+    return found
 
 
 def _with_force_on_contacts(
@@ -398,15 +426,6 @@ def _with_force_on_contacts(
     return moved, np.abs(F)
 
 
-def _peak_errors(limit: Floats, peak: Floats, share: Floats) -> Floats:
-    """Return the error of peaks (n,) at constant limit; `share` is the error of their force."""
-    slope = np.abs(np.gradient(np.log(peak)) / np.gradient(np.log(limit)))
-    at_end = np.where(np.isfinite(slope), (1.0 + slope) * share * peak, peak)[:, np.newaxis]
-    displacement = (share * peak)[:, np.newaxis], share * limit
-    one_branch = np.zeros(limit.size, dtype=np.intp)
-    return error_at_constant(limit, peak[:, np.newaxis], one_branch, displacement, at_end)[:, 0]
-
-
 def _significant(limit: Floats, error: Floats) -> Flags:
     """Return which points to keep, (n,), so that peaks fold over only by more than the error.
 
@@ -442,7 +461,7 @@ def _unknown_findings(curve: Backbone, known: int, limit: float) -> list[Finding
     reason = (
         "at smaller limits the error of the peak is as large as the peak, because the frequency "
         f"of the mode is {percentage(apart)} away from the reference frequency of the friction "
-        "table. Call rom.reduce with carrier = that frequency"
+        f"table. Call rom.reduce with carrier = {curve.frequency[known]:.4g} rad/s"
     )
     return [Finding("curve", f"ends at limit = {limit:.3g}", reason, "warning")]
 
@@ -454,18 +473,6 @@ def _advice(model: Model, mode: int) -> str:
         return "this mode does not move the contacts"
     # Friction dissipates most at about twice the onset: four times that is enough.
     return f"the first contact slips at {first:.3g}; tabulate to {4.0 * last:.2g} or more"
-
-
-def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:
-    """Return amplitudes [kg^1/2 m] of a mode at which the first and the last contact slips.
-
-    Contacts that the mode hardly moves are left out; 0 if it moves no contact with a limit.
-    """
-    yielding = onset_lines(reduced, law)[:, mode]
-    first = yielding.max(initial=0.0)
-    if first == 0.0:
-        return 0.0, 0.0
-    return float(1.0 / first), float(1.0 / yielding[yielding >= 0.1 * first].min())
 
 
 def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:

@@ -13,7 +13,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.answer_error import off_carrier_findings
+from slipmode.rom.slow.answer_error import error_at_points, off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
@@ -430,7 +430,8 @@ def response_curve(
     check_force_patterns(model, problem.applied, amplitude / scale, flow.force / scale)
     warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
     warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
-    warn(neglected_resonance_findings(model, flow.frequency, amplitude / scale))
+    error_of = error_at_points(flow, amplitude)
+    warn(neglected_resonance_findings(model, flow.frequency, amplitude / scale, error_of))
     number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
     error = CurveError.of(problem, points.z, number)
     apart = (problem.ends.frequency / model.reduced.carrier - 1.0)[:, forced]

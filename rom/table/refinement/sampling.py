@@ -120,7 +120,9 @@ class ContactSamples:
         solved = in_tasks(self._mapped, self._torus.solve, amplitudes[moving], *guesses)
         for terms in self._mapped(self._torus.on_more_lines, solved):
             terms.check_periodic()
-            parts = [terms.S, terms.T, (terms.power - terms.leaving)[:, np.newaxis]]
+            lost = terms.power - terms.leaving - terms.by_forces
+            powers = (lost + 1j * terms.by_forces)[:, np.newaxis]
+            parts = [terms.S, terms.T, powers]
             if self._carries:
                 parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
             rows.append(np.concatenate(parts, axis=1))

@@ -36,7 +36,9 @@ class Choice:
         shown = f"{value:.4g}" if isinstance(value, float) else str(value)
         part = "highest" if self.of.quantile == 1.0 else f"{self.of.quantile:.0%} quantile"
         output = f"{self.of.output}{where}"
-        return f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {unit}"
+        found = f"best {self.of.key} = {shown}: {part} of {output} {least:.4g} {unit}"
+        at_end = self.best in (0, self.values.size - 1) and self.values.dtype.kind in "if"
+        return f"{found}, at the end of the values given" if at_end else found
 
 
 def choice(column: np.ndarray, output: Floats, of: Choose) -> Choice:

@@ -92,6 +92,24 @@ def test_the_best_limit_is_found_where_the_scene_never_slips(tmp_path):
     assert curve.peak[0] > 1.4 * peak  # slipping
 
 
+def test_the_end_of_a_design_is_not_called_the_best(tmp_path, capsys):
+    """Its table ends at 1.6 kg^0.5 m; the peak is lowest at 2.0."""
+    pytest.importorskip("matplotlib")
+    scene = coulomb_scene(tmp_path, 2.0)
+    scene.write_text(scene.read_text() + "\n[model]\namplitude = [0.2]\n")
+    assert main(["design", str(scene), "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert "lowest" not in said.out
+    assert "where the curve ends: no optimum is known" in said.out
+    assert "give a larger model.amplitude" in said.err
+
+
+def test_a_design_has_the_forcing_frequency_as_its_reference(tmp_path):
+    scene = coulomb_scene(tmp_path, 2.0)
+    curve = scene_performance(load_scene(scene))
+    assert curve.motion.model.reduced.carrier == pytest.approx([0.9825])
+
+
 def test_the_best_limit_is_said(tmp_path, capsys):
     pytest.importorskip("matplotlib")
     coulomb_scene(tmp_path, 2.0)

@@ -75,7 +75,8 @@ def test_a_study_answers_in_the_units_of_its_scene_at_a_dof(
     data = open_results(tmp_path / "study.zarr")
     least = 1e3 * float(data["steady_displacement"].sel(mode="A", dof=0).min())
     assert line == (
-        f"best forcing.A.amplitude = 0.1: 95% quantile of steady_A at DOF 0 {least:.4g} mm"
+        f"best forcing.A.amplitude = 0.1: 95% quantile of steady_A at DOF 0 {least:.4g} mm, "
+        "at the end of the values given"
     )
     names = [(name, unit) for name, unit, _ in outputs(data, load_study(path))]
     assert names == [("steady A at DOF 0", "mm"), ("largest of curve A at DOF 0", "mm")]

@@ -10,7 +10,7 @@ from elastic.family import member
 
 from slipmode import rom
 from slipmode.rom.contact.error_norm import ErrorNorm
-from slipmode.rom.slow.branches.performance import slip_onset
+from slipmode.rom.contact.slip_onset import slip_onset
 
 
 def seeds(*numbers, slow):

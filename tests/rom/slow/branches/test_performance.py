@@ -48,6 +48,16 @@ def test_between_slip_and_stick_there_is_a_best_limit(model):
     assert twice.displacement(0) == pytest.approx(2.0 * curve.displacement(0))
 
 
+def test_the_end_of_a_curve_that_still_falls_is_no_optimum(model):
+    """At the best limit |a| is 1.97 kg^1/2 m in the table."""
+    short = rom.tabulate(model.reduced, model.law, (1.6,), 1e-3)
+    with pytest.warns(rom.ValidityWarning, match="peak still falls at limit = .* larger range"):
+        cut = rom.performance_curve(short, FORCE)
+    assert cut.is_cut_at_lowest()
+    assert cut.optimum[0] > 1.1 * rom.performance_curve(model, FORCE).optimum[0]
+    assert not rom.performance_curve(model, FORCE).is_cut_at_lowest()
+
+
 def test_the_optimum_is_drawn(model):
     ax = pytest.importorskip("matplotlib.figure").Figure().subplots()
     curve = rom.performance_curve(model, FORCE)
