@@ -1,10 +1,13 @@
 /* Steps of an exponential integrator. The linear part of z' = A z + B (F + W u) is exact, forces are
    linear in each step. u is what a contact exerts beyond its stiffness in stick (0 while all sticks),
    a function of the contact coordinates c = R z at the end of the step, solved by Gauss-Seidel.
-   A step in which a Coulomb contact sticks, slides or turns is halved, `levels` times at most. */
+   A step in which a Coulomb contact sticks, slides or turns, or a tanh force changes by more than
+   LARGEST_CHANGE of its limit, is halved, `levels` times at most. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define LARGEST_CHANGE 0.2
 
 enum { SLIDERS, TANH, COULOMB, TANGENTIAL, NORMAL };
 
@@ -17,13 +20,14 @@ static double clip(double x, double low, double high) { return x < low ? low : x
 
 /* c + D limit tanh(c / alpha) = q: monotone in c */
 static double creep(double q, double D, double limit, double alpha) {
-    double low = q - D * limit, high = q + D * limit, c = clip(q, low, high);
+    double low = q - D * limit, high = q + D * limit, c = q, last = high - low;
     for (int i = 0; i < 200; ++i) {
         const double t = tanh(c / alpha), miss = c + D * limit * t - q;
         if (miss > 0.0) high = c;
         else low = c;
         double next = c - miss / (1.0 + D * limit * (1.0 - t * t) / alpha);
-        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+        if (!(next >= low && next <= high) || fabs(next - c) > 0.5 * last) next = 0.5 * (low + high);
+        last = fabs(next - c);
         if (fabs(next - c) <= 1e-15 * (fabs(q) + D * limit)) return next;
         c = next;
     }
@@ -44,7 +48,7 @@ static double beyond(const Contact *k, const double *x, double q, double D, cons
             u += stiffnesses[s] * after[s];
         }
         return u;
-    case TANH: return -k->a * tanh(creep(q, D, k->a, k->b) / k->b);
+    case TANH: return (creep(q, D, k->a, k->b) - q) / D;
     case COULOMB: return clip(-q / D, -k->a, k->a);
     case TANGENTIAL: {
         const double reach = k->a * normal_force(k + 1, x[1]) / k->b;
@@ -100,15 +104,17 @@ static int advance(const March *m, int level, const double *g0, const double *g1
             const double next = beyond(m->laws + i, x + i, x[i] - own * u[i], own, m->limits,
                                        m->stiffnesses, m->memory, after);
             change = fmax(change, fabs(next - u[i]));
-            size = fmax(size, fabs(next));
+            size = fmax(size, m->laws[i].kind == TANH ? m->laws[i].a : fabs(next));
             u[i] = next;
         }
-        if (change <= 1e-13 * size) status = 0;
+        if (change <= 1e-12 * size) status = 0;
     }
     if (status) return status;
     int turns = 0;
     for (int i = 0; i < c; ++i)
-        turns |= sliding(m->laws + i, u[i]) != sliding(m->laws + i, m->u[i]);
+        turns |= m->laws[i].kind == TANH
+                     ? fabs(u[i] - m->u[i]) > LARGEST_CHANGE * m->laws[i].a
+                     : sliding(m->laws + i, u[i]) != sliding(m->laws + i, m->u[i]);
     if (turns && level + 1 < m->levels) {
         double middle[f + 1];
         for (int j = 0; j < f; ++j) middle[j] = 0.5 * (g0[j] + g1[j]);

@@ -21,7 +21,8 @@ import scipy.linalg
 
 from oracles.system import Coulomb, Frictional, Sliders, System, Tanh, Tone
 
-LEVELS = 8  # of steps h, h / 2, ... where Coulomb contacts stick, slide or turn
+LEVELS = 8  # of steps h, h / 2, ... where rigid contacts stick, slide or turn
+LARGEST_SPREAD = 3e-3  # of harmonics under two tones from window to window, relative
 SAMPLES = 128  # per period of the fastest tone, of what harmonics are taken from
 
 
@@ -71,7 +72,7 @@ class Integrator:
     def __init__(self, system: System, columns: np.ndarray, h: float) -> None:
         self.n, self.forces = len(system.M), columns.shape[1]
         self._contacts(system)
-        levels = LEVELS if any(isinstance(law, Coulomb) for law in system.laws) else 1
+        levels = LEVELS if any(isinstance(law, Coulomb | Tanh) for law in system.laws) else 1
         parts = [self._exact(system, columns, h / 2**level) for level in range(levels)]
         self.matrices = [np.array(matrix) for matrix in zip(*parts, strict=True)]
         self.z, self.u = np.zeros(2 * self.n), np.zeros(system.W.shape[1])
@@ -229,7 +230,7 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
     weight = weight / weight.sum()
     decay = -np.linalg.eigvals(state_matrix(system)).real
     left = np.exp(-decay.min() * window * steps * h)  # of a transient after a window
-    before = None
+    windows: list[np.ndarray] = []
     for done in range(window, most_periods + 1, window):
         first = (done - window) * steps
         parts = []
@@ -242,17 +243,25 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
         t = h * (first + every * np.arange(1, samples + 1))
         waves = np.exp(-1j * np.outer(nu, t)) * weight
         found = np.where(nu[:, np.newaxis] == 0.0, 1.0, 2.0) * (waves @ x)
-        if before is not None:
-            change = np.abs(found - before) * left / (1.0 - left)
-            size = np.abs(found).max()
-            if change.max() <= tolerance * size:
-                if len(tones) == 1:
-                    last, previous = x[-SAMPLES:], x[-2 * SAMPLES : -SAMPLES]
-                    aperiodic = np.linalg.norm(last - previous) / np.linalg.norm(last)
-                else:
-                    aperiodic = np.abs(found - before).max() / size
-                return Steady(nu, found, change, float(aperiodic), done), inner
-        before = found
+        windows = [*windows[-3:], found]
+        if len(windows) == 1:
+            continue
+        size = np.abs(found).max()
+        change = np.abs(found - windows[-2])
+        error = change * max(1.0, left / (1.0 - left))
+        if error.max() > tolerance * size and done + window > most_periods and len(tones) > 1:
+            # lines beside the lattice, or closer to each other than windows distinguish
+            found = np.mean(windows, axis=0)
+            change = error = np.abs(np.array(windows) - found).max(axis=0)
+            if error.max() > LARGEST_SPREAD * size:
+                break
+            tolerance = LARGEST_SPREAD
+        if error.max() <= tolerance * size:
+            aperiodic = change.max() / size
+            if len(tones) == 1:
+                last, previous = x[-SAMPLES:], x[-2 * SAMPLES : -SAMPLES]
+                aperiodic = np.linalg.norm(last - previous) / np.linalg.norm(last)
+            return Steady(nu, found, error, float(aperiodic), done), inner
     raise NotSteadyError(f"not steady after {most_periods} periods")
 
 
@@ -263,4 +272,4 @@ def _window(Omega: np.ndarray) -> int:
     lines = np.array([[n, m] for n in range(7) for m in range(-6, 7) if 0 < n + abs(m) <= 6])
     apart = np.abs(lines @ Omega)
     apart = apart[apart > 1e-9 * Omega.max()].min()
-    return int(np.clip(np.ceil(12.0 * Omega.max() / apart), 40, 1500))
+    return int(np.clip(np.ceil(20.0 * Omega.max() / apart), 60, 1500))
