@@ -131,7 +131,7 @@ def _drawn(seed, rng, modes, law, ratio, distance):
     body = str(rng.choice(BODIES))
     M, K, choices = {"chain": _chain, "frame": _frame, "beam": _beam, "plate": _plate}[body](rng)
     rigid = law in ("tanh", "Coulomb")
-    most = min(10, choices.shape[1], 12 - len(M) if rigid else 10)
+    most = min(10, choices.shape[1], 12 - len(M) if rigid else len(M))
     count = int(rng.integers(1, most + 1))
     W = choices[:, rng.choice(choices.shape[1], count, replace=False)]
     k = rng.uniform(0.5, 1.5, count)

@@ -96,9 +96,9 @@ def to_unknowns(C: np.ndarray) -> np.ndarray:
     return np.hstack((C[:1].T.real, C[1:].T.real, C[1:].T.imag))
 
 
-def _flexibility(system: System, omega: float, H: int, turn: float = 0.0) -> list[np.ndarray]:
-    """Inverse dynamic stiffnesses of stuck contacts; `turn` is subtracted from C / M."""
-    stuck = System(system.M, system.C - turn * system.M, system.stuck(), system.W, system.laws)
+def _flexibility(system: System, omega: float, H: int) -> list[np.ndarray]:
+    """Inverse dynamic stiffnesses of stuck contacts."""
+    stuck = System(system.M, system.C, system.stuck(), system.W, system.laws)
     return [np.linalg.inv(stuck.dynamic_stiffness(h * omega)) for h in range(H + 1)]
 
 
@@ -167,13 +167,15 @@ def _newton(missing, D, k, c, size):
 
 
 def residual(
-    system: System, Omega: float, X: np.ndarray, F: np.ndarray, turn: float = 0.0
+    system: System, Omega: float, X: np.ndarray, F: np.ndarray, turn: np.ndarray | float = 0.0
 ) -> float:
-    """Return what harmonics X (H + 1, n) leave of the equations of motion, relative to |F|."""
+    """Return what harmonics X (H + 1, n) leave of the equations of motion, relative to |F|.
+
+    `turn` (n, n) is subtracted from the damping.
+    """
     forces = to_complex(contact_forces(system, to_unknowns(X @ system.W))[0])
     left = [
-        (system.dynamic_stiffness(h * Omega) - 1j * h * Omega * turn * system.M) @ part
-        + system.W @ force
+        (system.dynamic_stiffness(h * Omega) - 1j * h * Omega * turn) @ part + system.W @ force
         for h, (part, force) in enumerate(zip(X, forces, strict=True))
     ]
     left[1] = left[1] - F
@@ -200,14 +202,18 @@ def nonlinear_mode(
     amplitude: float,
     start: NonlinearMode | None = None,
     harmonics: int = HARMONICS,
+    alone: bool = False,
 ) -> NonlinearMode:
     """Return the damped nonlinear mode near `shape` (n,), |shape^T M X_1| = amplitude.
 
     Extended periodic motion (Krack 2015): M x'' + (C - 2 zeta omega M) x' + K x + W f = 0.
-    `shape` has a modal mass of 1. Unknowns are X and omega, zeta; the phase has Im = 0.
+    `shape` has a modal mass of 1. Unknowns are X and omega, zeta; the phase has Im = 0. `alone`:
+    the negative damping acts on this mode only; the two differ where another mode responds at a
+    multiple of omega.
     """
     W, M, H = system.W, system.M, harmonics
     n, weight = len(M), shape @ M
+    N = np.outer(weight, weight) if alone else M
     if start is None:
         omega = float(np.sqrt(shape @ system.stuck() @ shape))
         turn, X = float(shape @ system.C @ shape), np.zeros((H + 1, n), dtype=complex)
@@ -225,8 +231,8 @@ def nonlinear_mode(
         slopes = np.zeros((2 * H + 1, n, 2))
         for h in range(H + 1):
             S = system.K - (h * omega) ** 2 * M
-            T = h * omega * (system.C - turn * M)
-            dS, dT = -2.0 * h**2 * omega * M, h * (system.C - turn * M)
+            T = h * omega * (system.C - turn * N)
+            dS, dT = -2.0 * h**2 * omega * M, h * (system.C - turn * N)
             parts = [(h, h, S)] if h == 0 else [
                 (h, h, S), (h, H + h, -T), (H + h, h, T), (H + h, H + h, S)
             ]  # fmt: skip
@@ -236,7 +242,7 @@ def nonlinear_mode(
             if h:
                 re, im = x[:, h], x[:, H + h]
                 slopes[h, :, 0], slopes[H + h, :, 0] = dS @ re - dT @ im, dT @ re + dS @ im
-                slopes[h, :, 1], slopes[H + h, :, 1] = h * omega * M @ im, -h * omega * M @ re
+                slopes[h, :, 1], slopes[H + h, :, 1] = h * omega * N @ im, -h * omega * N @ re
         r += (W @ f).T
         J += np.einsum("ai,ipq,bi->paqb", W, df, W)
         size = (2 * H + 1) * n
@@ -265,5 +271,5 @@ def nonlinear_mode(
         raise NotBalancedError(f"nonlinear mode: residual {np.abs(r[:-2]).max() / size:.1e}")
     omega, turn = y[-2:]
     X = to_complex(y[:-2].reshape(2 * H + 1, n).T)
-    left = residual(system, omega, X, np.zeros(n), turn)
+    left = residual(system, omega, X, np.zeros(n), turn * N)
     return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X, left)
