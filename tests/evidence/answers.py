@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from oracles.families import RATIOS, Case, case
-from oracles.harmonic_balance import NotBalancedError, nonlinear_mode
+from oracles.harmonic_balance import NotBalancedError, nonlinear_mode, residuals
 from oracles.system import Coulomb, Sliders, Tanh, Tone
 from oracles.time_integration import NotSteadyError, Steady, steady_harmonics
 
@@ -19,6 +19,7 @@ from slipmode import rom
 
 LIMIT = 40.0  # CPU seconds that an answer may take
 ORACLE_ERROR = 2e-4  # relative, above which the independent solution takes shorter steps
+NEAR = 3e-3  # largest distance of a multiple of the forcing frequency from a mode
 SWEEP_SPAN = 0.03  # of a response curve, to each side of its middle
 MODE_SLIDERS = ("Jenkins", "Iwan")  # laws of which there are nonlinear modes
 
@@ -52,6 +53,13 @@ def variant(seed: int, laws: tuple[str, ...] | None = None, modes: int | None = 
     near = RATIOS[1 if count == 1 else 0 :]
     ratio = near[seed // 4 % len(near)] if seed % 2 else None
     return case(seed, count, laws, ratio) if laws else case(seed, count, ratio=ratio)
+
+
+def near(seed: int) -> Case:
+    """Return a case of strong contacts, with a mode at a multiple of the forcing frequency."""
+    ratio = RATIOS[1 + seed % 3]
+    distance = NEAR * (2.0 * (seed * 0.618 % 1.0) - 1.0)
+    return case(seed, 1, MODE_SLIDERS, ratio, distance, (0.2, 0.3))
 
 
 def structure_and_law(given: Case) -> tuple[rom.Structure, rom.Friction, rom.Friction | None]:
@@ -143,6 +151,25 @@ def direct(given: Case) -> list[Answer]:
     return list(_compared(names, state.amplitude, state.error, true, own))
 
 
+def equilibrium(given: Case) -> Answer:
+    """Return what the harmonics of `rom.steady_state` leave of the equations of motion.
+
+    The residual of the retained mode is relative to its force, the stated error to the amplitude.
+    """
+    small, law = reduced(given)
+    tone = given.tones[0]
+    structure, *_ = structure_and_law(given)
+    state = limited(lambda: rom.steady_state(small, law, [tone.Omega], forces(given)))
+    found = state.displacement(structure)
+    X = np.zeros((max(n for n, _ in state.orders) + 1, found.shape[1]), dtype=complex)
+    for (n, _), row in zip(state.orders, found, strict=True):
+        X[n] = 2.0 * row
+    left = residuals(given.system, tone.Omega, X, tone.F)[1]
+    phi = small.mode_shapes[:, 0]
+    error = float(state.error[0] / abs(state.amplitude[0]))
+    return Answer("residual", abs(phi @ left) / abs(phi @ tone.F), error, 0.0)
+
+
 def _model(given: Case, largest: np.ndarray, forced: bool = True) -> rom.Model:
     small, law = reduced(given, forced)
     tolerance = 1e-3 if len(given.modes) == 1 and given.law in MODE_SLIDERS else 1e-2
@@ -221,6 +248,7 @@ def backbone(given: Case) -> list[Answer]:
 
 KINDS: dict[str, tuple[Callable[[Case], list[Answer]], Callable[[int], Case]]] = {
     "direct": (direct, variant),
+    "near": (direct, near),
     "table": (table, variant),
     "curve": (curve, lambda seed: variant(seed, modes=1)),
     "backbone": (backbone, lambda seed: variant(seed, MODE_SLIDERS, 1)),

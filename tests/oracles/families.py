@@ -18,6 +18,7 @@ from oracles.system import Coulomb, Sliders, System, Tanh, Tone, jenkins
 BODIES = ("chain", "frame", "beam", "plate")
 LAWS = ("Jenkins", "Iwan", "tanh", "Coulomb")
 RATIOS = (1.05, 2.0, 3.0, 5.0)
+SHARES = 0.03, 0.3  # of the stiffness of A, due to contacts
 SLIDERS = 8  # of an Iwan joint: uniform density of limits, each of equal stiffness
 
 
@@ -44,11 +45,16 @@ def case(
     laws: Sequence[str] = LAWS,
     ratio: float | None = None,
     distance: float | None = None,
+    shares: tuple[float, float] = SHARES,
 ) -> Case:
-    """Return the case of a seed. `ratio`: B / A; `distance`: relative, drawn up to 5 %."""
+    """Return the case of a seed.
+
+    `ratio`: B / A, to a `distance` drawn up to 5 %. A given `distance` is from a multiple of the
+    forcing frequency of A. `shares`: smallest and largest share of stiffness due to contacts.
+    """
     rng = np.random.default_rng([50, seed, modes, *(ord(law[0]) for law in laws)])
     while True:
-        drawn = _drawn(seed, rng, modes, str(rng.choice(laws)), ratio, distance)
+        drawn = _drawn(seed, rng, modes, str(rng.choice(laws)), ratio, distance, shares)
         if drawn is not None:
             return drawn
 
@@ -127,7 +133,7 @@ def _softening(laws: Sequence[Sliders], shape: np.ndarray, a: float) -> complex:
     return change
 
 
-def _drawn(seed, rng, modes, law, ratio, distance):
+def _drawn(seed, rng, modes, law, ratio, distance, shares):
     body = str(rng.choice(BODIES))
     M, K, choices = {"chain": _chain, "frame": _frame, "beam": _beam, "plate": _plate}[body](rng)
     rigid = law in ("tanh", "Coulomb")
@@ -135,7 +141,7 @@ def _drawn(seed, rng, modes, law, ratio, distance):
     count = int(rng.integers(1, most + 1))
     W = choices[:, rng.choice(choices.shape[1], count, replace=False)]
     k = rng.uniform(0.5, 1.5, count)
-    share = float(np.exp(rng.uniform(np.log(0.03), np.log(0.3))))
+    share = float(np.exp(rng.uniform(*np.log(shares))))
     A = int(rng.integers(0, 2))
 
     def stuck(size):
@@ -195,7 +201,8 @@ def _drawn(seed, rng, modes, law, ratio, distance):
     for a, j in zip(amplitudes, chosen, strict=True):
         if abs(point @ shapes[:, j]) < 0.1 * np.abs(choices.T @ shapes[:, j]).max():
             return None
-        Omega = float(np.sqrt(squares[j] + softened[j].real) * (1.0 + rng.uniform(-0.01, 0.01)))
+        off = rng.uniform(-0.01, 0.01) if distance is None or j != A else 0.0
+        Omega = float(np.sqrt(squares[j] + softened[j].real) * (1.0 + off))
         stiff = squares[j] - Omega**2 + 2j * zeta * omega[j] * Omega + softened[j]
         forces.append(2.0 * a * abs(stiff) / (point @ shapes[:, j]) * point)
         frequencies.append(Omega)

@@ -140,7 +140,8 @@ def balance(
 
     c, u = _newton(missing, D, k, c, size)
     X = [G[h] @ (W @ part + (F if h == 1 else 0.0)) for h, part in enumerate(to_complex(u))]
-    return Balance(np.array(X), c, residual(system, Omega, np.array(X), F))
+    left = residuals(system, Omega, np.array(X), F)
+    return Balance(np.array(X), c, float(np.linalg.norm(left) / np.linalg.norm(F)))
 
 
 def _newton(missing, D, k, c, size):
@@ -166,10 +167,10 @@ def _newton(missing, D, k, c, size):
     raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the motion")
 
 
-def residual(
+def residuals(
     system: System, Omega: float, X: np.ndarray, F: np.ndarray, turn: np.ndarray | float = 0.0
-) -> float:
-    """Return what harmonics X (H + 1, n) leave of the equations of motion, relative to |F|.
+) -> np.ndarray:
+    """Return what harmonics X (H + 1, n) leave of the equations of motion, (H + 1, n).
 
     `turn` (n, n) is subtracted from the damping.
     """
@@ -179,8 +180,7 @@ def residual(
         for h, (part, force) in enumerate(zip(X, forces, strict=True))
     ]
     left[1] = left[1] - F
-    size = np.linalg.norm(F)
-    return float(np.linalg.norm(left) / (size if size else np.linalg.norm(forces)))
+    return np.array(left)
 
 
 def curve(
@@ -271,5 +271,5 @@ def nonlinear_mode(
         raise NotBalancedError(f"nonlinear mode: residual {np.abs(r[:-2]).max() / size:.1e}")
     omega, turn = y[-2:]
     X = to_complex(y[:-2].reshape(2 * H + 1, n).T)
-    left = residual(system, omega, X, np.zeros(n), turn * N)
-    return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X, left)
+    left = np.linalg.norm(residuals(system, omega, X, np.zeros(n), turn * N)) / size
+    return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X, float(left))
