@@ -244,12 +244,3 @@ def backbone(given: Case) -> list[Answer]:
             [abs(mode.omega - coarse.omega), abs(mode.zeta - coarse.zeta)],
         )
     return answers
-
-
-KINDS: dict[str, tuple[Callable[[Case], list[Answer]], Callable[[int], Case]]] = {
-    "direct": (direct, variant),
-    "near": (direct, near),
-    "table": (table, variant),
-    "curve": (curve, lambda seed: variant(seed, modes=1)),
-    "backbone": (backbone, lambda seed: variant(seed, MODE_SLIDERS, 1)),
-}

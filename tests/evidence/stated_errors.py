@@ -8,7 +8,8 @@ import time
 
 import numpy as np
 
-from evidence.answers import KINDS, NO_ORACLE, REFUSALS, Answer
+from evidence.answers import NO_ORACLE, REFUSALS, Answer
+from evidence.kinds import KINDS
 
 LARGE = 1e-4  # true errors whose stated ones are to inform
 
@@ -41,7 +42,9 @@ def measure(kind: str, seeds: range) -> str:
             flush=True,
         )
     violations = [(seed, each) for seed, each in found if each.violated]
-    large = [each for _, each in found if each.true > max(LARGE, each.own)]
+    large = [
+        each for _, each in found if max(LARGE, each.own) < each.true and each.stated < np.inf
+    ]
     median = np.median([each.stated / each.true for each in large]) if large else np.nan
     line = f"{kind:9} {len(found):7} {refused:7} {unknown:9} {len(violations):10} {median:13.2g}"
     if violations:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from evidence.answers import KINDS, MODE_SLIDERS, equilibrium, near, variant
+from evidence.answers import MODE_SLIDERS, equilibrium, near, variant
+from evidence.kinds import KINDS
 
 # Structures of each kind: quick ones, then those of `make test-all`.
 QUICK = {
