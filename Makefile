@@ -47,8 +47,8 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER =
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-errors bench-table bench-recordings bench-scale bench-disk \
-	bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
+.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
+	bench-errors bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
 	wheels quick test test-all lint clean
 
 run: $(VENV)/.installed
