@@ -216,7 +216,7 @@ class _TimeStep:
     before: Complexes  # (orders, modes + nonresonant) [kg^1/2 m]
 
     @cached_property
-    def _response(self) -> tuple[Complexes, Complexes, Complexes]:
+    def _response(self) -> tuple[Complexes, Complexes, Floats]:
         """Modes without contacts, modes per P, and weights (N_c,) of the contacts."""
         at = self.balance.receptance
         square = at.frequency[:, np.newaxis] ** 2
@@ -226,7 +226,7 @@ class _TimeStep:
         D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
         loads = at.loads + rate * self.before
         both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
-        weight = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
+        weight: Floats = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
         return both[..., 0], both[..., 1:], np.maximum(weight, np.finfo(float).tiny)
 
     def unbalanced(self, state: _Iterate) -> float:

@@ -224,9 +224,9 @@ def _balanced(
     modes = len(f)
     steps, *_, most = step_counts(reduced.carrier, _LEAST_STEPS[modes])
     levels = []
-    for level, highest in enumerate(_HIGHEST[modes]):
+    for number, highest in enumerate(_HIGHEST[modes]):
         orders = tuple(harmonic_orders(highest, modes, reduced.even))
-        grid = Discretisation(min(steps << level, most), enough_lines(orders))
+        grid = Discretisation(min(steps << number, most), enough_lines(orders))
         levels.append(ForcedBalance(reduced, law, 0.5 * f, orders, grid, tolerance))
     found, error = levels[0].solve(start), np.zeros(modes)
     for level, finer in pairwise(levels[1:]):
