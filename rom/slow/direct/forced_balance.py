@@ -226,8 +226,9 @@ class _TimeStep:
         D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
         loads = at.loads + rate * self.before
         both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
-        weight: Floats = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
-        return both[..., 0], both[..., 1:], np.maximum(weight, np.finfo(float).tiny)
+        weight = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
+        weight = np.asarray(np.maximum(weight, np.finfo(float).tiny), dtype=float)
+        return both[..., 0], both[..., 1:], weight
 
     def unbalanced(self, state: _Iterate) -> float:
         """Return the largest response of a mode to the residual, relative to the largest mode."""
