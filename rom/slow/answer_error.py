@@ -30,6 +30,7 @@ from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.table.corrections import change_by_shift
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import reference_frequency_finding
 
@@ -108,6 +109,7 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
             continue
         distance = np.clip(off, -MOST_DETUNING, MOST_DETUNING) * model.reduced.carrier
         tabulated = model.table.detuning_at(amplitude[0]) @ distance
+        moved += change_by_shift(model.table, model.reduced, detuned.reduced, amplitude)
         found[k] = (moved - at_carriers.friction(known))[0] - tabulated
     return found
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
+from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.higher_order_harmonics import (
@@ -57,7 +58,7 @@ def tabulate(
     combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
     headroom: float = 1.0,
-    detuning: bool | None = None,
+    detuning: bool | float | None = None,
     budget: float | None = None,
     threads: int | None = None,
     progress: bool = False,
@@ -89,11 +90,13 @@ def tabulate(
         `rom.reconstruct` includes the response of the modes to the harmonics.
     headroom : float, default 1.0
         Margin of the amplitude range: the table ends at `headroom` times `amplitude` [-], >= 1.
-    detuning : bool, optional
-        True: friction depends on the forcing frequencies to first order about the carriers. False:
-        this dependence is neglected and its error is not estimated. Default: True where the
-        carriers are the natural frequencies; otherwise only the error is estimated.
-        `Accuracy.detuning` states the remaining error. Not available in the formulation "paper".
+    detuning : bool or float, optional
+        A number: friction depends on the forcing frequencies to first order about the carriers,
+        up to this relative distance from them [-], > 0 and at most 0.05; a smaller distance has a
+        smaller error. True: 0.05. False: this dependence is neglected and its error is not
+        estimated. Default: True where the carriers are the natural frequencies; otherwise only
+        the error is estimated. `Accuracy.detuning` states the remaining error. Not available in
+        the formulation "paper".
     budget : float, optional
         Approximate limit of the computing time [s]. Default: no limit.
     threads : int, optional
@@ -140,6 +143,13 @@ def tabulate(
     if budget is not None and not (np.isfinite(budget) and budget > 0.0):
         raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
     time_budget = TimeBudget(np.inf if budget is None else budget)
+    is_flag = detuning is None or isinstance(detuning, bool | np.bool_)
+    distance = MOST_DETUNING if is_flag else float(as_floats("detuning", detuning))
+    if not 0.0 < distance <= MOST_DETUNING:
+        raise SlipmodeError(
+            f"detuning: must be True, False, or a number > 0 and <= {MOST_DETUNING:g}, "
+            f"got {detuning}"
+        )
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
@@ -183,7 +193,7 @@ def tabulate(
         table, reduced = found.table, found.torus.problem.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, detuning)
+            table, off_carriers = task.corrected(found, detuning, distance)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -195,6 +205,7 @@ def tabulate(
         steps=found.resolution.grid.steps,
         lines=found.resolution.grid.lines,
         solved=found.samples.solved,
+        distance=distance,
     )
     if warned:
         warn(accuracy.findings())
@@ -363,10 +374,12 @@ class _Task:
         own = self.problem
         return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
 
-    def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
+    def corrected(
+        self, found: _Refined, detuning: bool | float | None, distance: float
+    ) -> tuple[Table, float | None]:
         """Return the table with its corrections, and the error of forcing off the carriers.
 
-        The rate correction, and dS_j / dOmega_k where that reduces the error.
+        The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
         """
         spread = partial(in_tasks, self.mapped)
         table = with_rate_correction(found.table, found.torus, self.tolerance, spread)
@@ -374,7 +387,8 @@ class _Task:
             return table, None
         reduced = found.torus.problem.reduced
         wanted = detuning or np.array_equal(reduced.carrier, reduced.frequency)
-        return with_detuning(table, found.torus, spread, self.tolerance if wanted else None)
+        tolerance = self.tolerance if wanted else None
+        return with_detuning(table, found.torus, spread, tolerance, distance)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:
