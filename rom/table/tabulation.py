@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -23,6 +24,7 @@ from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.contact.work_limit import WorkLimit, checked_budget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -98,7 +100,8 @@ def tabulate(
         the error is estimated. `Accuracy.detuning` states the remaining error. Not available in
         the formulation "paper".
     budget : float, optional
-        Approximate limit of the computing time [s]. Default: no limit.
+        Approximate limit of the computing time [s]. Default: a limit of the work, one to five
+        minutes on one processor, which does not depend on the load of the machine.
     threads : int, optional
         Number of threads, without effect on the result. Default: one for each processor.
     progress : bool, default False
@@ -140,9 +143,8 @@ def tabulate(
     """
     amplitude_range = extended_range(amplitude, headroom)
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
-    if budget is not None and not (np.isfinite(budget) and budget > 0.0):
-        raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
-    time_budget = TimeBudget(np.inf if budget is None else budget)
+    given = checked_budget(budget)
+    time_budget = TimeBudget(np.inf if given is None else given)
     is_flag = detuning is None or isinstance(detuning, bool | np.bool_)
     distance = MOST_DETUNING if is_flag else float(as_floats("detuning", detuning))
     if not 0.0 < distance <= MOST_DETUNING:
@@ -162,6 +164,8 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
+    # with a budget in seconds the message says what is possible in this time
+    work = WorkLimit("friction table", _advice(len(reduced.modes))) if budget is None else None
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
@@ -169,7 +173,7 @@ def tabulate(
         # Of one mode and few contacts, threads would take longer to start than they save.
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= 8
         task = _Task(
-            ContactProblem.of(reduced, law, combinations),
+            replace(ContactProblem.of(reduced, law, combinations), work=work),
             amplitude_range,
             tolerance,
             harmonics,
@@ -215,6 +219,12 @@ def tabulate(
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
+
+
+def _advice(modes: int) -> str:
+    """Return what makes a table of so many modes cheaper."""
+    fewer = ", one mode" if modes == 2 else ""
+    return f"a larger tolerance, smaller amplitudes{fewer}, or fewer contacts or sliders"
 
 
 def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
@@ -372,7 +382,8 @@ class _Task:
         self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
     ) -> ContactProblem:
         own = self.problem
-        return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
+        problem = ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
+        return replace(problem, work=own.work)
 
     def corrected(
         self, found: _Refined, detuning: bool | float | None, distance: float

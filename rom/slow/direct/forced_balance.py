@@ -23,6 +23,7 @@ from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
+from slipmode.rom.contact.work_limit import WorkLimit
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders
@@ -64,6 +65,7 @@ class ForcedBalance:
     law: Friction
     half: Floats
     tolerance: float
+    work: WorkLimit
 
     def solve(
         self, orders: Sequence[Order], grid: Discretisation, start: SteadyHarmonics | None
@@ -172,7 +174,9 @@ class ForcedBalance:
         forces: ContactForces,
         tolerance: float,
     ) -> ContactTerms:
-        problem = ContactProblem(self.reduced, self.law, tuple(orders), given_forces=forces)
+        problem = ContactProblem(
+            self.reduced, self.law, tuple(orders), given_forces=forces, work=self.work
+        )
         return problem.on(grid, tolerance).solve(np.ones((1, len(self.half))))
 
     def _refusal(self, orders: Sequence[Order], solved: ContactTerms) -> SlipmodeError:

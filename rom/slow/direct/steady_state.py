@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
+from slipmode.rom.contact.work_limit import WorkLimit, checked_budget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
@@ -102,6 +103,8 @@ def steady_state(
     force: Forces,
     tolerance: float = 1e-3,
     start: SteadyState | None = None,
+    *,
+    budget: float | None = None,
 ) -> SteadyState:
     """Return the steady state under constant forces, without a friction table.
 
@@ -123,6 +126,8 @@ def steady_state(
     start : SteadyState, optional
         Steady state nearby as initial guess; the solution stays on its branch. Default: the
         branch reached from rest.
+    budget : float, optional
+        Limit of the computing time [s]. Default: a limit of the work, see `rom.tabulate`.
 
     Returns
     -------
@@ -132,8 +137,8 @@ def steady_state(
     Raises
     ------
     SlipmodeError
-        If no steady state is found within the tolerance, or the motion from rest is not periodic
-        in the phases of the forces.
+        If no steady state is found within the tolerance or the budget, or the motion from rest is
+        not periodic in the phases of the forces.
 
     Warns
     -----
@@ -172,27 +177,35 @@ def steady_state(
     reduced = reduced.at_carrier(Omega.tolist())
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
-    error, found, method = _solve(reduced, law, f, tolerance, start)
+    advice = "a larger tolerance, or one mode" if modes == 2 else "a larger tolerance"
+    work = WorkLimit("steady state", advice, checked_budget(budget))
+    error, found, method = _solve(reduced, law, f, tolerance, start, work)
     warn(forcing_findings(reduced, Omega, np.ones(modes, dtype=bool)))
     warn(friction_findings(reduced, law, np.abs(found.amplitude)))
     return SteadyState(error, found, reduced, f, method)
 
 
 def _solve(
-    reduced: Reduced, law: Friction, f: Floats, tolerance: float, start: SteadyState | None
+    reduced: Reduced,
+    law: Friction,
+    f: Floats,
+    tolerance: float,
+    start: SteadyState | None,
+    work: WorkLimit,
 ) -> tuple[Floats, SteadyHarmonics, Method]:
     """Return the error of the amplitudes, the steady state, and how it was found.
 
     A transient of two modes takes fewer steps than a balance on many phase lines, unless it is
     hardly damped. One mode has one line.
     """
-    balance = ForcedBalance(reduced, law, 0.5 * f, tolerance)
+    balance = ForcedBalance(reduced, law, 0.5 * f, tolerance, work)
     if start is not None:
         return *_balanced(balance, start.harmonics), "balance"
     if (reduced.modal_damping < 0.0).any():  # a balance may be unstable
         try:
-            return *integrated(reduced, law, f, tolerance), "integration"
+            return *integrated(reduced, law, f, tolerance, work), "integration"
         except SlipmodeError:
+            work.check()
             mode = "AB"[int(np.argmin(reduced.modal_damping))]
             raise SlipmodeError(
                 f"aerodynamics: mode {mode} is self-excited, and no steady state was found at the "
@@ -201,7 +214,7 @@ def _solve(
     if len(reduced.modes) == 1 or not ends_soon(reduced):
         with suppress(SlipmodeError):
             return *_balanced(balance, None), "balance"
-    return *integrated(reduced, law, f, tolerance), "integration"
+    return *integrated(reduced, law, f, tolerance, work), "integration"
 
 
 def _balanced(
