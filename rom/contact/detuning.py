@@ -21,7 +21,7 @@ from slipmode.rom.short_repr import frozen
 MOST_DETUNING = 0.05
 # Largest step of the central difference, relative to a carrier. Within it the difference over the
 # whole range of the forcing has the least error (tests/runner/transients/test_sweeps.py).
-_DIFFERENCE = 0.02
+DIFFERENCE = 0.02
 
 
 @frozen
@@ -75,7 +75,7 @@ class FrictionDetuning:
     """
 
     def __init__(self, torus: TorusProblem, distance: float = MOST_DETUNING) -> None:
-        reduced, step = torus.problem.reduced, min(distance, _DIFFERENCE)
+        reduced, step = torus.problem.reduced, min(distance, DIFFERENCE)
         steps = step * np.eye(len(reduced.modes))
         self.pairs = [(Detuned.of(torus, each), Detuned.of(torus, -each)) for each in steps]
         self.step = 2.0 * step * reduced.carrier  # from one of a pair to the other [rad/s]

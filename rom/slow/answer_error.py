@@ -68,7 +68,9 @@ class TableError:
         measured = np.zeros(0, dtype=np.intp) if weight is None else _measured_points(off, weight)
         beyond = _off_carriers(model, r[measured], apart[measured])
         share = np.zeros(r.shape)
-        if measured.size:
+        if not model.reduced.n_contacts and model.accuracy.detuning is not None:
+            share += model.detuning_error(off)[:, np.newaxis]  # of waves it is stated
+        elif measured.size:
             stated = model.accuracy
             part = np.nan_to_num(np.abs(beyond) / scale[measured], nan=1.0)
             part = np.maximum(part - stated.resolution - stated.periodicity, 0.0)
