@@ -21,9 +21,9 @@ from numpy.typing import ArrayLike
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.contact.time_budget import WorkLimit, contact_size
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import MOST_PERIODS, ContactForces, TorusMarch
-from slipmode.rom.contact.work_limit import WorkLimit, contact_size
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import (

@@ -23,8 +23,7 @@ from slipmode.rom.contact.higher_order_harmonics import (
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.contact.work_limit import WorkLimit, checked_budget
+from slipmode.rom.contact.time_budget import TimeBudget, WorkLimit, checked_budget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law

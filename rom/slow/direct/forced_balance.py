@@ -21,9 +21,9 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.contact.time_budget import WorkLimit
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
-from slipmode.rom.contact.work_limit import WorkLimit
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order, harmonic_orders

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.work_limit import WorkLimit, contact_size
+from slipmode.rom.contact.time_budget import WorkLimit, contact_size
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD, HarmonicFit

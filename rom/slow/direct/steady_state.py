@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.contact.time_budget import WorkLimit, checked_budget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
-from slipmode.rom.contact.work_limit import WorkLimit, checked_budget
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import Order, harmonic_orders
