@@ -64,13 +64,13 @@ def _warnings_shown() -> Iterator[None]:
     shown: set[str] = set()
 
     def is_new(record: logging.LogRecord) -> bool:
-        message = record.getMessage()
-        known = message in shown
-        shown.add(message)
+        record.msg, record.args = command_words(record.getMessage()), ()
+        known = record.msg in shown
+        shown.add(record.msg)
         return not known
 
     def show(message: Warning | str, *_where: object, **_more: object) -> None:
-        _log.warning("%s", command_words(" ".join(str(message).split())))
+        _log.warning("%s", " ".join(str(message).split()))
 
     handler.addFilter(is_new)
     _log.addHandler(handler)

@@ -11,4 +11,5 @@ slip_onset.py         where in the amplitude plane contacts begin to slip or ope
 static_preload.py     contacts under a static force
 rate_correction.py    friction while amplitudes grow: dS_j / d(d|a_k|/dt)
 detuning.py           friction where the forcing is off the carriers: dS_j / dOmega_k
+time_budget.py        limits of time and of counted work
 """

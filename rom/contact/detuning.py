@@ -14,12 +14,14 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.terms import ContactTerms
-from slipmode.rom.reduction.reduced import coupling_factor
+from slipmode.rom.reduction.reduced import Reduced, coupling_factor
 from slipmode.rom.short_repr import frozen
 
 # Largest distance from the carriers, relative to them; the core keeps S_j constant beyond.
 MOST_DETUNING = 0.05
-_DIFFERENCE = 0.02  # step of the central difference, relative to a carrier: far above rounding
+# Largest step of the central difference, relative to a carrier. Within it the difference over the
+# whole range of the forcing has the least error (tests/runner/transients/test_sweeps.py).
+DIFFERENCE = 0.02
 
 
 @frozen
@@ -48,6 +50,11 @@ class Detuned:
         there = moved.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
         return cls(there, coupling_factor(reduced, frequency))
 
+    @property
+    def reduced(self) -> Reduced:
+        """Reduced matrices at the forcing frequencies."""
+        return self.torus.problem.reduced
+
     def solve(self, amplitudes: Floats, initial_guess: Complexes | None = None) -> ContactTerms:
         """Return the contact terms at effective amplitudes (points, modes)."""
         at = amplitudes / np.abs(self.coupling_factor)
@@ -62,19 +69,23 @@ class Detuned:
 
 
 class FrictionDetuning:
-    """dS_j / dOmega_k by central differences, at any amplitudes."""
+    """dS_j / dOmega_k by central differences, at any amplitudes.
 
-    def __init__(self, torus: TorusProblem) -> None:
-        steps = _DIFFERENCE * np.eye(len(torus.problem.reduced.modes))
-        self._problems = [Detuned.of(torus, sign * step) for step in steps for sign in (1.0, -1.0)]
-        self._carrier = torus.problem.reduced.carrier
+    `distance` is the largest relative distance of the forcing frequencies from the carriers.
+    """
+
+    def __init__(self, torus: TorusProblem, distance: float = MOST_DETUNING) -> None:
+        reduced, step = torus.problem.reduced, min(distance, DIFFERENCE)
+        steps = step * np.eye(len(reduced.modes))
+        self.pairs = [(Detuned.of(torus, each), Detuned.of(torus, -each)) for each in steps]
+        self.step = 2.0 * step * reduced.carrier  # from one of a pair to the other [rad/s]
 
     def __call__(self, amplitudes: Floats) -> Complexes:
         """Return dS_j / dOmega_k [N kg^-1/2 s], (points, modes, modes) by j and k.
 
         0 where the motion of the contacts is not periodic.
         """
-        S = np.array([each.friction(each.solve(amplitudes)) for each in self._problems])
-        step = 2.0 * _DIFFERENCE * self._carrier[:, np.newaxis, np.newaxis]
-        slope = (S[0::2] - S[1::2]) / step
+        pairs = [[each.friction(each.solve(amplitudes)) for each in pair] for pair in self.pairs]
+        slope = np.array([above - below for above, below in pairs])
+        slope /= self.step[:, np.newaxis, np.newaxis]
         return np.asarray(np.nan_to_num(np.moveaxis(slope, 0, -1), nan=0.0))

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.contact.time_budget import WorkLimit, contact_size
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import MOST_PERIODS, ContactForces, TorusMarch
 from slipmode.rom.errors import SlipmodeError
@@ -56,6 +57,8 @@ class ContactProblem:
         sliders may be less exact, as far as modes do not respond to them. 0: all.
     given_forces : ContactForces, optional
         Forces on the contacts. Default: of modes in a steady state under their forces.
+    work : WorkLimit, optional
+        Count and limit of the work. Default: no limit.
     """
 
     reduced: Reduced
@@ -64,6 +67,7 @@ class ContactProblem:
     combinations: tuple[CombinationResonance, ...] = ()
     requested: int = 0
     given_forces: ContactForces | None = None
+    work: WorkLimit | None = None
 
     @classmethod
     def of(
@@ -157,9 +161,11 @@ class TorusProblem:
         Marched at the carrier frequencies along t_B = t_B0 + (omega_B / omega_A) t_A with an
         L-stable second-order rule; second order in `steps`, spectral in `lines`.
         """
-        points, march = kernel.contiguous(amplitudes), self.march
+        points, march, work = kernel.contiguous(amplitudes), self.march, self.problem.work
         if points.ndim != 2 or points.shape[1] != march.rates.size:
             raise SlipmodeError(f"amplitudes: must have shape (points, {march.rates.size})")
+        if work is not None:
+            work.check()
         count, contacts = len(points), march.contact.contacts
         P = np.empty((count, len(march.orders), contacts), dtype=complex)
         guess = None if initial_guess is None else np.ascontiguousarray(initial_guess)
@@ -181,6 +187,9 @@ class TorusProblem:
         motion = kernel.TorusMotion(P, mean_square, residual, marched)
         status = kernel.lib.sm_torus_harmonics(march.contact, grid, at, motion)
         kernel.check(status, "contact problem on the torus")
+        if work is not None:
+            size = contact_size(contacts, self.problem.reduced.contacts)
+            work.add(float(marched.sum()) * march.lines * size)
         P[:, ~march.distinguishable] = 0.0
         return ContactTerms(self.problem, points, P, mean_square, residual, marched)
 

@@ -33,6 +33,7 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.slow_flow import ForcedFlow
+from slipmode.rom.table.corrections import change_by_shift
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import reference_frequency_finding
 
@@ -74,7 +75,9 @@ class TableError:
         measured = np.zeros(0, dtype=np.intp) if weight is None else _measured_points(off, weight)
         beyond = _off_carriers(model, r[measured], apart[measured])
         share = np.zeros(r.shape)
-        if measured.size:
+        if not model.reduced.n_contacts and model.accuracy.detuning is not None:
+            share += model.detuning_error(off)[:, np.newaxis]  # of waves it is stated
+        elif measured.size:
             stated = model.accuracy
             part = np.nan_to_num(np.abs(beyond) / scale[measured], nan=1.0)
             part = np.maximum(part - stated.resolution - stated.periodicity, 0.0)
@@ -115,6 +118,7 @@ def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
             continue
         distance = np.clip(off, -MOST_DETUNING, MOST_DETUNING) * model.reduced.carrier
         tabulated = model.table.detuning_at(amplitude[0]) @ distance
+        moved += change_by_shift(model.table, model.reduced, detuned.reduced, amplitude)
         found[k] = (moved - at_carriers.friction(known))[0] - tabulated
     return found
 

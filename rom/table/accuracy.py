@@ -44,13 +44,16 @@ class Accuracy:
     neglected_modes : float
         Estimated relative change of S_j by the nonresonant modes that the table neglects [-].
     detuning : float or None
-        Largest relative error due to forcing 5 % from the carriers [-], of some trials. It grows
-        with the square of this distance if the table has dS_j / dOmega_k, otherwise in proportion.
+        Largest relative error due to forcing at `distance` from the carriers [-], of some trials.
+        It grows with the square of the distance if the table has dS_j / dOmega_k, otherwise in
+        proportion.
         0 in the formulation "paper". None if `detuning=False` was given.
     steps, lines : int
         Time steps per period and phase lines of the contact problem; 0 without contacts.
     solved : int
         Number of contact problems solved. For `rom.model_of_rates`: number of sampled amplitudes.
+    distance : float
+        Relative distance from the carriers at which `detuning` is measured [-].
     """
 
     tolerance: float
@@ -63,6 +66,7 @@ class Accuracy:
     steps: int
     lines: int
     solved: int
+    distance: float = MOST_DETUNING
 
     @property
     def total(self) -> float:

@@ -34,7 +34,7 @@ def cached_model(
     combinations: Sequence[CombinationResonance] = (),
     harmonics: int = 0,
     headroom: float = 1.0,
-    detuning: bool | None = None,
+    detuning: bool | float | None = None,
     budget: float | None = None,
     progress: bool = False,
 ) -> tuple[Model, bool]:

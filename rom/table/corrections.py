@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned, FrictionDetuning
+from slipmode.rom.contact.detuning import Detuned, FrictionDetuning
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.rate_correction import friction_rate_correction
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CARRIERS, Order
+from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.refinement.sampling import amplitude_pairs
 
@@ -70,11 +73,11 @@ def with_rate_correction(
 
 
 def with_detuning(
-    table: Table, torus: TorusProblem, spread: Spread, tolerance: float | None
+    table: Table, torus: TorusProblem, spread: Spread, tolerance: float | None, distance: float
 ) -> tuple[Table, float]:
     """Return the table with dS_j / dOmega_k, where that helps, and the error off the carriers.
 
-    The error is that of S_j, MOST_DETUNING from the carriers, in terms of `ErrorNorm`.
+    The error is that of S_j, at `distance` from the carriers, in terms of `ErrorNorm`.
 
     Parameters
     ----------
@@ -84,6 +87,8 @@ def with_detuning(
         Values of a function at many points, part by part.
     tolerance : float or None
         Error that needs no slope; None: no slope, whatever the error.
+    distance : float
+        Largest relative distance of the forcing frequencies from the carriers.
     """
     reduced = torus.problem.reduced
     probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
@@ -94,9 +99,14 @@ def with_detuning(
         same = Detuned.of(torus, np.zeros(table.modes))
         known = same.solve(points)
         at_carriers, guess = same.friction(known), known.P
-    detunings = MOST_DETUNING * np.array(list(product((1.0, -1.0), repeat=table.modes)))
+    detunings = distance * np.array(list(product((1.0, -1.0), repeat=table.modes)))
     moved = [Detuned.of(torus, detuning) for detuning in detunings]
-    changes = [each.friction(each.solve(points, guess)) - at_carriers for each in moved]
+    changes = [
+        each.friction(each.solve(points, guess))
+        - at_carriers
+        + change_by_shift(table, reduced, each.reduced, points)
+        for each in moved
+    ]
     scale = norm.scale(points, at_carriers)
 
     def error_with(slope: Complexes | None) -> float:
@@ -109,12 +119,69 @@ def with_detuning(
     error = error_with(None)
     if tolerance is None or error <= tolerance:
         return table, error
-    if error_with(FrictionDetuning(torus)(points)) > 0.5 * error:  # it would not help
+    slope = _DetuningSlope(table, reduced, distance)
+    if error_with(slope(torus, points)) > 0.5 * error:  # it would not help
         return table, error
     # Slopes are small corrections: marches may repeat ten times less closely.
     rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
-    detuned = with_slopes(table, FrictionDetuning(rough), spread)
+    detuned = with_slopes(table, partial(slope, rough), spread)
     return detuned, error_with(detuned.detuning_at(points))
+
+
+def change_by_shift(
+    table: Table, at_carriers: Reduced, moved: Reduced, amplitudes: Floats
+) -> Complexes:
+    """Return the change of S_j by a force that acts past its mode, if it is off the carriers.
+
+    The shift of the effective amplitude c_j by a force depends on its frequency, because the
+    response of the other modes does; the slow flow has the shift at the carriers. The force is the
+    one that holds c_j steady, see `steady_force`.
+
+    Parameters
+    ----------
+    at_carriers, moved : Reduced
+        Matrices at the carriers of the table and at the forcing frequencies.
+    amplitudes : (points, modes) ndarray
+        |c_j| [kg^1/2 m].
+
+    Returns
+    -------
+    (points, modes) complex ndarray
+        Change of S_j [N kg^-1/2]; 0 without `Reduced.force_patterns`.
+    """
+    if at_carriers.force_patterns is None:
+        return np.zeros(amplitudes.shape, dtype=complex)
+    shift, new = (AppliedForces(r, at_carriers.force_patterns).shift for r in (at_carriers, moved))
+    D, S = steady_force(moved)[1], table(amplitudes)
+    force = 2.0 * (D * amplitudes - S) / (1.0 + 2.0 * new * D)
+    acting = amplitudes + (new - shift) * force
+    size = np.abs(acting)
+    turn = np.divide(acting, size, out=np.ones_like(acting), where=size > 0.0)
+    # beyond the table S_j continues as it is about its end
+    beyond = size > table.amplitude_range
+    inside = np.clip(np.where(beyond, 2.0 * amplitudes - size, size), 0.0, table.amplitude_range)
+    there = table(inside)
+    return np.asarray(np.where(beyond, 2.0 * S - there, there) * turn - S)
+
+
+@frozen
+class _DetuningSlope:
+    """dS_j / dOmega_k of a table, up to a relative `distance` from its carriers."""
+
+    table: Table
+    reduced: Reduced
+    distance: float
+
+    def __call__(self, torus: TorusProblem, points: Floats) -> Complexes:
+        slope = FrictionDetuning(torus, self.distance)
+        found = slope(points)
+        for k, (above, below) in enumerate(slope.pairs):
+            change, other = (
+                change_by_shift(self.table, self.reduced, each.reduced, points)
+                for each in (above, below)
+            )
+            found[..., k] += (change - other) / slope.step[k]
+        return found
 
 
 def with_slopes(table: Table, slope: Callable[[Floats], Complexes], spread: Spread) -> Table:

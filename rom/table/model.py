@@ -180,8 +180,27 @@ class Model:
         """
         seen = slice(None) if forced is None else forced
         apart = (np.asarray(frequency) / self.reduced.carrier - 1.0)[..., seen]
-        stated, corrected = self.accuracy, self.table.detuning is not None
-        return detuning_findings(stated.tolerance, stated.detuning, corrected, apart)
+        distance = float(np.abs(apart).max(initial=0.0))
+        error = float(self.detuning_error(np.array(distance)))
+        return detuning_findings(self.accuracy.tolerance, error, distance)
+
+    def detuning_error(self, distance: Floats) -> Floats:
+        """Return the stated relative error of S_j by forcing off the carriers.
+
+        Parameters
+        ----------
+        distance : ndarray
+            Relative distances of the forcing frequencies from the carriers [-].
+
+        Returns
+        -------
+        ndarray
+            Errors relative to `error_scale`; infinity if they are not known.
+        """
+        stated, order = self.accuracy, 1 if self.table.detuning is None else 2
+        if stated.detuning is None:
+            return np.where(distance > 1e-9, np.inf, 0.0)  # less is rounding
+        return np.asarray(stated.detuning * (distance / stated.distance) ** order)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the model and its hash to a .npz file.

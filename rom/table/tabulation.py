@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from slipmode.rom.arrays import Complexes, Floats, check_count
+from slipmode.rom.arrays import Complexes, Floats, as_floats, check_count
+from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.higher_order_harmonics import (
@@ -21,7 +23,7 @@ from slipmode.rom.contact.higher_order_harmonics import (
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
 from slipmode.rom.contact.slip_onset import onset_lines
-from slipmode.rom.contact.time_budget import TimeBudget
+from slipmode.rom.contact.time_budget import TimeBudget, WorkLimit, checked_budget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -57,7 +59,7 @@ def tabulate(
     combinations: Sequence[CombinationResonance] | None = None,
     harmonics: int = 0,
     headroom: float = 1.0,
-    detuning: bool | None = None,
+    detuning: bool | float | None = None,
     budget: float | None = None,
     threads: int | None = None,
     progress: bool = False,
@@ -89,13 +91,16 @@ def tabulate(
         `rom.reconstruct` includes the response of the modes to the harmonics.
     headroom : float, default 1.0
         Margin of the amplitude range: the table ends at `headroom` times `amplitude` [-], >= 1.
-    detuning : bool, optional
-        True: friction depends on the forcing frequencies to first order about the carriers. False:
-        this dependence is neglected and its error is not estimated. Default: True where the
-        carriers are the natural frequencies; otherwise only the error is estimated.
-        `Accuracy.detuning` states the remaining error. Not available in the formulation "paper".
+    detuning : bool or float, optional
+        A number: friction depends on the forcing frequencies to first order about the carriers,
+        up to this relative distance from them [-], > 0 and at most 0.05; a smaller distance has a
+        smaller error. True: 0.05. False: this dependence is neglected and its error is not
+        estimated. Default: True where the carriers are the natural frequencies; otherwise only
+        the error is estimated. `Accuracy.detuning` states the remaining error. Not available in
+        the formulation "paper".
     budget : float, optional
-        Approximate limit of the computing time [s]. Default: no limit.
+        Approximate limit of the computing time [s]. Default: a limit of the work, one to five
+        minutes on one processor, which does not depend on the load of the machine.
     threads : int, optional
         Number of threads, without effect on the result. Default: one for each processor.
     progress : bool, default False
@@ -137,11 +142,17 @@ def tabulate(
     """
     amplitude_range = extended_range(amplitude, headroom)
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
-    if budget is not None and not (np.isfinite(budget) and budget > 0.0):
-        raise SlipmodeError(f"budget: must be a finite number > 0 [s], got {budget}")
+    given = checked_budget(budget)
+    time_budget = TimeBudget(np.inf if given is None else given)
+    is_flag = detuning is None or isinstance(detuning, bool | np.bool_)
+    distance = MOST_DETUNING if is_flag else float(as_floats("detuning", detuning))
+    if not 0.0 < distance <= MOST_DETUNING:
+        raise SlipmodeError(
+            f"detuning: must be True, False, or a number > 0 and <= {MOST_DETUNING:g}, "
+            f"got {detuning}"
+        )
     if threads is not None:
         check_count("threads", threads)
-    time_budget = TimeBudget(np.inf if budget is None else budget)
     check_law(
         reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
     )
@@ -154,6 +165,8 @@ def tabulate(
             if reduced.formulation == "paper"
             else combination_resonances(reduced.carrier, even=reduced.even)
         )
+    # with a budget in seconds the message says what is possible in this time
+    work = WorkLimit("friction table", _advice(len(reduced.modes))) if budget is None else None
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
@@ -161,7 +174,7 @@ def tabulate(
         # Of one mode and few contacts, threads would take longer to start than they save.
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= 8
         task = _Task(
-            ContactProblem.of(reduced, law, combinations),
+            replace(ContactProblem.of(reduced, law, combinations), work=work),
             amplitude_range,
             tolerance,
             harmonics,
@@ -185,7 +198,7 @@ def tabulate(
         table, reduced = found.table, found.torus.problem.reduced
         off_carriers: float | None = 0.0
         if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, detuning)
+            table, off_carriers = task.corrected(found, detuning, distance)
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -197,6 +210,7 @@ def tabulate(
         steps=found.resolution.grid.steps,
         lines=found.resolution.grid.lines,
         solved=found.samples.solved,
+        distance=distance,
     )
     if warned:
         warn(accuracy.findings())
@@ -206,6 +220,12 @@ def tabulate(
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
+
+
+def _advice(modes: int) -> str:
+    """Return what makes a table of so many modes cheaper."""
+    fewer = ", one mode" if modes == 2 else ""
+    return f"a larger tolerance, smaller amplitudes{fewer}, or fewer contacts or sliders"
 
 
 def extended_range(amplitude: Sequence[float], headroom: float) -> Floats:
@@ -363,12 +383,15 @@ class _Task:
         self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
     ) -> ContactProblem:
         own = self.problem
-        return ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
+        problem = ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
+        return replace(problem, work=own.work)
 
-    def corrected(self, found: _Refined, detuning: bool | None) -> tuple[Table, float | None]:
+    def corrected(
+        self, found: _Refined, detuning: bool | float | None, distance: float
+    ) -> tuple[Table, float | None]:
         """Return the table with its corrections, and the error of forcing off the carriers.
 
-        The rate correction, and dS_j / dOmega_k where that reduces the error.
+        The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
         """
         spread = partial(in_tasks, self.mapped)
         table = with_rate_correction(found.table, found.torus, self.tolerance, spread)
@@ -376,7 +399,8 @@ class _Task:
             return table, None
         reduced = found.torus.problem.reduced
         wanted = detuning or np.array_equal(reduced.carrier, reduced.frequency)
-        return with_detuning(table, found.torus, spread, self.tolerance if wanted else None)
+        tolerance = self.tolerance if wanted else None
+        return with_detuning(table, found.torus, spread, tolerance, distance)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:

@@ -136,27 +136,19 @@ def contact_findings(
     return found
 
 
-def detuning_findings(
-    tolerance: float, detuning: float | None, corrected: bool, apart: Floats
-) -> list[Finding]:
-    """Report frequencies so far from the reference frequency that the error exceeds the tolerance.
+def detuning_findings(tolerance: float, error: float, distance: float) -> list[Finding]:
+    """Report a relative distance from the reference frequency if its error exceeds the tolerance.
 
-    `apart` is the relative distance, `detuning` Accuracy.detuning; `corrected` tables have
-    dS_j / dOmega_k.
+    `error` is the relative error of friction there, infinity if it is not known.
     """
-    distance = float(np.abs(apart).max(initial=0.0))
-    if detuning is None:
-        if distance <= 1e-9:  # rounding
-            return []
+    if error <= tolerance:
+        return []
+    if error == np.inf:
         reason = (
             "the friction error there is not known. Tabulate at the forcing frequency, or with "
             "detuning=True"
         )
         return [reference_frequency_finding(distance, reason)]
-    # a table states its error for forcing 5 % from its reference frequency
-    error = detuning * (distance / 0.05) ** (2 if corrected else 1)
-    if error <= tolerance:
-        return []
     size = f"about {percentage(error)}" if error < 1.0 else "100 % or more"
     reason = (
         f"the friction error there is {size} of the largest friction (tolerance "

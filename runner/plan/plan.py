@@ -10,6 +10,8 @@ import numpy as np
 
 from slipmode.fmu import Component
 from slipmode.rom import Model, Reduced, SlipmodeError, Structure
+from slipmode.rom.arrays import Floats
+from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.contact.static_preload import Preload, loaded_by_friction
 from slipmode.rom.errors import naming
 from slipmode.rom.laws.contacts import Elastic
@@ -23,6 +25,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
@@ -97,6 +100,18 @@ class Plan:
         return [command_words(each.line()) for each in self.decisions if each.level != "info"]
 
     @property
+    def detuning(self) -> float:
+        """Largest relative distance of the forcing from the reference frequencies of the table.
+
+        Rounded up to two digits, so that small changes of a scene share a table; 0 without one.
+        """
+        if not self.scene.tabulated or self.excited.reduced.formulation == "paper":
+            return 0.0
+        reached = np.array(self.schedule.frequency_range(self.excited.modes))
+        distance = float(np.abs(reached / self.excited.reduced.carrier - 1.0).max())
+        return round_up(distance) if distance > 1e-9 else 0.0  # less is rounding
+
+    @property
     def full_order_share(self) -> float:
         """Share of the duration that the dry run integrates at full order, 0 to 1."""
         return sum(end - start for start, end in self.full_order) / self.scene.run.duration
@@ -144,7 +159,6 @@ class Plan:
         self.scene.check_tabulated()
         if self.scene.saved_model is not None:
             return self.scene.saved_model, True
-        low, high = self.schedule.frequency_range(self.excited.modes)
         consistent = self.scene.model.formulation == "consistent"
         return self.excited.model(
             self.amplitude,
@@ -152,7 +166,7 @@ class Plan:
             combinations=self.combinations,
             harmonics=RESPONSE_ORDER if consistent and (contact or self.scene.windows) else 0,
             headroom=headroom,
-            detuning=detuning or (consistent and bool(np.any(low != high))),
+            detuning=detuning or min(self.detuning, MOST_DETUNING) or False,
             budget=self.scene.model.budget,
             progress=progress,
         )
@@ -299,6 +313,12 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         *(_combination_decisions(combinations) if excited.waves is None else ()),
     ]
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
+    if plan.detuning:
+        reason = (
+            f"the forcing is up to {percentage(plan.detuning)} away from the reference frequency "
+            f"of the table, {_listed(excited.reduced.carrier)} rad/s"
+        )
+        found.append(Finding("friction", "follows the forcing frequency", reason))
     return _add_decisions(plan, found, seen)
 
 
@@ -418,9 +438,13 @@ def _other_modes(excited: Excited) -> Finding:
     if not responding.size:
         reason = "no harmonic of the contacts excites another mode dynamically"
         return Finding("other modes", "quasi-static response", reason)
-    listed = ", ".join(f"{omega:.3g}" for omega in responding)
+    listed = _listed(responding)
     reason = f"the modes at {listed} rad/s respond dynamically to harmonics of the contacts"
     return Finding("other modes", f"{responding.size} in the friction table", reason)
+
+
+def _listed(frequency: Floats) -> str:
+    return ", ".join(f"{omega:.3g}" for omega in frequency)
 
 
 def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Finding]:

@@ -245,7 +245,7 @@ SCENE = Section("", "At the top of the file, before any table.", (
             "0.1 %."),
         Key("budget", number(POSITIVE), "s", None,
             "Largest computing time of the friction table. If it is too short, the message states "
-            "what is possible in this time."),
+            "what is possible in this time. Default: a limit of the work, some minutes."),
     )),
     Section("contact",
         "A time window with the fast motion of the contacts and of the DOFs in `[output]`. "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from abc import ABC, abstractmethod
 from collections import deque
@@ -24,6 +25,7 @@ from slipmode.runner.scene.scene import Window
 from slipmode.runner.transients.disk_motion import record_disk
 from slipmode.runner.transients.energy import SlowBalance, full_order_balance
 from slipmode.runner.transients.estimate import ErrorRecord, RunError
+from slipmode.runner.transients.friction_error import FrictionErrorRecord
 from slipmode.runner.transients.full_order import FullOrder, Stretch
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, full_order_number
 from slipmode.runner.transients.motion import (
@@ -44,6 +46,9 @@ SAMPLES_PER_BATCH = 16384
 # Steps and periods between recordings: about a millisecond of work, less than a second even if a
 # step is long.
 _STEPS_PER_BLOCK, _PERIODS_PER_BLOCK = 1024, 1e5
+_FRICTION_ESTIMATES = 4096  # in a run, about: of the error by friction, some ms in all
+
+_log = logging.getLogger("slipmode.run")
 
 
 class Pass(ABC):
@@ -122,7 +127,7 @@ class SlowPass(Pass):
         super().__init__(plan, recorder, raise_if_interrupted)
         self._model, self._component = model, component
         self._error = RunError(plan, model)
-        self._errors = ErrorRecord(plan)
+        self._errors, self._friction = ErrorRecord(plan), FrictionErrorRecord(plan, model)
         self._balance = SlowBalance(plan, model)
         self._reported = 0  # stretches at full order
         self._now = 0.0  # from the schedule: a sum of steps is rounded differently
@@ -136,6 +141,7 @@ class SlowPass(Pass):
         self._spin_up = SPIN_UP_PERIODS * longest
         # the transient error is estimated four times a cycle
         self._estimate_every = max(int(0.25 * shortest / plan.scene.run.step), 1)
+        self._friction_every = max(plan.schedule.steps // _FRICTION_ESTIMATES, 1)
         at_once = int(_PERIODS_PER_BLOCK * shortest / plan.scene.run.step)
         self._steps_per_block = min(max(at_once, 1), _STEPS_PER_BLOCK)
 
@@ -149,8 +155,9 @@ class SlowPass(Pass):
         )
         recorder.event(0.0, "info", summary)
         reached = np.array(schedule.frequency_range(plan.excited.modes))
-        found = [*accuracy.findings(), *self._model.detuning_findings(reached)]
-        record_findings(recorder, (*plan.decisions, *found))
+        record_findings(recorder, plan.decisions)  # `run` has printed them
+        for found in (*accuracy.findings(), *self._model.detuning_findings(reached)):
+            self._report(found)
         self._record(self._rows[0], 0)
         for first in range(0, schedule.steps, self._steps_per_block):
             block = slice(first, min(first + self._steps_per_block, schedule.steps))
@@ -169,6 +176,15 @@ class SlowPass(Pass):
         self._report_stretches(over=True)
         largest = self._errors.finding()
         recorder.event(self._now, largest.level, largest.reason)
+        if plan.scene.model.amplitude is not None and largest.level == "warning":
+            _log.warning("%s", largest.line())  # the plan does not know it
+        self._report(self._friction.finding())
+
+    def _report(self, found: Finding) -> None:
+        """Record a finding about the model or the run; print it if it is a warning."""
+        self._recorder.event(self._now, found.level, found.line())
+        if found.level == "warning":
+            _log.warning("%s", found.line())
 
     def _report_stretches(self, *, over: bool = False) -> None:
         """Record which stretches were at full order, if they have ended or the run is over."""
@@ -198,7 +214,8 @@ class SlowPass(Pass):
             self._first += len(self._rows.popleft())
 
     def _note_errors(self, outputs: Floats, first: int) -> None:
-        """Estimate the transient error at the starts of steps in slow time."""
+        """Estimate the errors at the starts of steps in slow time."""
+        self._note_friction(outputs, first)
         every = self._estimate_every
         starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[::every]
         amplitude, angle = self._columns.amplitudes(starts), starts[:, self._columns.angle]
@@ -207,6 +224,17 @@ class SlowPass(Pass):
         time = np.append(time[:-1:every], time[-1])
         error[full_order_number(self._component, time[:-1]) % 2 == 1] = 0.0
         self._errors.add(error, time)
+
+    def _note_friction(self, outputs: Floats, first: int) -> None:
+        every = self._friction_every
+        steps = slice(-first % every, len(outputs), every)
+        starts = np.vstack((self._rows[-1][-1:], outputs[:-1]))[steps]
+        if len(starts):
+            number = first + steps.start
+            time = self._plan.schedule.time(slice(number, first + len(outputs), every))
+            in_slow_time = full_order_number(self._component, time) % 2 == 0
+            amplitude = self._columns.amplitudes(starts)
+            self._friction.add(amplitude, in_slow_time, number, every)
 
     def _time_at(self, point: int) -> float:
         return float(self._plan.schedule.time(slice(point, point + 1))[0])

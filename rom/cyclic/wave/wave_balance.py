@@ -23,6 +23,8 @@ _STEPS = (128, 256, 512, 1024, 2048, 4096)  # per period, until the amplitudes s
 _AMPLITUDES = 60  # tried for steady states
 _MARCH = 1e-8  # distance from periodicity
 _ROOT = 1e-10  # relative error of |a|
+_FINER = 4  # steps of the grid on which a solution is put back into the equations, relative
+_SLOPE = 1e-4  # relative change of |a| for the slope of the required force
 
 
 @frozen
@@ -95,6 +97,16 @@ class Balance:
         turn = self.carrier.modal_force / required
         return complex(size * turn / abs(turn))
 
+    def residual_error(self, a: complex) -> float:
+        """Return the error of |a| by the residual of the equations on a finer grid [kg^1/2 m]."""
+        size, finer = abs(a), replace(self, steps=_FINER * self.steps)
+        required = finer.required(size * np.array([1.0, 1.0 + _SLOPE]))
+        force = abs(self.carrier.modal_force)
+        # a limit cycle neither gains nor loses energy
+        here, beside = np.abs(required) - force if force else required.imag
+        slope = (beside - here) / (_SLOPE * size)
+        return abs(float(here / slope)) if slope else np.inf
+
     def displacement(self, a: complex) -> Complexes:
         """Return c of the free DOFs of sector 0, which move by 2 Re(c exp(i Omega t)), (n_s,)."""
         carrier, own, size = self.carrier, self.carrier.wave.own, abs(a)
@@ -106,7 +118,7 @@ class Balance:
 
 @frozen
 class Balanced:
-    """A wave in balance: amplitude a [kg^1/2 m], and the error of |a| by time steps."""
+    """A wave in balance: amplitude a [kg^1/2 m], and the error of |a|."""
 
     balance: Balance
     amplitude: complex
@@ -118,20 +130,25 @@ def on_steps_that_suffice(
 ) -> list[Balanced]:
     """Return waves in balance for so many steps a period that the amplitudes no longer change.
 
+    Each is put back into the equations on a finer grid, and its error includes the residual.
+
     Raises
     ------
     SlipmodeError
-        If they change by more than the tolerance at the largest number of steps.
+        If the error is above the tolerance at the largest number of steps.
     """
     coarse = balanced(_STEPS[0])
     for steps in _STEPS[1:]:
         found = balanced(steps)
         if len(found) == len(coarse):
             sizes = np.abs([each.amplitude for each in found])
-            change = np.abs(sizes - np.abs([each.amplitude for each in coarse]))
-            if np.all(change <= tolerance * sizes):
+            error = np.abs(sizes - np.abs([each.amplitude for each in coarse]))
+            if np.all(error <= tolerance * sizes):
+                # of a small change by chance the residual says more
+                error += [each.balance.residual_error(each.amplitude) for each in found]
+            if np.all(error <= tolerance * sizes):
                 return [
-                    replace(each, error=float(c)) for each, c in zip(found, change, strict=True)
+                    replace(each, error=float(e)) for each, e in zip(found, error, strict=True)
                 ]
         coarse = found
     raise SlipmodeError(

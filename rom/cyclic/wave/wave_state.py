@@ -22,7 +22,8 @@ class WaveState:
     amplitude : complex
         Amplitude a of the mode [kg^1/2 m].
     error : float
-        Estimated error of |a| due to time steps [kg^1/2 m].
+        Estimated error of |a| due to time steps: change by half as many, and residual of the
+        equations with four times as many [kg^1/2 m].
     frequency : float
         Frequency Omega of the force or of the limit cycle [rad/s].
     displacement : (n_s,) complex ndarray

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.detuning import MOST_DETUNING
+from slipmode.rom.contact.detuning import DIFFERENCE, MOST_DETUNING
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
@@ -61,9 +61,9 @@ class _Detuned:
     carrier: Carrier
     torus: TorusProblem
 
-    def friction(self, points: Floats, side: float) -> Complexes:
-        """Return S (points, 1) with the carrier times 1 + MOST_DETUNING * side."""
-        frequency = self.carrier.frequency * (1.0 + MOST_DETUNING * side)
+    def friction(self, points: Floats, distance: float) -> Complexes:
+        """Return S (points, 1) at a relative distance from the carrier."""
+        frequency = self.carrier.frequency * (1.0 + distance)
         moved = replace(self.carrier, frequency=frequency)
         torus, law = self.torus, cast(Elastic, self.torus.problem.law)
         problem = wave_contact_problem([moved], law)
@@ -72,8 +72,8 @@ class _Detuned:
 
     def slope(self, points: Floats) -> Complexes:
         """Return dS / dOmega by central differences, (points, 1, 1)."""
-        change = self.friction(points, 1.0) - self.friction(points, -1.0)
-        return np.asarray(change[..., np.newaxis] / (2.0 * MOST_DETUNING * self.carrier.frequency))
+        change = self.friction(points, DIFFERENCE) - self.friction(points, -DIFFERENCE)
+        return np.asarray(change[..., np.newaxis] / (2.0 * DIFFERENCE * self.carrier.frequency))
 
     def error(self, table: Table, norm: ErrorNorm) -> float:
         """Return the error that is left MOST_DETUNING from the carrier, see `ErrorNorm`."""
@@ -81,7 +81,9 @@ class _Detuned:
         at_carrier = self.friction(points, 0.0)
         scale = norm.known(table.nodes()[..., :1]).scale(points, at_carrier)
         change = MOST_DETUNING * self.carrier.frequency * table.detuning_at(points)[..., 0]
-        left = [self.friction(points, s) - at_carrier - s * change for s in (1.0, -1.0)]
+        left = [
+            self.friction(points, s * MOST_DETUNING) - at_carrier - s * change for s in (1.0, -1.0)
+        ]
         return float((np.abs(left) / scale).max())
 
 

@@ -27,14 +27,13 @@ from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reaction import strongest_resonance
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
     SteadyHarmonics,
+    SteadyProblem,
     relative_error,
 )
 
@@ -65,14 +64,11 @@ class _Iterate:
 
 @frozen
 class ForcedBalance:
-    """The balance under forces 2 half cos(Omega_j t), half (modes, n) [N], on one grid."""
+    """The balance of contacts, modes and forces at some harmonics, on one grid."""
 
-    reduced: Reduced
-    law: Friction
-    half: Floats
+    problem: SteadyProblem
     orders: tuple[Order, ...]  # harmonics of the contacts, the carriers first
     grid: Discretisation
-    tolerance: float  # relative, of the amplitudes
 
     def solve(self, start: SteadyHarmonics | None) -> SteadyHarmonics:
         """Return the steady state near `start`, or the state that is reached from rest.
@@ -82,7 +78,7 @@ class ForcedBalance:
         SlipmodeError
             If the iteration does not converge.
         """
-        P = np.zeros((len(self.orders), self.reduced.n_contacts), dtype=complex)
+        P = np.zeros((len(self.orders), self.problem.reduced.n_contacts), dtype=complex)
         modal = np.zeros_like(self.receptance.loads)
         if start is not None:
             P = start.at(self.orders)
@@ -112,16 +108,21 @@ class ForcedBalance:
     @cached_property
     def receptance(self) -> Receptance:
         """Matrices of the modes at the harmonics."""
-        return Receptance.of(self.reduced, self.orders, self.half)
+        return Receptance.of(self.problem.reduced, self.orders, 0.5 * self.problem.force)
 
     def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
         """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
-        modes = len(self.half)
+        modes = len(self.problem.force)
         others = forces.copy()
         others[:modes] = 0.0
         given = ContactForces(-forces[:modes], np.empty(0, dtype=complex), others, guess)
-        problem = ContactProblem(self.reduced, self.law, self.orders, given_forces=given)
-        torus = problem.on(self.grid, _MARCH_TOLERANCE)
+        torus = ContactProblem(
+            self.problem.reduced,
+            self.problem.law,
+            self.orders,
+            given_forces=given,
+            work=self.problem.work,
+        ).on(self.grid, _MARCH_TOLERANCE)
         found: Complexes = torus.solve(np.ones((1, modes))).P[0]
         return found
 
@@ -130,8 +131,8 @@ class ForcedBalance:
         step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
         state, modes, closest = (
             step.iterate(P),
-            np.arange(len(self.half)),
-            CLOSEST * self.tolerance,
+            np.arange(len(self.problem.force)),
+            CLOSEST * self.problem.tolerance,
         )
         for _ in range(_FINAL_STEPS):
             after = step.newton(state)
@@ -141,7 +142,7 @@ class ForcedBalance:
                     return None
                 return self._found(state)
             amplitude, before = after.modal[modes, modes], state.modal[modes, modes]
-            change = relative_error(self.reduced, amplitude - before, amplitude)
+            change = relative_error(self.problem.reduced, amplitude - before, amplitude)
             state = after
             # Contact forces are up to ten times the forces that balance them in a steady state.
             if max(change, step.unbalanced(state), 10.0 * step.residual(state)) <= closest:
@@ -149,7 +150,7 @@ class ForcedBalance:
         return None
 
     def _found(self, state: _Iterate) -> SteadyHarmonics:
-        modes = np.arange(len(self.half))
+        modes = np.arange(len(self.problem.force))
         return SteadyHarmonics(
             state.modal[modes, modes],
             list(self.orders),
@@ -181,19 +182,20 @@ class ForcedBalance:
     @cached_property
     def _slip_time(self) -> float:
         """Time in which full slip turns the phase of an amplitude by 1, or it decays [s]."""
-        own = np.arange(len(self.half))
+        reduced = self.problem.reduced
+        own = np.arange(len(self.problem.force))
         B = self.receptance.B[own, own]
-        if self.reduced.contacts is not None:
-            detuning = np.abs(B) ** 2 @ self.reduced.contacts.reference
+        if reduced.contacts is not None:
+            detuning = np.abs(B) ** 2 @ reduced.contacts.reference
         else:
-            moved = np.linalg.solve(self.reduced.stiffness, B.conj().T)
+            moved = np.linalg.solve(reduced.stiffness, B.conj().T)
             detuning = np.abs(np.einsum("jc,cj->j", B, moved))
-        rate = np.abs(detuning) / self.reduced.carrier + self.reduced.modal_damping
-        return float(2.0 / np.maximum(rate, np.finfo(float).eps * self.reduced.carrier).max())
+        rate = np.abs(detuning) / reduced.carrier + reduced.modal_damping
+        return float(2.0 / np.maximum(rate, np.finfo(float).eps * reduced.carrier).max())
 
     def _refusal(self, step: _TimeStep, P: Complexes) -> SlipmodeError:
         off = step.residual(step.iterate(P))
-        met = strongest_resonance(self.reduced, self.orders)
+        met = strongest_resonance(self.problem.reduced, self.orders)
         n, m = met.order
         return SlipmodeError(
             f"frequency: no steady state was found. The residual is {percentage(min(off, 1.0))}. "
@@ -225,8 +227,8 @@ class _TimeStep:
         rate = np.where(resonant, 2j * at.frequency[:, np.newaxis] / self.length, 0.0)
         D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
         loads = at.loads + rate * self.before
-        both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
-        weight = np.linalg.norm(at.B[: len(self.balance.half)], axis=(0, 1))
+        both: Complexes = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
+        weight = np.linalg.norm(at.B[: len(self.balance.problem.force)], axis=(0, 1))
         weight = np.asarray(np.maximum(weight, np.finfo(float).tiny), dtype=float)
         return both[..., 0], both[..., 1:], weight
 
@@ -251,18 +253,19 @@ class _TimeStep:
 
     def iterate(self, P: Complexes, guess: Complexes | None = None) -> _Iterate:
         """Return P with F(P)."""
-        at, half = self.balance.receptance, self.balance.half
+        at, problem = self.balance.receptance, self.balance.problem
         alone, per_contact, _ = self._response
         modal = alone + np.einsum("qkc,qc->qk", per_contact, P)
         forces = np.einsum("qcd,qd->qc", at.follows, P) - np.einsum("qkc,qk->qc", at.B, modal)
-        forces[: len(half)] += half @ self.balance.reduced.contact_shapes
+        pushed = 0.5 * problem.force @ problem.reduced.contact_shapes
+        forces[: len(pushed)] += pushed
         F = self.balance.contact_motion(forces, P if guess is None else guess)
         return _Iterate(P, F, modal)
 
     def newton(self, state: _Iterate) -> _Iterate | None:
         """Return the state after a Newton step, None where the residual does not fall."""
         residual = self.residual(state)
-        if residual <= _ROUNDING * self.balance.tolerance:
+        if residual <= _ROUNDING * self.balance.problem.tolerance:
             return state
         direction = self._direction(state, min(max(residual, 0.01), 0.1))
         part = 1.0

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.time_budget import contact_size
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full.excitation import Excitation
 from slipmode.rom.full.harmonic_fit import SAMPLES_PER_PERIOD, HarmonicFit
@@ -20,13 +21,13 @@ from slipmode.rom.full.motion import FullMotion, State
 from slipmode.rom.full.steady import OFF_LATTICE, nonharmonic_motion
 from slipmode.rom.full.structures import ReducedStructure
 from slipmode.rom.full.window import Nonharmonic
-from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
     SteadyHarmonics,
+    SteadyProblem,
     relative_error,
 )
 
@@ -36,6 +37,7 @@ _WINDOWS = ((1.0, 30), (8.0, 12), (40.0, 8))
 # |n| + |m| of the harmonics, by modes, in the shortest window and in longer ones.
 _HIGHEST, _HIGHEST_LONG = {1: 31, 2: 9}, {1: 31, 2: 13}
 _TRANSIENT = 0.2  # largest part of the tolerance for the rest of the transient
+_STEP = 10.0  # work of a step on all modes, relative to a step of the contacts alone, about
 _LESS = 0.5  # part to which changes must fall within the patience
 
 
@@ -58,7 +60,10 @@ class _Steady(NamedTuple):
 class _Run:
     """A reduced model's structure under forces (modes, n) from rest on, window by window."""
 
-    def __init__(self, reduced: Reduced, law: Friction, force: Floats) -> None:
+    def __init__(self, problem: SteadyProblem) -> None:
+        reduced, law, force = problem.reduced, problem.law, problem.force
+        self._work = problem.work
+        self._size = _STEP * contact_size(reduced.n_contacts, reduced.contacts)
         self.reduced = reduced
         self.force = force
         small = ReducedStructure.of(reduced)
@@ -71,7 +76,9 @@ class _Run:
     def window(self, fit: HarmonicFit, refine: int) -> tuple[FullMotion, Complexes]:
         """Return the next motion, in `refine` steps per sample, and its amplitudes (modes,)."""
         begin = self.state.time
-        motion = self.integrator.run(fit.times(begin), self.state, refine)
+        times = fit.times(begin)
+        motion = self.integrator.run(times, self.state, refine)
+        self._work.add(float(refine * times.size * self._size))
         self.state = motion.end
         return motion, np.diagonal(fit.lines(begin, motion.displacement)).copy()
 
@@ -125,10 +132,8 @@ class _Run:
             raise _refusal(why, "other frequencies", rest)
 
 
-def integrated(
-    reduced: Reduced, law: Friction, force: Floats, tolerance: float
-) -> tuple[Floats, SteadyHarmonics]:
-    """Return the error (modes,) and harmonics of the steady motion under forces (modes, n).
+def integrated(problem: SteadyProblem) -> tuple[Floats, SteadyHarmonics]:
+    """Return the error (modes,) and harmonics of the steady motion.
 
     Raises
     ------
@@ -136,7 +141,8 @@ def integrated(
         If the motion is not periodic in the phases of the carriers, or does not become steady.
     """
     # the shortest window, in periods of the slowest carrier
-    run, modes, shortest = _Run(reduced, law, force), len(reduced.modes), 20.0
+    reduced, tolerance = problem.reduced, problem.tolerance
+    run, modes, shortest = _Run(problem), len(reduced.modes), 20.0
     if modes == 2:
         # two carriers drift apart by more than a period in it
         shortest = max(shortest, float(1.2 * reduced.carrier.min() / np.ptp(reduced.carrier)))

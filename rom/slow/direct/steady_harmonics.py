@@ -8,9 +8,22 @@ from typing import Self
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.time_budget import WorkLimit
+from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+
+
+@frozen
+class SteadyProblem:
+    """A structure under forces F_j cos(Omega_j t) at the carriers of the reduced model."""
+
+    reduced: Reduced
+    law: Friction
+    force: Floats  # (modes, n), F_j [N]
+    tolerance: float  # relative, of the amplitudes
+    work: WorkLimit
 
 
 @frozen

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
+from slipmode.rom.contact.time_budget import WorkLimit, checked_budget
 from slipmode.rom.contact.torus.grid import Discretisation, enough_lines, step_counts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction, check_law
@@ -19,7 +20,11 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.forced_balance import CLOSEST, ForcedBalance
 from slipmode.rom.slow.direct.integrated import ends_soon, integrated
-from slipmode.rom.slow.direct.steady_harmonics import SteadyHarmonics, relative_error
+from slipmode.rom.slow.direct.steady_harmonics import (
+    SteadyHarmonics,
+    SteadyProblem,
+    relative_error,
+)
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 # By modes, |n| + |m| of the harmonics in turn, with twice the time steps at each level.
@@ -111,6 +116,8 @@ def steady_state(
     force: Forces,
     tolerance: float = 1e-3,
     start: SteadyState | None = None,
+    *,
+    budget: float | None = None,
 ) -> SteadyState:
     """Return the steady state under constant forces, without a friction table.
 
@@ -132,6 +139,8 @@ def steady_state(
     start : SteadyState, optional
         Steady state nearby as initial guess; the solution stays on its branch. Default: the
         branch reached from rest.
+    budget : float, optional
+        Limit of the computing time [s]. Default: a limit of the work, see `rom.tabulate`.
 
     Returns
     -------
@@ -141,8 +150,8 @@ def steady_state(
     Raises
     ------
     SlipmodeError
-        If no steady state is found within the tolerance, or the motion from rest is not periodic
-        in the phases of the forces.
+        If no steady state is found within the tolerance or the budget, or the motion from rest is
+        not periodic in the phases of the forces.
 
     Warns
     -----
@@ -181,26 +190,30 @@ def steady_state(
     reduced = reduced.at_carrier(Omega.tolist())
     if not f.any(axis=1).all():
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
-    error, found, method = _solve(reduced, law, f, tolerance, start)
+    advice = "a larger tolerance, or one mode" if modes == 2 else "a larger tolerance"
+    work = WorkLimit("steady state", advice, checked_budget(budget))
+    error, found, method = _solve(SteadyProblem(reduced, law, f, tolerance, work), start)
     warn(forcing_findings(reduced, Omega, np.ones(modes, dtype=bool)))
     warn(friction_findings(reduced, law, np.abs(found.amplitude)))
     return SteadyState(error, found, reduced, f, method)
 
 
 def _solve(
-    reduced: Reduced, law: Friction, f: Floats, tolerance: float, start: SteadyState | None
+    problem: SteadyProblem, start: SteadyState | None
 ) -> tuple[Floats, SteadyHarmonics, Method]:
     """Return the error of the amplitudes, the steady state, and how it was found.
 
     A transient of two modes takes fewer steps than a balance on many phase lines, unless it is
     hardly damped. One mode has one line.
     """
+    reduced = problem.reduced
     if start is not None:
-        return *_balanced(reduced, law, f, tolerance, start.harmonics), "balance"
+        return *_balanced(problem, start.harmonics), "balance"
     if (reduced.modal_damping < 0.0).any():  # a balance may be unstable
         try:
-            return *integrated(reduced, law, f, tolerance), "integration"
+            return *integrated(problem), "integration"
         except SlipmodeError:
+            problem.work.check()
             mode = "AB"[int(np.argmin(reduced.modal_damping))]
             raise SlipmodeError(
                 f"aerodynamics: mode {mode} is self-excited, and no steady state was found at the "
@@ -208,12 +221,12 @@ def _solve(
             ) from None
     if len(reduced.modes) == 1 or not ends_soon(reduced):
         with suppress(SlipmodeError):
-            return *_balanced(reduced, law, f, tolerance, None), "balance"
-    return *integrated(reduced, law, f, tolerance), "integration"
+            return *_balanced(problem, None), "balance"
+    return *integrated(problem), "integration"
 
 
 def _balanced(
-    reduced: Reduced, law: Friction, f: Floats, tolerance: float, start: SteadyHarmonics | None
+    problem: SteadyProblem, start: SteadyHarmonics | None
 ) -> tuple[Floats, SteadyHarmonics]:
     """Return the steady state to the tolerance, and the error of its amplitudes.
 
@@ -221,13 +234,13 @@ def _balanced(
     and phase lines, and corrected there. The last correction is the error: the error of the
     corrected state is smaller by the order of the time steps.
     """
-    modes = len(f)
+    reduced, tolerance, modes = problem.reduced, problem.tolerance, len(problem.force)
     steps, *_, most = step_counts(reduced.carrier, _LEAST_STEPS[modes])
     levels = []
     for number, highest in enumerate(_HIGHEST[modes]):
         orders = tuple(harmonic_orders(highest, modes, reduced.even))
         grid = Discretisation(min(steps << number, most), enough_lines(orders))
-        levels.append(ForcedBalance(reduced, law, 0.5 * f, orders, grid, tolerance))
+        levels.append(ForcedBalance(problem, orders, grid))
     found, error = levels[0].solve(start), np.zeros(modes)
     for level, finer in pairwise(levels[1:]):
         before, found = found.amplitude, level.solve(found)
