@@ -227,10 +227,10 @@ class _TimeStep:
         rate = np.where(resonant, 2j * at.frequency[:, np.newaxis] / self.length, 0.0)
         D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
         loads = at.loads + rate * self.before
-        both: Complexes = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
+        both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))
         weight = np.linalg.norm(at.B[: len(self.balance.problem.force)], axis=(0, 1))
         weight = np.asarray(np.maximum(weight, np.finfo(float).tiny), dtype=float)
-        return both[..., 0], both[..., 1:], weight
+        return np.asarray(both[..., 0]), np.asarray(both[..., 1:]), weight
 
     def unbalanced(self, state: _Iterate) -> float:
         """Return the largest response of a mode to the residual, relative to the largest mode."""
