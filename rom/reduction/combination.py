@@ -103,7 +103,8 @@ def combination_resonances(
 ) -> tuple[CombinationResonance, ...]:
     """Return harmonics n Omega_A + m Omega_B near a carrier, for pairs of forcing frequencies.
 
-    A harmonic is near within 10 % of the carrier up to |n| + |m| = 7, and within 1 % up to 9.
+    A harmonic is near within 10 % of the carrier up to |n| + |m| = 7, and within 1 % up to 9. The
+    carrier of the other mode is none: the mode responds to it in the contact problem.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def combination_resonances(
     found = [
         CombinationResonance(int(mode), *orders[k])
         for k, mode in np.argwhere(close | passed)
-        if orders[k] != CARRIERS[mode]
+        if sum(map(abs, orders[k])) > 1
     ]
     return tuple(found[:MOST])
 
