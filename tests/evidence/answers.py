@@ -158,9 +158,8 @@ def equilibrium(given: Case) -> Answer:
     """
     small, law = reduced(given)
     tone = given.tones[0]
-    structure, *_ = structure_and_law(given)
     state = limited(lambda: rom.steady_state(small, law, [tone.Omega], forces(given)))
-    found = state.displacement(structure)
+    found = state.displacement_harmonics()
     X = np.zeros((max(n for n, _ in state.orders) + 1, found.shape[1]), dtype=complex)
     for (n, _), row in zip(state.orders, found, strict=True):
         X[n] = 2.0 * row
