@@ -63,8 +63,13 @@ class Accuracy:
     @property
     def total(self) -> float:
         """Stated relative error of S_j at the carriers [-], without a response of unknown size."""
+        return self.interpolation + self.resolution + self.neglected
+
+    @property
+    def neglected(self) -> float:
+        """Relative error of S_j by neglected modes and harmonics [-], as far as it is known."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
-        return self.interpolation + self.resolution + harmonics + self.neglected_modes
+        return harmonics + self.neglected_modes
 
     def findings(self) -> list[Finding]:
         """Return warnings if the tolerance is not met or a harmonic response is neglected.
