@@ -99,13 +99,14 @@ class TableError:
     def between(self, share: Floats) -> Floats:
         """Return errors at all points (points, ...) from those at measured points (some, ...).
 
-        They are relative to a scale that varies little from point to point. Between two measured
-        points the error is the larger one.
+        They are relative to a scale that varies little from point to point. Between measured
+        points the error is the largest of the two on either side.
         """
-        share, points = np.nan_to_num(share, nan=1.0), np.arange(len(self.scale))
-        after = np.searchsorted(self.at, points)
-        before = np.maximum(after - (self.at[after] > points), 0)
-        return np.asarray(_SAFETY * np.maximum(share[before], share[after]))
+        share, last = np.nan_to_num(share, nan=1.0), self.at.size - 1
+        points = np.arange(len(self.scale))
+        after = np.minimum(np.searchsorted(self.at, points), last)
+        near = after + np.where(self.at[after] == points, 0, np.array([[-2], [-1], [0], [1]]))
+        return np.asarray(_SAFETY * share[np.clip(near, 0, last)].max(axis=0))
 
     @property
     def size(self) -> Floats:
