@@ -23,6 +23,8 @@
 #              with full order. SCENES="two-mode mine.toml": slow runs of these alone
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
+# make bench-errors  set up .venv and compare stated errors with true ones on drawn structures.
+#              STRUCTURES=60 KINDS="direct table curve backbone" replace 8 and all
 # make docs    set up .venv and build the documentation into build/docs
 # make docs-links  set up .venv and ask for each address that the documentation names
 # make wheels  set up .venv and build wheels for Linux, macOS and Windows, and the source archive,
@@ -45,7 +47,7 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER =
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
+.PHONY: run fmu report paper family family-rest bench-errors bench-table bench-recordings bench-scale bench-disk \
 	bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
 	wheels quick test test-all lint clean
 
@@ -70,6 +72,9 @@ family: $(VENV)/.installed
 
 family-rest: $(VENV)/.installed-benchmarks
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
+
+bench-errors: $(VENV)/.installed
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m evidence.stated_errors $(STRUCTURES) $(KINDS)
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.recordings
