@@ -22,7 +22,12 @@ from slipmode.rom.errors import SlipmodeError, UnsettledError, naming
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.combination import CARRIERS, CombinationResonance
+from slipmode.rom.reduction.combination import (
+    CARRIERS,
+    CombinationResonance,
+    Order,
+    harmonic_orders,
+)
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table.accuracy import Accuracy
@@ -166,7 +171,7 @@ class Model:
         return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
 
     def finer_contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
-        """Return the contact problem with twice the steps of the table and with its harmonics.
+        """Return the contact problem with four times the steps of the table and its harmonics.
 
         Parameters
         ----------
@@ -179,17 +184,22 @@ class Model:
             Discretised contact problem, source Eqs. (13) and (14).
         """
         coarse = self.contact_problem(smallest_amplitude)
-        problem, budget = coarse.problem, ErrorBudget(self.accuracy.tolerance)
-        grid = replace(coarse.grid, steps=2 * coarse.grid.steps)
-        highest = HIGHEST_HARMONIC[1] if self.modes == 1 else 15
-        try:
-            higher = higher_order_harmonics(
-                problem, coarse.grid, self.table.amplitude_range, budget.response, highest
-            )
-        except UnsettledError:
-            higher = {}
-        problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, list(higher))
+        problem = coarse.problem
+        grid = replace(coarse.grid, steps=4 * coarse.grid.steps)
+        if self.modes == 1:
+            higher = harmonic_orders(HIGHEST_HARMONIC[1], 1, self.reduced.even)
+        else:
+            higher = self._higher_orders(problem, coarse.grid)
+        problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, higher)
         return problem.on(grid, 0.1 * coarse.march.tolerance, smallest_amplitude)
+
+    def _higher_orders(self, problem: ContactProblem, grid: Discretisation) -> list[Order]:
+        """Return the harmonics of a table of two modes beyond `RESPONSE_ORDER`."""
+        response, ends = ErrorBudget(self.accuracy.tolerance).response, self.table.amplitude_range
+        try:
+            return list(higher_order_harmonics(problem, grid, ends, response))
+        except UnsettledError:
+            return []
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """Return warnings about forcing frequencies far from the carriers of the table.

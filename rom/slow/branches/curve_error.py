@@ -129,9 +129,7 @@ class _Solutions:
         turned = np.exp(1j * np.angle(self._effective))
         return np.asarray(factor * turned * friction / self._mass)
 
-    def moved(
-        self, branch: NDArray[np.intp], at: NDArray[np.intp], force: Complexes
-    ) -> Floats:
+    def moved(self, branch: NDArray[np.intp], at: NDArray[np.intp], force: Complexes) -> Floats:
         """Return errors of y (some, modes) at points `at` by forces on the modes (some, modes).
 
         NaN where the force or the derivatives are not known.
@@ -147,7 +145,8 @@ class _Solutions:
             moved = np.linalg.pinv(derivatives) @ rate
             width = np.zeros(len(z))
             width[point] = abs(moved[-1])
-            near = np.abs(moved[:-1].view(complex)) + change_along(z[:, -1], y, branch, width)[point]
+            along = change_along(z[:, -1], y, branch, width)[point]
+            near = np.abs(moved[:-1].view(complex)) + along
             at_constant = np.abs((np.linalg.pinv(derivatives[:, :-1]) @ rate).view(complex))
             found[k] = np.minimum(near, at_constant)
         return found
