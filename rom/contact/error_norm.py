@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.nonresonant import frictionless_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
@@ -87,12 +88,3 @@ def smallest_scale(reduced: Reduced, amplitude_range: Floats) -> Floats:
         # (tests/rom/structure/test_representable.py).
         share = float(np.clip(rounding, SMALLEST_SHARE, 1e-2))
     return share * amplitude_range
-
-
-def frictionless_force(reduced: Reduced) -> Floats:
-    """Return |S_j| / |a_j| of contacts without friction, (modes,) [rad^2/s^2]."""
-    if reduced.contacts is None:
-        moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
-    else:
-        moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
-    return np.asarray(np.abs(np.einsum("jc,cj->j", reduced.coupling, moved)))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm, frictionless_force
+from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.higher_order_harmonics import LINES
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.slip_onset import onset_lines
@@ -19,6 +19,7 @@ from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.contact.torus.grid import Discretisation, step_counts
 from slipmode.rom.error_budget import LARGEST_TOLERANCE, ErrorBudget, within_reach
 from slipmode.rom.errors import SlipmodeError, UnsettledError
+from slipmode.rom.reduction.nonresonant import frictionless_force
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import frozen
 

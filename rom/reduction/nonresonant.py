@@ -14,6 +14,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.reduction.combination import harmonic_orders
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import projection
@@ -86,7 +87,8 @@ def with_responding(
 
     The modes that are left out follow statically, with the contact stiffness or flexibility. Modes
     below the retained ones, which are coupled by springs, stay. `allowed` is the upper bound of
-    the sum, of responses to harmonics up to the order `highest`; see `response`.
+    the sum, of responses to harmonics up to the order `highest`, see `response`, and to the force
+    patterns.
     """
     stiffness = reduced.stiffness
     if reduced.contacts is not None:
@@ -99,6 +101,7 @@ def with_responding(
         reduced.carrier,
         highest,
     )
+    force += _response_to_forces(reduced)
     force[np.any(reduced.nonresonant_spring != 0.0, axis=1)] = np.inf
     weakest = np.argsort(force, kind="stable")
     total = np.cumsum(force[weakest])
@@ -147,6 +150,34 @@ def response(
     # The response of an undamped mode at a harmonic is limited to a number.
     least = np.finfo(float).eps * omega[:, np.newaxis] ** 2 + np.finfo(float).tiny
     return np.asarray(share * (weight * nu**4 / np.maximum(dynamic, least)).max(axis=1))
+
+
+def frictionless_force(reduced: Reduced) -> Floats:
+    """Return |S_j| / |a_j| of contacts without friction, (modes,) [rad^2/s^2]."""
+    if reduced.contacts is None:
+        moved = np.linalg.solve(reduced.stiffness, reduced.coupling.T)
+    else:
+        moved = reduced.contacts.reference[:, np.newaxis] * reduced.coupling.T
+    return np.asarray(np.abs(np.einsum("jc,cj->j", reduced.coupling, moved)))
+
+
+def _response_to_forces(reduced: Reduced) -> Floats:
+    """Return the largest force of each nonresonant mode on the contacts due to the force patterns.
+
+    It is relative to the force of the retained mode, (nonresonant,), at its carrier. The forces
+    are as large as the contacts without friction need.
+    """
+    found = np.zeros(reduced.nonresonant_frequency.size)
+    if reduced.force_patterns is None or not reduced.n_contacts:
+        return found
+    applied = AppliedForces(reduced, reduced.force_patterns).on_modes
+    D, B = reduced.modal_stiffness(reduced.carrier), reduced.modal_coupling(reduced.carrier)
+    for j, largest in enumerate(frictionless_force(reduced)):
+        own, modes = np.linalg.norm(reduced.coupling[j]), slice(len(reduced.modes), None)
+        moved = np.abs(applied[j, modes] / np.diag(D[j])[modes]) * largest
+        force = moved * np.linalg.norm(B[j, modes], axis=1)
+        found = np.maximum(found, np.divide(force, own, out=0.0 * force, where=own > 0.0))
+    return found
 
 
 def symmetric(matrix: Floats) -> Floats:

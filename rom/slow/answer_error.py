@@ -1,4 +1,4 @@
-"""Errors of steady states, by linearisation from the stated error of the friction table.
+"""Errors of steady states, by linearisation from errors of the friction table along a curve.
 
 An error delta S_j of the friction terms changes the slow flow da/dt = G(a, p) by
 
@@ -12,114 +12,153 @@ The smallest solution is the distance between the curves. It is bounded at folds
 singular. The error of a_j at constant p is |delta a_j| plus the largest change of a_j along the
 curve while p changes by delta p. On a backbone
 
-    delta Omega = |delta S| / (2 Omega |a|),    delta zeta = |delta S| / (2 Omega^2 |a|).
+    delta Omega = |Re delta S| / (2 Omega |a|),    delta zeta = |Im delta S| / (2 Omega^2 |a|).
 
-In addition to the error that the table states, delta S_j has the error of forcing off the table's
-carriers. It is measured: contact problems are solved at the forcing frequencies at a few points.
+delta S_j is measured at some points of a curve: contact problems are solved there at the forcing
+frequencies, in finer steps than those of the table. The error at the other points is interpolated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.detuning import MOST_DETUNING, Detuned
 from slipmode.rom.contact.error_norm import smallest_scale
+from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.slow_flow import ForcedFlow
-from slipmode.rom.table.corrections import change_by_shift
-from slipmode.rom.table.model import Model
 from slipmode.rom.validity import reference_frequency_finding
 
 # Estimate of the error by forcing off the carriers, relative to the tolerance, above which the
 # error is measured. The estimate scales trials of the table at other amplitudes.
 _WORTH_MEASURING = 0.1
+# Points of a curve at which delta S_j is measured, by modes: about as many contact problems as a
+# quarter of those of a table with one mode.
+_MEASURED = {1: 64, 2: 16}
+# Stated error relative to the measured one. True errors are up to 1.4 times the measured ones
+# (tests/rom/slow/branches/test_curve_bounds.py).
+_SAFETY = 2.0
 
 
 @frozen
 class TableError:
-    """The error of S_j at points of a curve."""
+    """The error of S_j at points of a curve, measured at some of them.
 
-    size: Floats  # (points, modes), |delta S_j| [N kg^-1/2]
-    # (some,), points at which the error of forcing off the carriers is measured
-    measured: NDArray[np.intp]
-    # (some, modes), that error of S_j [N kg^-1/2]; NaN where the contact motion does not converge
-    off_carriers: Complexes
+    Without a contact problem, as of models of measured rates, all of the error is stated.
+    """
+
+    scale: Floats  # (points, modes), see `Model.error_scale` [N kg^-1/2]
+    stated: Floats  # (points, modes), the part that is not measured [N kg^-1/2]
+    at: NDArray[np.intp]  # (some,), points at which the error is measured
+    measured: Complexes  # (some, modes), delta S_j; NaN where the motion does not converge
+    off_carriers: Complexes  # (some, modes), the part of it due to forcing off the carriers
 
     @classmethod
     def of(
-        cls,
-        model: Model,
-        effective: Floats,
-        frequency: Floats,
-        limit_scale: Floats,
-        weight: Floats | None,
+        cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None = None
     ) -> Self:
-        """Return the error of S_j at points.
+        """Return the error of S_j at amplitudes (points, modes) of a slow flow.
 
-        The table is looked up at amplitudes `effective` (points, modes), relative to `limit_scale`
-        (points,), with forcing `frequency` (points, modes). Points whose steady state is sensitive
-        to S_j have a large `weight` (points,) and are measured. With None the error of forcing off
-        the carriers is left out.
+        `applied` are the forces of the flow. Without them, the forces act as in the table.
         """
-        r = np.minimum(effective, model.table.amplitude_range)
-        scale = model.error_scale(r)
-        apart = frequency / model.reduced.carrier - 1.0
-        off = np.abs(apart).max(axis=1)
-        measured = np.zeros(0, dtype=np.intp) if weight is None else _measured_points(off, weight)
-        beyond = _off_carriers(model, r[measured], apart[measured])
-        share = np.zeros(r.shape)
-        if not model.reduced.n_contacts and model.accuracy.detuning is not None:
-            share += model.detuning_error(off)[:, np.newaxis]  # of waves it is stated
-        elif measured.size:
-            stated = model.accuracy
-            part = np.nan_to_num(np.abs(beyond) / scale[measured], nan=1.0)
-            part = np.maximum(part - stated.resolution - stated.periodicity, 0.0)
-            order = 2 if model.table.detuning is not None else 1
-            away = off[:, np.newaxis] ** order
-            share = (part / away[measured]).max(axis=0) * away
-        size = model.friction_error(r) + share * scale
-        factor = limit_scale[:, np.newaxis]
-        return cls(factor * size, measured, factor[measured] * beyond)
+        model = flow.model
+        factor = flow.inputs["limit_scale"][:, np.newaxis]
+        effective = flow.effective(amplitude) / factor
+        size = np.minimum(np.abs(effective), model.table.amplitude_range)
+        scale, accuracy = factor * model.error_scale(size), model.accuracy
+        count = min(len(size), _MEASURED[model.modes])
+        at = np.unique(np.linspace(0, len(size) - 1, count).astype(np.intp))
+        friction = flow.balance(amplitude).friction[at]
+        inside = np.isfinite(friction).all(axis=1)
+        at, friction = at[inside], friction[inside]
+        if model.reduced.formulation == "paper" or not model.reduced.n_contacts or not at.size:
+            share = np.full(len(size), accuracy.total)
+            if not model.reduced.n_contacts and accuracy.detuning is not None:
+                away = np.abs(flow.frequency / model.reduced.carrier - 1.0).max(axis=1)
+                share += model.detuning_error(away)  # of waves it is stated
+            nothing = np.zeros((0, model.modes), dtype=complex)
+            return cls(scale, share[:, np.newaxis] * scale, at[:0], nothing, nothing)
+        torus = model.finer_contact_problem(
+            smallest_scale(model.reduced, model.table.amplitude_range)
+        )
+        force = None if applied is None else (applied, flow.force[at] / factor[at])
+        exact = _exact_friction(torus, flow.frequency[at], amplitude[at] / factor[at], force)
+        measured = factor[at] * exact - friction
+        known = torus.on_more_lines(torus.solve(size[at]))
+        at_carriers = np.where(known.is_periodic[:, np.newaxis], known.S, np.nan)
+        rotated = coupling_factor(model.reduced, flow.frequency[at]) * np.exp(
+            1j * np.angle(effective[at])
+        )
+        interpolation = factor[at] * rotated * (at_carriers - model.table(size[at]))
+        # The finer contact problem repeats to a hundredth of the tolerance. Steps are of second
+        # order: four times as many leave 1 / 12 of the change by doubling.
+        finer = accuracy.resolution / 12.0 + 0.01 * accuracy.tolerance
+        stated = accuracy.neglected + finer
+        return cls(scale, stated * scale, at, measured, measured - interpolation)
+
+    def between(self, share: Floats) -> Floats:
+        """Return errors at all points (points, ...) from those at measured points (some, ...).
+
+        They are relative to a scale that varies little from point to point. Between measured
+        points the error is the largest of the two on either side.
+        """
+        share, last = np.nan_to_num(share, nan=1.0), self.at.size - 1
+        points = np.arange(len(self.scale))
+        after = np.minimum(np.searchsorted(self.at, points), last)
+        near = after + np.where(self.at[after] == points, 0, np.array([[-2], [-1], [0], [1]]))
+        return np.asarray(_SAFETY * share[np.clip(near, 0, last)].max(axis=0))
+
+    @property
+    def size(self) -> Floats:
+        """|delta S_j| at all points, (points, modes) [N kg^-1/2]."""
+        if not self.at.size:
+            return self.stated
+        return self.between(np.abs(self.measured) / self.scale[self.at]) * self.scale + self.stated
 
 
-def _measured_points(off: Floats, weight: Floats) -> NDArray[np.intp]:
-    """Return the point of largest weight in each part of the curve, (some,), off the carriers."""
-    found = []
-    # forcing off the carriers is measured at a point of each of eight parts of a curve
-    for part in np.array_split(np.arange(off.size), min(8, off.size)):
-        found.append(int(part[np.nan_to_num(weight[part] * off[part]).argmax()]))
-    return np.array([k for k in found if off[k] > 1e-9], dtype=np.intp)  # rounding
+def _exact_friction(
+    torus: TorusProblem,
+    frequency: Floats,
+    amplitude: Complexes,
+    force: tuple[AppliedForces, Complexes] | None,
+) -> Complexes:
+    """Return the force of the contacts on the modes, each (points, modes).
 
-
-def _off_carriers(model: Model, effective: Floats, apart: Floats) -> Complexes:
-    """Return errors of S_j (points, modes) at frequencies off the carriers (points, modes).
-
-    `apart` is the relative distance. NaN where the contact motion does not converge.
+    With forcing at `frequency`, by forces with the modal amplitudes F_j exp(i phase_j); without
+    them the forces act as the force patterns. NaN where the contact motion does not converge.
     """
-    found = np.zeros(apart.shape, dtype=complex)
-    if model.reduced.formulation == "paper" or not found.size or not model.reduced.n_contacts:
-        return found
-    torus = model.contact_problem(smallest_scale(model.reduced, model.table.amplitude_range))
-    at_carriers = Detuned.of(torus, np.zeros(model.modes))
-    for k, (amplitude, off) in enumerate(zip(effective[:, np.newaxis], apart, strict=True)):
+    found = np.full(amplitude.shape, np.nan, dtype=complex)
+    size = np.abs(amplitude)
+    guess = None
+    for k, (Omega, a) in enumerate(zip(frequency, amplitude, strict=True)):
         try:
-            known = at_carriers.solve(amplitude)
-            detuned = Detuned.of(torus, off)
-            moved = detuned.friction(detuned.solve(amplitude, known.P))
+            problem = torus.problem.at_carriers(Omega)
+            if force is not None:
+                applied, excitation = force
+                bare = replace(problem.reduced, force_patterns=None)
+                per_amplitude = np.divide(
+                    0.5 * excitation[k], a, out=np.zeros_like(a), where=a != 0.0
+                )
+                direct = replace(applied, reduced=bare).past_mode * per_amplitude[:, np.newaxis]
+                reaction = replace(problem, reduced=bare).forces.reaction
+                forces = ContactForces(bare.coupling - direct, reaction)
+                problem = replace(problem, reduced=bare, given_forces=forces)
+            there = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+            terms = there.on_more_lines(there.solve(size[k : k + 1], guess))
         except SlipmodeError:
-            found[k] = np.nan
             continue
-        distance = np.clip(off, -MOST_DETUNING, MOST_DETUNING) * model.reduced.carrier
-        tabulated = model.table.detuning_at(amplitude[0]) @ distance
-        moved += change_by_shift(model.table, model.reduced, detuned.reduced, amplitude)
-        found[k] = (moved - at_carriers.friction(known))[0] - tabulated
+        if terms.is_periodic[0]:
+            guess = terms.P
+            found[k] = terms.S[0] * np.exp(1j * np.angle(a))
     return found
 
 
@@ -260,9 +299,8 @@ def detuning_findings(flow: ForcedFlow, amplitude: Complexes) -> list[Finding]:
     estimate = amplitude_error(flow, amplitude, friction.astype(complex)).max(axis=1)
     if np.all(estimate <= _WORTH_MEASURING * stated.tolerance):
         return []
-    scale = np.ones(len(amplitude))
-    found = TableError.of(model, effective, flow.frequency, scale, estimate)
-    at = flow.with_inputs(flow.inputs[found.measured])
-    error = amplitude_error(at, amplitude[found.measured], found.off_carriers)
+    found = TableError.of(flow, amplitude)
+    at = flow.with_inputs(flow.inputs[found.at])
+    error = amplitude_error(at, amplitude[found.at], found.off_carriers)
     largest = float(np.nan_to_num(error, nan=np.inf).max(initial=0.0))
     return off_carrier_findings(stated.tolerance, largest, apart, "the amplitudes")

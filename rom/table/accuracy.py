@@ -71,8 +71,13 @@ class Accuracy:
     @property
     def total(self) -> float:
         """Stated relative error of S_j at the carriers [-], without a response of unknown size."""
+        return self.interpolation + self.resolution + self.neglected
+
+    @property
+    def neglected(self) -> float:
+        """Relative error of S_j by neglected modes and harmonics [-], as far as it is known."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
-        return self.interpolation + self.resolution + harmonics + self.neglected_modes
+        return harmonics + self.neglected_modes
 
     def detuning_at(self, apart: Floats, corrected: bool) -> Floats:
         """Return the relative error of S_j at relative distances from the carriers [-].

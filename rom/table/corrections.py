@@ -224,6 +224,7 @@ def _surface(
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes).
 
     Samples are at the amplitudes `some` of each mode, and interpolated linearly between them.
+    Slopes are monotone: splines oscillate across kinks, which changes the stability of states.
     """
     modes, axes = table.modes, (table.node_a, table.node_b)
     points = amplitude_pairs(some[0], some[1], modes).reshape(-1, modes)
@@ -231,7 +232,7 @@ def _surface(
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
-    return surface_values(*axes, samples, orders)
+    return surface_values(*axes, samples, orders, monotone=True)
 
 
 def _sampled_axes(table: Table, stride: int, most: int) -> tuple[Floats, Floats]:

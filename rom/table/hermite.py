@@ -162,8 +162,9 @@ def make_table(
     ----------
     loss : (modes,) ndarray
         Structural loss gamma_j Omega_j of each mode. Where mode and contacts together lose energy
-        at every node of a cell, loss |a_j| - Im S_j >= 0, they do so between them too: the slopes
-        of the dissipative parts are limited.
+        at every node of a cell, loss |a_j| - Im S_j >= 0, they do so between them too. Where the
+        power |a_j| (loss |a_j| - Im S_j) increases with |a_j| from node to node, it does so
+        between them too. The slopes of the dissipative parts are limited for this.
     """
     modes = 1 if node_b.size == 1 else 2
     f, f_a, f_b, f_ab = _with_slopes(node_a, node_b, samples, orders)
@@ -172,17 +173,28 @@ def make_table(
         gain = np.array([loss[j] * (j == mode) for mode in range(2)])
         im = (..., j, 1)
         values = f[im] - loss[j] * own
-        slopes = f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]
+        slopes = [f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]]
+        if j == 0:
+            slopes[0] = _limit_power(node_a, values, slopes[0])
+        else:
+            slopes[1] = _limit_power(node_b, values.T, slopes[1].T).T
         limited = _limit_slopes(node_a, node_b, values, *slopes)
         f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
     return Table(node_a, node_b, _side_by_side(f, f_a, f_b, f_ab), modes)
 
 
 def surface_values(
-    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+    node_a: Floats,
+    node_b: Floats,
+    samples: Complexes,
+    orders: Sequence[tuple[int, int]],
+    monotone: bool = False,
 ) -> Floats:
-    """Values and slopes (n_a, n_b, 4, 2 k) through samples of any sign, as in `make_table`."""
-    return _side_by_side(*_with_slopes(node_a, node_b, samples, orders))
+    """Values and slopes (n_a, n_b, 4, 2 k) through samples of any sign, as in `make_table`.
+
+    If `monotone`, values between two nodes of a grid line are between the values at these.
+    """
+    return _side_by_side(*_with_slopes(node_a, node_b, samples, orders, monotone))
 
 
 def surface_slopes(
@@ -194,16 +206,21 @@ def surface_slopes(
 
 
 def _with_slopes(
-    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
+    node_a: Floats,
+    node_b: Floats,
+    samples: Complexes,
+    orders: Sequence[tuple[int, int]],
+    monotone: bool = False,
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Samples and their d/da, d/db, d2/dadb at the nodes, each (n_a, n_b, k, 2)."""
     odd_a, odd_b = (np.array(orders) % 2 == 1).T
     f = np.ascontiguousarray(samples).view(float).reshape(*samples.shape, 2)
-    f_a = _slopes(node_a, odd_a, f)
+    f_a = _slopes(node_a, odd_a, f, monotone)
     f_b, f_ab = np.zeros_like(f), np.zeros_like(f)
     if node_b.size > 1:
         along = np.concatenate((f, f_a), axis=2).swapaxes(0, 1)
-        f_b, f_ab = np.split(_slopes(node_b, np.tile(odd_b, 2), along).swapaxes(0, 1), 2, axis=2)
+        slopes_b = _slopes(node_b, np.tile(odd_b, 2), along, monotone)
+        f_b, f_ab = np.split(slopes_b.swapaxes(0, 1), 2, axis=2)
     return f, f_a, f_b, f_ab
 
 
@@ -212,10 +229,11 @@ def _side_by_side(*parts: Floats) -> Floats:
     return values.reshape(*values.shape[:3], -1)
 
 
-def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:
+def _slopes(node: Floats, odd: Flags, values: Floats, monotone: bool) -> Floats:
     """Slopes at the nodes of cubic splines along the first axis of values (n, ..., k, 2).
 
-    The splines are odd (k,) or even about node = 0 and not-a-knot at the far end.
+    The splines are odd (k,) or even about node = 0 and not-a-knot at the far end. If `monotone`,
+    slopes are limited to three times those of the chords (Fritsch and Carlson 1980).
     """
     n = node.size
     if n < 4:
@@ -238,6 +256,9 @@ def _slopes(node: Floats, odd: Flags, values: Floats) -> Floats:
         upper[0] = 0.5 * uneven
         *_, slopes, _ = dgtsv(lower, diagonal, upper, some.reshape(n, -1))
         found[..., same, :] = slopes.reshape(some.shape)
+    if monotone:
+        for end in (slice(None, -1), slice(1, None)):  # of each cell
+            found[end] = np.clip(found[end], np.minimum(3.0 * rise, 0), np.maximum(3.0 * rise, 0))
     return found
 
 
@@ -250,6 +271,29 @@ def _end_weights(node: Floats) -> Floats:
         shape = prod((last - other) / (own - other) for other in rest)
         weights.append(shape / (own - last))
     return np.array([*weights, -sum(weights)])
+
+
+# Of the smaller loss D of two nodes: the least slope of the power |a| D between them.
+_LEAST_POWER_SLOPE = 0.5
+
+
+def _limit_power(node: Floats, f: Floats, slope: Floats) -> Floats:
+    """Slopes along the first axis for which -node f increases in each cell as it does at nodes.
+
+    A spline oscillates across a kink of f at the onset of slip, and steady states of one mode are
+    unstable where the power -node f decreases. It increases if g = f - c node decreases, with
+    c = min(-f) / 2 / node. The cubic g decreases if its slopes at both ends are between 0 and
+    three times the slope of its chord (Fritsch and Carlson 1980).
+    """
+    node = node[:, np.newaxis]
+    c = (_LEAST_POWER_SLOPE - 1.0) * np.maximum(f[:-1], f[1:]) / node[1:]
+    chord = np.diff(f, axis=0) / np.diff(node, axis=0) - c
+    increases = (c >= 0.0) & (chord <= 0.0)
+    lower, upper = np.full_like(f, -np.inf), np.full_like(f, np.inf)
+    for end in (slice(None, -1), slice(1, None)):  # of each cell
+        lower[end] = np.maximum(lower[end], np.where(increases, 3.0 * chord + c, -np.inf))
+        upper[end] = np.minimum(upper[end], np.where(increases, c, np.inf))
+    return np.clip(slope, lower, upper)
 
 
 def _limit_slopes(

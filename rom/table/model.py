@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from dataclasses import asdict, astuple, dataclass
+from dataclasses import asdict, astuple, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,14 +14,21 @@ import numpy as np
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.rom.errors import SlipmodeError, UnsettledError, naming
 from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
-from slipmode.rom.reduction.combination import CARRIERS, CombinationResonance
+from slipmode.rom.reduction.combination import (
+    CARRIERS,
+    CombinationResonance,
+    Order,
+    harmonic_orders,
+)
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.dof_response import DofResponse
@@ -29,7 +36,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 27  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 28  # of the file; raised whenever tables computed before must not be used any more
 
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
@@ -162,6 +169,37 @@ class Model:
         grid = Discretisation(stated.steps, stated.lines)
         problem = ContactProblem.of(self.reduced, self.law, self.combinations)
         return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
+
+    def finer_contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
+        """Return the contact problem with four times the steps of the table and its harmonics.
+
+        Parameters
+        ----------
+        smallest_amplitude : (modes,) ndarray
+            Smallest amplitudes |a_j| to be solved [kg^1/2 m].
+
+        Returns
+        -------
+        TorusProblem
+            Discretised contact problem, source Eqs. (13) and (14).
+        """
+        coarse = self.contact_problem(smallest_amplitude)
+        problem = coarse.problem
+        grid = replace(coarse.grid, steps=4 * coarse.grid.steps)
+        if self.modes == 1:
+            higher = harmonic_orders(HIGHEST_HARMONIC[1], 1, self.reduced.even)
+        else:
+            higher = self._higher_orders(problem, coarse.grid)
+        problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, higher)
+        return problem.on(grid, 0.1 * coarse.march.tolerance, smallest_amplitude)
+
+    def _higher_orders(self, problem: ContactProblem, grid: Discretisation) -> list[Order]:
+        """Return the harmonics of a table of two modes beyond `RESPONSE_ORDER`."""
+        response, ends = ErrorBudget(self.accuracy.tolerance).response, self.table.amplitude_range
+        try:
+            return list(higher_order_harmonics(problem, grid, ends, response))
+        except UnsettledError:
+            return []
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """Return warnings about forcing frequencies far from the carriers of the table.

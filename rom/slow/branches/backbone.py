@@ -272,14 +272,20 @@ def backbone(
     )
     zeta = off.imag / (2.0 * Omega**2)
     loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))
-    weight = _share(np.abs(now.friction[:, mode]), loss)
-    table_error = TableError.of(model, effective, frequency, np.ones(r.size), weight)
-    share = effective[:, mode] / r * table_error.size[:, mode] / r
-    frequency_error, damping_error = share / (2.0 * Omega), share / (2.0 * Omega**2)
+    table_error = TableError.of(flow, a)
+    at, size = table_error.at, table_error.scale[:, mode] / r
+    measured = table_error.measured[:, mode] / r[at]
+    share = np.abs(np.stack((measured.real, measured.imag), axis=-1)) / size[at, np.newaxis]
+    stated = table_error.stated[:, mode] / r
+    of_stiffness, of_loss = (
+        table_error.between(share).T * size + stated if at.size else np.stack((stated, stated))
+    )
+    frequency_error = of_stiffness / (2.0 * Omega)
+    damping_error = of_loss / (2.0 * Omega**2) + 2.0 * np.abs(zeta) * frequency_error / Omega
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
     change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
-    worst = float(_share(change, loss[table_error.measured]).max(initial=0.0))
+    worst = float((change / loss[at]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
 

@@ -18,7 +18,7 @@ from slipmode.rom.slow.answer_error import (
     curve_displacement,
     error_at_constant,
 )
-from slipmode.rom.slow.branches.continuation import Branch, Kind
+from slipmode.rom.slow.branches.continuation import Branch, Kind, Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.slow_flow import ForcedFlow
 
@@ -43,19 +43,28 @@ class CurveError:
         y, size = points.y, points.size
 
         def error_of(change: Floats) -> Floats:
-            """Return the error of y by a change of the scaled rates."""
+            """Return the error of y by a change of the scaled rates of any phase."""
             displacement = curve_displacement(points.linear, change)
             at_constant = curve_displacement(points.linear[:, :, :-1], change)[0]
             return error_at_constant(z[:, -1], y, branch, displacement, np.minimum(at_constant, 1))
 
-        modulus = np.maximum(np.abs(y), 1e-12)
-        stated = points.table_error(None)
-        sensitive = error_of(np.abs(points.rate_change(stated.size)))
-        total = points.table_error((sensitive / modulus).max(axis=1))
-        rate = np.abs(points.rate_change(total.size)) + points.neglected_force
-        growth = np.nan_to_num(rate / modulus).max(axis=1)
-        off_carriers = _off_carriers(points, branch, total)
-        return cls(size * error_of(rate), growth, total.size, off_carriers)
+        table = points.table_error
+        rate = np.abs(points.rate_change(table.size)) + points.neglected_force
+        error = error_of(np.abs(points.rate_change(table.stated)) + points.neglected_force)
+        off_carriers = 0.0
+        if table.at.size:
+            part = np.abs(table.measured) / table.scale[table.at]
+            largest = np.nan_to_num(part, nan=1.0).max() * table.scale
+            of_any_phase = error_of(np.abs(points.rate_change(largest)))
+            moved = points.moved(branch, table.at, table.measured)
+            least = np.maximum(of_any_phase[table.at], np.finfo(float).tiny)
+            error = error + table.between(np.minimum(moved / least, 1.0)) * of_any_phase
+            off = points.moved(branch, table.at, table.off_carriers)
+            modulus = np.abs(y[table.at])
+            share = np.divide(off, modulus, out=np.zeros_like(off), where=modulus > 0.0)
+            off_carriers = float(np.nan_to_num(share, nan=np.inf).max())
+        growth = np.nan_to_num(rate / np.maximum(np.abs(y), 1e-12)).max(axis=1)
+        return cls(size * error, growth, table.size, off_carriers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,18 +117,39 @@ class _Solutions:
         """Amplitudes at which the friction table is looked up, (points, modes)."""
         return self.flow.effective(self.problem.amplitude(self.z))
 
-    def table_error(self, weight: Floats | None) -> TableError:
-        """Return the error of S_j, see `TableError.of`."""
-        limit_scale = self.flow.inputs["limit_scale"]
-        effective = np.abs(self._effective) / limit_scale[:, np.newaxis]
-        flow = self.flow
-        return TableError.of(flow.model, effective, flow.frequency, limit_scale, weight)
+    @cached_property
+    def table_error(self) -> TableError:
+        """The error of S_j, see `TableError.of`."""
+        applied = self.problem.applied
+        return TableError.of(self.flow, self.problem.amplitude(self.z), applied)
 
     def rate_change(self, friction: Complexes | Floats) -> Complexes:
         """Return the change of the scaled rates (points, modes) by a change of S_j."""
         factor = coupling_factor(self.flow.model.reduced, self.flow.frequency)
         turned = np.exp(1j * np.angle(self._effective))
         return np.asarray(factor * turned * friction / self._mass)
+
+    def moved(self, branch: NDArray[np.intp], at: NDArray[np.intp], force: Complexes) -> Floats:
+        """Return errors of y (some, modes) at points `at` by forces on the modes (some, modes).
+
+        NaN where the force or the derivatives are not known.
+        """
+        z, y = self.z, self.y
+        change = force / self._mass[at]
+        found = np.full(force.shape, np.nan)
+        for k, (point, own) in enumerate(zip(at.tolist(), change, strict=True)):
+            derivatives = self.linear[point]
+            if not (np.isfinite(derivatives).all() and np.isfinite(own).all()):
+                continue
+            rate = np.ascontiguousarray(own).view(float)
+            moved = np.linalg.pinv(derivatives) @ rate
+            width = np.zeros(len(z))
+            width[point] = abs(moved[-1])
+            along = change_along(z[:, -1], y, branch, width)[point]
+            near = np.abs(moved[:-1].view(complex)) + along
+            at_constant = np.abs((np.linalg.pinv(derivatives[:, :-1]) @ rate).view(complex))
+            found[k] = np.minimum(near, at_constant)
+        return found
 
     @property
     def neglected_force(self) -> Floats:
@@ -128,35 +158,14 @@ class _Solutions:
         return np.asarray(np.abs(0.5 * force / self._mass))
 
 
-def _off_carriers(points: _Solutions, branch: NDArray[np.intp], error: TableError) -> float:
-    at, friction = error.measured, error.off_carriers
-    if not at.size:
-        return 0.0
-    if np.isnan(friction).any():
-        return float(np.inf)
-    z, y = points.z, points.y
-    change = _Solutions(points.problem, z[at]).rate_change(friction)
-    found = 0.0
-    for k, each in zip(at.tolist(), np.ascontiguousarray(change).view(float), strict=True):
-        derivatives = points.linear[k]
-        if not np.isfinite(derivatives).all() or not np.abs(y[k]).all():
-            continue
-        moved = np.linalg.pinv(derivatives) @ each
-        width = np.zeros(len(z))
-        width[k] = abs(moved[-1])
-        near = np.abs(moved[:-1].view(complex)) + change_along(z[:, -1], y, branch, width)[k]
-        at_constant = np.abs((np.linalg.pinv(derivatives[:, :-1]) @ each).view(complex))
-        found = max(found, float((np.minimum(near, at_constant) / np.abs(y[k])).max()))
-    return found
-
-
 def significant_specials(
     problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     """Return folds and Hopf points that are larger than the error; points between the others.
 
-    Two folds or Hopf points in sequence are left out if their distance in the parameter is below
-    its error there; Hopf points also if the growth between them is below its own.
+    Unstable states in sequence are left out, with their folds and Hopf points, if the error may
+    make them unstable. So are two folds or Hopf points in sequence whose distance in the parameter
+    is below its error there.
     """
     ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
     frictions, growths = np.split(error.friction, ends), np.split(error.growth, ends)
@@ -172,34 +181,53 @@ def significant_specials(
 def _significant(
     problem: ForcedSlowFlow, branch: Branch, friction: Floats, growth_error: Floats
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
-    points, kept = branch.points, list(range(len(branch.special)))
+    points = branch.points
     between = np.zeros(len(points.rows), dtype=bool)
-    if not kept:
+    if not branch.special:
         return [], between
-    places = [_segment(points.z, z) for _, z in branch.special]
+    places = np.array([_segment(points.z, z) for _, z in branch.special])
+    rate = np.abs(_Solutions(problem, points.z).rate_change(friction))
+    between |= _stable_within_error(points, np.linalg.norm(rate, axis=1), growth_error)
+    small = between[places] | between[places + 1]
+    kept = np.flatnonzero(~small).tolist()
     at = _Solutions(problem, np.array([z for _, z in branch.special]))
     change = np.abs(at.rate_change(friction[places]))
     error = np.nan_to_num(curve_displacement(at.linear, change)[1])  # of the parameter
 
-    def excess(first: int, second: int) -> float:
+    def apart(first: int, second: int) -> float:
         (kind, z), (other, z_other) = branch.special[first], branch.special[second]
         if kind != other:
             return np.inf
-        apart = float(abs(z[-1] - z_other[-1]) / (error[first] + error[second] + 1e-300))
-        if kind == "fold":
-            return apart
-        inside = slice(places[first] + 1, places[second] + 1)
-        growth = np.abs(points.eigenvalues[inside, 0].real) / growth_error[inside]
-        return min(apart, float(growth.max(initial=0.0)))
+        return float(abs(z[-1] - z_other[-1]) / (error[first] + error[second] + 1e-300))
 
     while len(kept) > 1:
-        size = [excess(*pair) for pair in pairwise(kept)]
+        size = [apart(*pair) for pair in pairwise(kept)]
         least = int(np.argmin(size))
         if size[least] > 1.0:
             break
         between[places[kept[least]] + 1 : places[kept[least + 1]] + 1] = True
         del kept[least : least + 2]
     return [branch.special[k] for k in kept], between
+
+
+def _stable_within_error(points: Points, rate: Floats, growth_error: Floats) -> Flags:
+    """Return unstable points of a branch that the error of the rates may have made unstable.
+
+    `rate` (points,) is the error of the scaled rates. The growth is a slope of the rates, so that
+    its integral along a part of the curve has the errors of the rates at both ends.
+    """
+    growth, number = points.eigenvalues[:, 0].real, len(rate)
+    unstable = np.concatenate(([False], points.unstable > 0, [False]))
+    starts, ends = np.flatnonzero(np.diff(unstable)).reshape(-1, 2).T
+    found = np.zeros(number, dtype=bool)
+    for start, end in zip(starts, ends, strict=True):
+        first, last = max(start - 1, 0), min(end, number - 1)
+        part = slice(first, last + 1)
+        steps = np.linalg.norm(np.diff(points.z[part, :-1], axis=0), axis=1)
+        excess = np.maximum(growth[part], 0.0) - growth_error[part]
+        integral = float(steps @ (0.5 * (excess[:-1] + excess[1:])))
+        found[start:end] = integral <= rate[first] + rate[last]
+    return found
 
 
 def _segment(z: Floats, at: Floats) -> int:

@@ -134,12 +134,15 @@ class ResponseCurve:
         stable : (found,) ndarray of bool
             Whether small deviations decay.
         """
-        p = self.parameter
-        across = (p[:-1] > value) != (p[1:] > value)
-        (before,) = np.nonzero(across & (self.branch[:-1] == self.branch[1:]))
+        p, above = self.parameter, self.parameter > value
+        same = self.branch[:-1] == self.branch[1:]
+        (before,) = np.nonzero((above[:-1] != above[1:]) & same)
         part = ((value - p[before]) / (p[before + 1] - p[before]))[:, np.newaxis]
         a = (1.0 - part) * self.amplitude[before] + part * self.amplitude[before + 1]
-        return a, self.stable[np.where(part[:, 0] < 0.5, before, before + 1)]
+        beside = np.append(above[1:] & same, False) | np.append(False, above[:-1] & same)
+        (last,) = np.nonzero((p == value) & ~beside)  # the curve ends or turns back there
+        nearest = np.append(np.where(part[:, 0] < 0.5, before, before + 1), last)
+        return np.concatenate((a, self.amplitude[last])), self.stable[nearest]
 
     def displacement(self, dof: int) -> Floats:
         """Return the displacement amplitude of a DOF at the carrier of each mode.

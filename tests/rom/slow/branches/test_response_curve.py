@@ -209,6 +209,16 @@ def test_it_is_drawn(both, tmp_path):
     assert drawn == np.abs(curve.amplitude).max()
 
 
+@pytest.mark.parametrize("span", [(0.9, 1.05), (1.05, 0.9)])
+def test_states_at_both_ends_of_the_span_are_found(both, span):
+    curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", span)
+    for end in (0, -1):
+        a, stable = curve.at(curve.parameter[end])
+        assert np.array_equal(a, curve.amplitude[[end]])
+        assert stable.tolist() == [True]
+    assert len(curve.at(curve.parameter[5])[0]) == 1
+
+
 def test_a_branch_with_too_many_points_is_said_to_go_on(both, monkeypatch):
     monkeypatch.setattr(continuation, "MOST_POINTS", 10)
     with pytest.warns(rom.ValidityWarning, match=r"^curve is incomplete beyond frequency_A = 0\."):
