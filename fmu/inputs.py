@@ -10,7 +10,7 @@ from slipmode.rom import Model, SlipmodeError, Tanh, kernel
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.reduced import force_vectors
+from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.validity import (
     Finding,
     can_carry,

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.reduced import Reduced, force_vectors
+from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.structure import Structure
 

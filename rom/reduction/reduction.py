@@ -17,7 +17,8 @@ from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.progress import phases
 from slipmode.rom.reduction.bonded import reduce_bonded
 from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.reduced import Formulation, Reduced, force_vectors
+from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.reduced import Formulation, Reduced
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.structure import Structure

@@ -262,11 +262,16 @@ def amplitude_error(flow: ForcedFlow, amplitude: Complexes, friction: Complexes)
 
     `amplitude` and `friction` are (points, modes); 0 for a mode at rest.
     """
-    size = np.abs(amplitude)
-    _, jacobian = flow.rate_and_jacobian(amplitude)
     factor = coupling_factor(flow.model.reduced, flow.frequency)
     turned = np.exp(1j * np.angle(flow.effective(amplitude)))
-    change = np.ascontiguousarray(factor * turned * friction / flow.balance(amplitude).mass)
+    return _amplitude_error(flow, amplitude, factor * turned * friction)
+
+
+def _amplitude_error(flow: ForcedFlow, amplitude: Complexes, force: Complexes) -> Floats:
+    """Return |delta a_j| / |a_j| by modal forces (points, modes), as `amplitude_error`."""
+    size = np.abs(amplitude)
+    _, jacobian = flow.rate_and_jacobian(amplitude)
+    change = np.ascontiguousarray(force / flow.balance(amplitude).mass)
     moved = np.linalg.pinv(jacobian) @ change.view(float)[..., np.newaxis]
     moved = np.abs(np.ascontiguousarray(moved[..., 0]).view(complex))
     return np.asarray(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))
@@ -286,7 +291,9 @@ def error_at_points(flow: ForcedFlow, amplitude: Complexes) -> Callable[[int, Co
     return error_of
 
 
-def detuning_findings(flow: ForcedFlow, amplitude: Complexes) -> list[Finding]:
+def detuning_findings(
+    flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces
+) -> list[Finding]:
     """Report steady states (points, modes) whose error by forcing off the carriers is large."""
     model, forced = flow.model, (flow.force != 0.0).any(axis=0)
     stated, apart = model.accuracy, flow.frequency / model.reduced.carrier - 1.0
@@ -299,8 +306,8 @@ def detuning_findings(flow: ForcedFlow, amplitude: Complexes) -> list[Finding]:
     estimate = amplitude_error(flow, amplitude, friction.astype(complex)).max(axis=1)
     if np.all(estimate <= _WORTH_MEASURING * stated.tolerance):
         return []
-    found = TableError.of(flow, amplitude)
+    found = TableError.of(flow, amplitude, applied)
     at = flow.with_inputs(flow.inputs[found.at])
-    error = amplitude_error(at, amplitude[found.at], found.off_carriers)
+    error = _amplitude_error(at, amplitude[found.at], found.off_carriers)
     largest = float(np.nan_to_num(error, nan=np.inf).max(initial=0.0))
     return off_carrier_findings(stated.tolerance, largest, apart, "the amplitudes")

@@ -250,7 +250,7 @@ def steady(
     check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     flow = ForcedFlow.of(model, points, every, applied.shift)
-    warn(detuning_findings(flow, amplitude))
+    warn(detuning_findings(flow, amplitude, applied))
     error_of = error_at_points(flow, amplitude)
     warn(neglected_resonance_findings(model, points, amplitude, error_of))
     return amplitude.reshape(Omega.shape)

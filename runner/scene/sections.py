@@ -16,7 +16,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
-from slipmode.rom.reduction.reduced import force_vector
+from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure

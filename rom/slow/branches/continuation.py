@@ -126,3 +126,15 @@ def _bisected(curve: kernel.Structure, points: Points, before: int, kind: Kind) 
             is_before = at.unstable[0] == points.unstable[before]
         low, high = (at.z[0], high) if is_before else (low, at.z[0])
     return np.array(low)
+
+
+def cut_off(branches: list[Branch]) -> list[float]:
+    """Return parts of the span where a curve continues, and no other branch covers it."""
+    return [
+        float(end[-1])
+        for branch in branches
+        for end in branch.cut_off
+        if not any(
+            other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
+        )
+    ]

@@ -24,13 +24,11 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
 from slipmode.rom.slow.branches.backbone import (
     BAND,
-    LARGEST,
-    SMALLEST,
     Backbone,
-    backbone,
     check_converged,
     friction_takes_energy,
 )
+from slipmode.rom.slow.branches.resonance_peaks import phase_resonances
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
@@ -343,7 +341,7 @@ def performance_curve(
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
         raise SlipmodeError(f"force: does not excite mode {'AB'[mode]}; choose another DOF")
-    curve, held = _phase_resonances(model, mode)
+    curve, held = phase_resonances(model, mode)
     # Friction hardly changes the damping.
     if np.ptp(curve.damping) <= 0.01 * curve.damping.min():
         raise SlipmodeError(
@@ -473,34 +471,3 @@ def _advice(model: Model, mode: int) -> str:
         return "this mode does not move the contacts"
     # Friction dissipates most at about twice the onset: four times that is enough.
     return f"the first contact slips at {first:.3g}; tabulate to {4.0 * last:.2g} or more"
-
-
-def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
-    """Return the highest resonance peaks of a mode under modal forces |F_j| (n,), and frequencies.
-
-    The other mode is at rest. Peaks |a| (n,) [kg^1/2 m] and their frequencies [rad/s] are NaN
-    outside the friction table. A mode that is self-excited or undamped is refused.
-    """
-    curve, held = _phase_resonances(model, mode)
-    r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)
-    held = np.append(0.0, held)
-    least = np.minimum.accumulate(held[::-1])[::-1]  # of the forces from there on
-    below = np.searchsorted(least, force, side="right") - 1  # the last amplitude they exceed
-    inside = below < held.size - 1
-    k = np.where(inside, below, 0)
-    part = (force - held[k]) / (held[k + 1] - held[k])
-    peak, frequency = (each[k] + part * (each[k + 1] - each[k]) for each in (r, Omega))
-    return np.where(inside, peak, np.nan), np.where(inside, frequency, np.nan)
-
-
-def _phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
-    """Return the backbone over the friction table, and the modal force at each amplitude."""
-    largest = model.table.amplitude_range[mode]
-    curve = backbone(model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, 2000))
-    if np.any(curve.damping <= 0.0):
-        r = curve.amplitude[curve.damping <= 0.0][0]
-        raise SlipmodeError(
-            f"mode: {'AB'[mode]} has no damping at |a| = {r:.3g} kg^1/2 m, so it has no resonance "
-            "peak; rom.limit_cycles finds the limit cycles of self-excited modes"
-        )
-    return curve, 4.0 * curve.damping * curve.frequency**2 * curve.amplitude

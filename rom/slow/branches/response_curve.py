@@ -21,6 +21,7 @@ from slipmode.rom.slow.branches.continuation import (
     Kind,
     Points,
     branch_through,
+    cut_off,
 )
 from slipmode.rom.slow.branches.curve_error import CurveError, significant_specials
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
@@ -441,9 +442,9 @@ def response_curve(
     warn(
         off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "the amplitudes")
     )
-    cut_off = problem.parameter(np.array(_cut_off(branches)))
-    if cut_off.size:
-        where = f"{vary} = {', '.join(f'{value:.6g}' for value in cut_off)}"
+    ends = problem.parameter(np.array(cut_off(branches)))
+    if ends.size:
+        where = f"{vary} = {', '.join(f'{value:.6g}' for value in ends)}"
         reason = f"a branch has more than {MOST_POINTS} points. A shorter span shows more of it"
         warn([Finding("curve", f"is incomplete beyond {where}", reason, "warning")])
     specials, smaller = significant_specials(problem, branches, error)
@@ -468,7 +469,7 @@ def response_curve(
         special,
         model.reduced.mode_shapes.copy(),
         cycles,
-        cut_off,
+        ends,
         _motion(problem, np.vstack((points.z, at)), cycles),
     )
 
@@ -487,15 +488,3 @@ def _motion(problem: ForcedSlowFlow, z: Floats, cycles: SlowCycles) -> SteadyMot
         problem.applied,
         flow.inputs["limit_scale"],
     )
-
-
-def _cut_off(branches: list[Branch]) -> list[float]:
-    """Return parts of the span where a curve continues, and no other branch covers it."""
-    return [
-        float(end[-1])
-        for branch in branches
-        for end in branch.cut_off
-        if not any(
-            other.points.pass_by(end[np.newaxis])[0] for other in branches if other is not branch
-        )
-    ]

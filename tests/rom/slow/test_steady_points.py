@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.slow.branches.performance import resonance_peaks
+from slipmode.rom.slow.branches.resonance_peaks import resonance_peaks
 from slipmode.rom.slow.steady_points import steady_points
 
 PATTERNS = ({0: 1.0}, {1: 1.0})
