@@ -23,6 +23,7 @@ from slipmode.rom.slow.direct.integrated import ends_soon, integrated
 from slipmode.rom.slow.direct.steady_harmonics import (
     SteadyHarmonics,
     SteadyProblem,
+    neglected_modes,
     relative_error,
 )
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
@@ -44,9 +45,10 @@ class SteadyState:
     Attributes
     ----------
     error : (modes,) ndarray
-        Estimated error of `amplitude` due to harmonics, time steps and phase lines [kg^1/2 m], not
-        below the unbalanced force on a finer grid. The balance of two modes has an error of at
-        least 0.12 %, because it neglects motion between the harmonics.
+        Estimated error of `amplitude` due to harmonics, time steps, phase lines and modes that
+        follow statically [kg^1/2 m], not below the unbalanced force on a finer grid. The balance of
+        two modes has an error of at least 0.12 %, because it neglects motion between the
+        harmonics.
     harmonics : SteadyHarmonics
         Harmonics of modes and contacts.
     reduced : Reduced
@@ -192,7 +194,9 @@ def steady_state(
         raise SlipmodeError("force: must not be 0; retain the forced modes only (rom.reduce)")
     advice = "a larger tolerance, or one mode" if modes == 2 else "a larger tolerance"
     work = WorkLimit("steady state", advice, checked_budget(budget))
-    error, found, method = _solve(SteadyProblem(reduced, law, f, tolerance, work), start)
+    problem = SteadyProblem(reduced, law, f, tolerance, work)
+    error, found, method = _solve(problem, start)
+    error = error + neglected_modes(problem, found) * np.abs(found.amplitude)
     warn(forcing_findings(reduced, Omega, np.ones(modes, dtype=bool)))
     warn(friction_findings(reduced, law, np.abs(found.amplitude)))
     return SteadyState(error, found, reduced, f, method)
