@@ -37,9 +37,10 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 )
 
 CLOSEST = 0.05  # change of the amplitudes by the last Newton step, relative to the tolerance
-# The march tolerance is far below the differences of F, relative to the contact motion.
-_MARCH_TOLERANCE, _DIFFERENCE = 1e-9, 1e-5
-_ROUNDING = 1e-4  # residual relative to the tolerance, below which Newton steps only add rounding
+# The march tolerance, relative to the tolerance of the amplitudes; and differences of F, relative
+# to the contact motion, which are far larger.
+_MARCH_TOLERANCE, _DIFFERENCE = 1e-4, 1e-5
+_ROUNDING = 1e-4  # residual relative to the tolerance that marches leave
 _LEAST_FORCE = 0.01  # of the forces on the modes: weaker contact forces need no precision
 _MOST_DIRECTIONS = 40  # of GMRES
 _SMALLEST_PART = 0.2  # of a Newton step in the line search
@@ -90,12 +91,13 @@ class ForcedBalance:
     def checked(self, found: SteadyHarmonics) -> tuple[float, SteadyHarmonics]:
         """Put a steady state with fewer harmonics, on a coarser grid, into these equations.
 
-        Returns the largest unbalanced modal force at its harmonics, relative to the forces, and
-        the state with all harmonics.
+        Returns the largest unbalanced force on a mode near one of its harmonics, relative to the
+        forces, and the state with all harmonics.
         """
         step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
         state, known = step.iterate(found.at(self.orders)), len(found.orders)
         off = np.einsum("qkc,qc->qk", self.receptance.B, state.F - state.P)[:known]
+        off = np.where(self.receptance.resonant[:known], off, 0.0)
         more = np.vstack((found.P, state.F[known:]))
         modal = self.receptance.modal(more)
         modal[:known] = found.modal
@@ -121,7 +123,7 @@ class ForcedBalance:
             self.orders,
             given_forces=given,
             work=self.problem.work,
-        ).on(self.grid, _MARCH_TOLERANCE)
+        ).on(self.grid, _MARCH_TOLERANCE * self.problem.tolerance)
         found: Complexes = torus.solve(np.ones((1, modes))).P[0]
         return found
 
@@ -160,7 +162,7 @@ class ForcedBalance:
 
     def _after_transient(self, P: Complexes, modal: Complexes) -> SteadyHarmonics:
         """Return the steady state to which the slow flow leads."""
-        length, residual = self._slip_time, _STEP_RESIDUAL
+        length, residual, tried = self._slip_time, _STEP_RESIDUAL, 10.0 * self._slip_time
         for _ in range(_MOST_TIME_STEPS):
             step = _TimeStep(self, length, modal)
             after, count = step.solve(P, residual)
@@ -171,11 +173,12 @@ class ForcedBalance:
             P, modal = after.P, after.modal
             length *= _LONGER if count < 2 else _LONG
             nearly = change <= _NEARLY_STEADY * np.linalg.norm(modal)
-            if nearly and length > 20.0 * self._slip_time:
+            if nearly and length >= _LONG * tried:
                 found = self._steady(P)
                 if found is not None:
                     return found
-                length, residual = _SHORTER**2 * length, _SHORTER * residual
+                # The basin of Newton's method is small, or a mode changes very slowly.
+                tried, residual = length, _SHORTER * residual
         raise self._refusal(step, P)
 
     @cached_property
@@ -220,10 +223,7 @@ class _TimeStep:
     def _response(self) -> tuple[Complexes, Complexes, Floats]:
         """Modes without contacts, modes per P, and weights (N_c,) of the contacts."""
         at = self.balance.receptance
-        square = at.frequency[:, np.newaxis] ** 2
-        # Other modes respond with less than twice the inertia force, at once.
-        resonant = np.abs(np.einsum("qkk->qk", at.D)) < 0.5 * square
-        rate = np.where(resonant, 2j * at.frequency[:, np.newaxis] / self.length, 0.0)
+        rate = np.where(at.resonant, 2j * at.frequency[:, np.newaxis] / self.length, 0.0)
         D = at.D + rate[..., np.newaxis] * np.eye(at.D.shape[-1])
         loads = at.loads + rate * self.before
         both = np.linalg.solve(D, np.concatenate((loads[..., np.newaxis], -at.B), axis=-1))

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.time_budget import WorkLimit
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import Order
@@ -71,7 +71,7 @@ def neglected_modes(problem: SteadyProblem, found: SteadyHarmonics) -> Floats:
     stiffness = np.linalg.inv(np.diag(1.0 / reduced.contacts.reference) + R)
     force = 0.5 * np.abs(np.einsum("jn,nj->j", problem.force, reduced.mode_shapes))
     effect = np.abs(reduced.coupling @ stiffness) @ moved
-    return np.divide(effect, force, out=np.zeros(modes), where=force > 0.0)
+    return np.asarray(np.divide(effect, force, out=np.zeros(modes), where=force > 0.0))
 
 
 @frozen
@@ -97,6 +97,15 @@ class Receptance:
         loads = np.zeros(B.shape[:2], dtype=complex)
         loads[own] = half @ reduced.all_shapes
         return cls(tuple(orders), nu, reduced.modal_stiffness(nu), B, reduced.following(nu), loads)
+
+    @property
+    def resonant(self) -> Flags:
+        """Which modes are near each harmonic, (orders, modes + nonresonant).
+
+        The others respond with less than twice the force of their inertia.
+        """
+        own = np.abs(np.einsum("qkk->qk", self.D))
+        return np.asarray(own < 0.5 * self.frequency[:, np.newaxis] ** 2)
 
     def modal(self, P: Complexes) -> Complexes:
         """Return the displacement of all modes due to the forces and contact harmonics P."""

@@ -29,7 +29,7 @@ from slipmode.rom.slow.direct.steady_harmonics import (
 from slipmode.rom.validity import forcing_findings, friction_findings, warn
 
 # By modes, |n| + |m| of the harmonics in turn, with twice the time steps at each level.
-_HIGHEST = {1: (7, 15, 31, 63, 127), 2: (7, 11, 17, 25)}
+_HIGHEST = {1: (7, 15, 31, 63, 127, 127), 2: (7, 11, 17, 25, 25)}
 # By modes, the effect of motion between the harmonics of two carriers on the amplitudes: 1.03e-3
 # in test_the_branch_of_two_modes_is_followed_from_a_steady_state.
 _BETWEEN_HARMONICS = {1: 0.0, 2: 1.2e-3}
@@ -46,8 +46,8 @@ class SteadyState:
     ----------
     error : (modes,) ndarray
         Estimated error of `amplitude` due to harmonics, time steps, phase lines and modes that
-        follow statically [kg^1/2 m], not below the unbalanced force on a finer grid. The balance of
-        two modes has an error of at least 0.12 %, because it neglects motion between the
+        follow statically [kg^1/2 m], not below the unbalanced force on a finer grid. The balance
+        of two modes has an error of at least 0.12 %, because it neglects motion between the
         harmonics.
     harmonics : SteadyHarmonics
         Harmonics of modes and contacts.
@@ -252,11 +252,14 @@ def _balanced(
         # below a quarter of the error before.
         error = np.maximum(np.abs(found.amplitude - before), 0.25 * error)
         off = relative_error(reduced, error, found.amplitude)
+        if off > tolerance:
+            continue
+        residual, full = finer.checked(found)
+        size = np.abs(found.amplitude)
+        stated = np.maximum(error, residual * size) + CLOSEST * tolerance * size
+        off = relative_error(reduced, stated, found.amplitude) / (1.0 + CLOSEST)
         if off <= tolerance:
-            residual, found = finer.checked(found)
-            size = np.abs(found.amplitude)
-            error = np.maximum(error, residual * size) + CLOSEST * tolerance * size
-            return np.maximum(error, _BETWEEN_HARMONICS[modes] * size), found
+            return np.maximum(stated, _BETWEEN_HARMONICS[modes] * size), full
     raise SlipmodeError(
         f"tolerance: needs more than {level.grid.steps} steps per period; a tolerance of "
         f"{2.0 * off:.1g} is within reach"
