@@ -154,10 +154,7 @@ class SlowPass(Pass):
             f"table tolerance {accuracy.tolerance:g}"
         )
         recorder.event(0.0, "info", summary)
-        reached = np.array(schedule.frequency_range(plan.excited.modes))
         record_findings(recorder, plan.decisions)  # `run` has printed them
-        for found in (*accuracy.findings(), *self._model.detuning_findings(reached)):
-            self._report(found)
         self._record(self._rows[0], 0)
         for first in range(0, schedule.steps, self._steps_per_block):
             block = slice(first, min(first + self._steps_per_block, schedule.steps))
@@ -178,13 +175,10 @@ class SlowPass(Pass):
         recorder.event(self._now, largest.level, largest.reason)
         if plan.scene.model.amplitude is not None and largest.level == "warning":
             _log.warning("%s", largest.line())  # the plan does not know it
-        self._report(self._friction.finding())
-
-    def _report(self, found: Finding) -> None:
-        """Record a finding about the model or the run; print it if it is a warning."""
-        self._recorder.event(self._now, found.level, found.line())
-        if found.level == "warning":
-            _log.warning("%s", found.line())
+        for found in self._friction.findings():
+            recorder.event(self._now, found.level, found.line())
+            if found.level == "warning":
+                _log.warning("%s", found.line())
 
     def _report_stretches(self, *, over: bool = False) -> None:
         """Record which stretches were at full order, if they have ended or the run is over."""
