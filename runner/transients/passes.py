@@ -165,6 +165,7 @@ class SlowPass(Pass):
                 outputs = self._component.run(schedule.durations(block), inputs)
             except StoppedError as stop:
                 self._keep(stop.outputs, first)
+                self._report_friction()
                 raise
             finally:
                 self.seconds += time.perf_counter() - started
@@ -175,8 +176,12 @@ class SlowPass(Pass):
         recorder.event(self._now, largest.level, largest.reason)
         if plan.scene.model.amplitude is not None and largest.level == "warning":
             _log.warning("%s", largest.line())  # the plan does not know it
+        self._report_friction()
+
+    def _report_friction(self) -> None:
+        """Record findings about friction so far; print warnings."""
         for found in self._friction.findings():
-            recorder.event(self._now, found.level, found.line())
+            self._recorder.event(self._now, found.level, found.line())
             if found.level == "warning":
                 _log.warning("%s", found.line())
 
