@@ -18,6 +18,7 @@ from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -181,9 +182,10 @@ class SlowPass(Pass):
     def _report_friction(self) -> None:
         """Record findings about friction so far; print warnings."""
         for found in self._friction.findings():
-            self._recorder.event(self._now, found.level, found.line())
+            words = command_words(found.line())
+            self._recorder.event(self._now, found.level, words)
             if found.level == "warning":
-                _log.warning("%s", found.line())
+                _log.warning("%s", words)
 
     def _report_stretches(self, *, over: bool = False) -> None:
         """Record which stretches were at full order, if they have ended or the run is over."""
