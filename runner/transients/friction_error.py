@@ -62,9 +62,12 @@ class FrictionErrorRecord:
         _, jacobian = flow.rate_and_jacobian(amplitude)
         return np.nan_to_num(curve_displacement(jacobian, change)[0])
 
-    def finding(self) -> Finding:
-        """Return the event for the recording: a warning if the error exceeds the allowed one."""
-        plan, (errors, sizes) = self._plan, self._squares
+    def findings(self) -> list[Finding]:
+        """Return the events for the recording; empty if friction is within the tolerance.
+
+        If the error exceeds the allowed one or is unknown, its causes are included as warnings.
+        """
+        plan, model, (errors, sizes) = self._plan, self._model, self._squares
         error = np.sqrt(np.divide(errors, sizes, out=np.zeros_like(sizes), where=sizes > 0.0))
         each = zip(plan.excited.modes, error, strict=True)
         listed = ", ".join(f"|{mode}| {percentage(part)}" for mode, part in each)
@@ -73,8 +76,15 @@ class FrictionErrorRecord:
             plan.scene.model.transient_error,
         )
         reason = "due to friction errors beyond model.tolerance"
-        if np.all(error <= allowed):
-            return Finding("amplitudes", choice, reason)
-        reason += f", above {percentage(allowed)}. Use a shorter frequency sweep, or compare with "
-        reason += "slipmode validate"
-        return Finding("amplitudes", choice, reason, "warning")
+        is_small = bool(np.all(error <= allowed))
+        found = []
+        if not (is_small and np.isfinite(model.accuracy.neglected_response)):
+            reached = np.array(plan.schedule.frequency_range(plan.excited.modes))
+            found = [*model.accuracy.findings(), *model.detuning_findings(reached)]
+        if not is_small:
+            reason += f", above {percentage(allowed)}. Use a shorter frequency sweep, or compare "
+            reason += "with slipmode validate"
+            found.append(Finding("amplitudes", choice, reason, "warning"))
+        elif error.any():
+            found.append(Finding("amplitudes", choice, reason))
+        return found

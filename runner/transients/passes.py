@@ -18,6 +18,7 @@ from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
+from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
@@ -154,10 +155,7 @@ class SlowPass(Pass):
             f"table tolerance {accuracy.tolerance:g}"
         )
         recorder.event(0.0, "info", summary)
-        reached = np.array(schedule.frequency_range(plan.excited.modes))
         record_findings(recorder, plan.decisions)  # `run` has printed them
-        for found in (*accuracy.findings(), *self._model.detuning_findings(reached)):
-            self._report(found)
         self._record(self._rows[0], 0)
         for first in range(0, schedule.steps, self._steps_per_block):
             block = slice(first, min(first + self._steps_per_block, schedule.steps))
@@ -168,6 +166,7 @@ class SlowPass(Pass):
                 outputs = self._component.run(schedule.durations(block), inputs)
             except StoppedError as stop:
                 self._keep(stop.outputs, first)
+                self._report_friction()
                 raise
             finally:
                 self.seconds += time.perf_counter() - started
@@ -178,13 +177,15 @@ class SlowPass(Pass):
         recorder.event(self._now, largest.level, largest.reason)
         if plan.scene.model.amplitude is not None and largest.level == "warning":
             _log.warning("%s", largest.line())  # the plan does not know it
-        self._report(self._friction.finding())
+        self._report_friction()
 
-    def _report(self, found: Finding) -> None:
-        """Record a finding about the model or the run; print it if it is a warning."""
-        self._recorder.event(self._now, found.level, found.line())
-        if found.level == "warning":
-            _log.warning("%s", found.line())
+    def _report_friction(self) -> None:
+        """Record findings about friction so far; print warnings."""
+        for found in self._friction.findings():
+            words = command_words(found.line())
+            self._recorder.event(self._now, found.level, words)
+            if found.level == "warning":
+                _log.warning("%s", words)
 
     def _report_stretches(self, *, over: bool = False) -> None:
         """Record which stretches were at full order, if they have ended or the run is over."""

@@ -58,6 +58,10 @@ def same(a, b):
         elif field.name == "contacts" and one is not None:
             np.testing.assert_array_equal(one.reference, other.reference)
             np.testing.assert_array_equal(one.element, other.element)
+        elif isinstance(one, rom.Structure):
+            same(one, other)
+        elif scipy.sparse.issparse(one):
+            assert (one != other).nnz == 0
         else:
             assert one == other
 

@@ -206,7 +206,7 @@ def test_displacements_of_dofs_include_contacts_and_the_quasi_static_response(
     data = computed(study_file(vary + wanted, scene), tmp_path, scheduler)
     for k, force in enumerate((1.0, 2.0)):
         state = rom.steady_state(reduced, law, [frequency], [{0: force}], 1e-4)
-        exact = 2.0 * np.abs(state.displacement(structure)[0, [0, 3]])
+        exact = np.array([state.displacement(dof)[0] for dof in (0, 3)])
         found = data.isel(sample=k).sel(mode="A")
         shown = [found["steady_displacement"], found["curve_displacement"][0]]
         for each in (*shown, found["at_displacement"][0]):
