@@ -285,12 +285,12 @@ def backbone(
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
     change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
-    worst = float((change / loss[at]).max(initial=0.0))
+    worst = float(_share(change, loss[at]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
 
     def error_of(point: int, friction: Complexes) -> float:  # of the damping
-        return float(np.abs(friction[mode]) / loss[point])
+        return float(_share(np.abs(friction[mode]), loss[point]))
 
     warn(neglected_resonance_findings(model, frequency, effective, error_of))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
