@@ -75,8 +75,7 @@ class TableError:
         effective = flow.effective(amplitude) / factor
         size = np.minimum(np.abs(effective), model.table.amplitude_range)
         scale, accuracy = factor * model.error_scale(size), model.accuracy
-        count = min(len(size), _MEASURED[model.modes])
-        at = np.unique(np.linspace(0, len(size) - 1, count).astype(np.intp))
+        at = _measured_points(size, model.table.axes)
         friction = flow.balance(amplitude).friction[at]
         inside = np.isfinite(friction).all(axis=1)
         at, friction = at[inside], friction[inside]
@@ -123,6 +122,24 @@ class TableError:
         if not self.at.size:
             return self.stated
         return self.between(np.abs(self.measured) / self.scale[self.at]) * self.scale + self.stated
+
+
+def _measured_points(size: Floats, axes: tuple[Floats, ...]) -> NDArray[np.intp]:
+    """Return the points of a curve at which delta S_j is measured, (some,).
+
+    `size` (points, modes) are effective amplitudes, `axes` the nodes of the friction table. The
+    measured points have equal distances, half by the number of points in between and half by the
+    number of cells of the table: the interpolation error is different in each cell.
+    """
+    count = _MEASURED[len(axes)]
+    if len(size) <= count:
+        return np.arange(len(size))
+    cells = np.zeros(len(size) - 1)
+    for values, nodes in zip(size.T, axes, strict=True):
+        cells += np.abs(np.diff(np.interp(values, nodes, np.arange(nodes.size))))
+    share = np.divide(cells, cells.mean(), out=np.zeros_like(cells), where=cells > 0.0)
+    distance = np.concatenate(([0.0], np.cumsum(1.0 + share)))
+    return np.unique(np.searchsorted(distance, np.linspace(0.0, distance[-1], count)))
 
 
 def _exact_friction(

@@ -271,7 +271,8 @@ def backbone(
         "of the mode there",
     )
     zeta = off.imag / (2.0 * Omega**2)
-    loss, effective = np.abs(off.imag) * r, np.abs(flow.effective(a))
+    # A loss below the rounding error of the stiffness is 0, as of an undamped mode that sticks.
+    loss = np.maximum(np.abs(off.imag), np.finfo(float).eps * Omega**2) * r
     table_error = TableError.of(flow, a)
     at, size = table_error.at, table_error.scale[:, mode] / r
     measured = table_error.measured[:, mode] / r[at]
@@ -292,7 +293,7 @@ def backbone(
     def error_of(point: int, friction: Complexes) -> float:  # of the damping
         return float(np.abs(friction[mode]) / loss[point])
 
-    warn(neglected_resonance_findings(model, frequency, effective, error_of))
+    warn(neglected_resonance_findings(model, frequency, np.abs(flow.effective(a)), error_of))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))
@@ -308,13 +309,6 @@ def backbone(
         motion,
         mode,
     )
-
-
-def _share(part: Floats, loss: Floats) -> Floats:
-    """Return part / loss, at most 1 / eps; 0 if both are 0, as of an undamped mode that sticks."""
-    rounding = np.finfo(float).eps
-    most = np.where(part > 0.0, 1.0 / rounding, 0.0)
-    return np.divide(part, loss, out=most, where=loss > rounding * part)
 
 
 def check_converged(change: Floats, amplitude: Floats, reason: str) -> None:

@@ -84,16 +84,17 @@ def test_internal_steps_are_read_as_communication_points_are(observe):
 
 
 def test_who_is_told_computes_what_others_do(observe, unzipped):
-    """To the tolerance: internal steps are others where one is tried again. Measured 2.1e-6.
+    """To the tolerance: internal steps are others where one is tried again. Measured 2.3e-8.
 
-    Five steps, each of which may be off by the internal tolerance of 1e-6.
+    Five steps, each of which may be off by the internal tolerance of 1e-8.
     """
     made = observe(lambda made, time, may_return: None)
     plain = Instance(unzipped[3], 3).start()
     for one in (made, plain):
+        one.set(tolerance=1e-8)
         for k in range(5):
             one.step(40.0 * k, 40.0)
-    np.testing.assert_allclose(made.get(*READ[:4]), plain.get(*READ[:4]), rtol=5e-6)
+    np.testing.assert_allclose(made.get(*READ[:4]), plain.get(*READ[:4]), rtol=5e-8)
     plain.free()
 
 

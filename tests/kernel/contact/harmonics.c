@@ -96,7 +96,7 @@ static void check_refusals(harmonics_call *c) {
     CHECK_REFUSES_NOT_FINITE(c->shape, SM_MODES * SIGNALS, add_up, c);
     CHECK_REFUSES_NOT_FINITE(c->coefficient, (SEGMENTS + 1) * SIGNALS * 2 * ORDERS, add_up, c);
     CHECK_REFUSES_NOT_FINITE(c->times, SAMPLES, add_up, c);
-    const int32_t too_high[] = {33, 0};
+    const int32_t too_high[] = {129, 0};
     c->sum.orders_count = 1;
     CHECK_REFUSES(const int32_t *, c->sum.orders, too_high, add_up(c), SM_BAD_ARGUMENT);
     c->sum.orders_count = ORDERS;

@@ -86,7 +86,7 @@ static void check_creation(model *m) {
     const int32_t counts[] = {-1, INT32_MIN, 513, INT32_MAX};
     for (int k = 0; k < 4; k++)
         CHECK_REFUSES(int32_t, m->motion.orders_count, counts[k], create_once(m), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, m->orders[1], 33, create_once(m), SM_BAD_ARGUMENT);
+    CHECK_REFUSES(int32_t, m->orders[1], 129, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const int32_t *, m->motion.orders, NULL, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, m->motion.reaction, NULL, create_once(m), SM_BAD_ARGUMENT);
     CHECK_REFUSES(const double *, m->motion.response, NULL, create_once(m), SM_BAD_ARGUMENT);

@@ -52,7 +52,7 @@ def test_free_vibration_follows_it(law, mode):
     assert np.sort(off)[-3] <= 0.015
 
 
-@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.filterwarnings("error")
 def test_undamped_contacts_that_stick_have_no_damping():
     reduced, law = rom.reduce(rom.two_mass(beta=0.0), (0,)), rom.Coulomb(2.0)
     with pytest.warns(rom.ValidityWarning, match="misses its tolerance"):
