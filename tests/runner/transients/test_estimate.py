@@ -241,4 +241,4 @@ def test_an_fmu_states_its_transient_error(tmp_path):
         path = export_fmu(l_frame_scene(tmp_path), tmp_path / "l.fmu")
     with zipfile.ZipFile(path) as archive:
         page = archive.read("documentation/index.html").decode()
-    assert re.search(r"their estimated error is up to \d\.?\d* %, 0\.\d+ % of it", page)
+    assert re.search(r"the estimated error is up to \d\.?\d* %, 0\.\d+ % of the range", page)
