@@ -128,15 +128,16 @@ def _measured_points(size: Floats, axes: tuple[Floats, ...]) -> NDArray[np.intp]
     """Return the points of a curve at which delta S_j is measured, (some,).
 
     `size` (points, modes) are effective amplitudes, `axes` the nodes of the friction table. The
-    measured points have equal distances, half by the number of points in between and half by the
-    number of cells of the table: the interpolation error is different in each cell.
+    measured points of one mode have equal distances, half by the number of points in between and
+    half by the number of cells of the table: the interpolation error is different in each cell.
     """
     count = _MEASURED[len(axes)]
     if len(size) <= count:
         return np.arange(len(size))
-    cells = np.zeros(len(size) - 1)
-    for values, nodes in zip(size.T, axes, strict=True):
-        cells += np.abs(np.diff(np.interp(values, nodes, np.arange(nodes.size))))
+    if len(axes) == 2:  # so few points miss most cells of a table of two modes
+        return np.unique(np.linspace(0, len(size) - 1, count).astype(np.intp))
+    nodes = axes[0]
+    cells = np.abs(np.diff(np.interp(size[:, 0], nodes, np.arange(nodes.size))))
     share = np.divide(cells, cells.mean(), out=np.zeros_like(cells), where=cells > 0.0)
     distance = np.concatenate(([0.0], np.cumsum(1.0 + share)))
     return np.unique(np.searchsorted(distance, np.linspace(0.0, distance[-1], count)))

@@ -103,7 +103,7 @@ def dense_error(model, points, limit):
 def check(reduced, law, amplitude, tolerance, within=1.0):
     """Return the largest error found; the stated error may be `within` times the tolerance."""
     limit = np.array(amplitude)
-    model = tabulate(reduced, law, amplitude, tolerance, warned=False)
+    model = tabulate(reduced, law, amplitude, tolerance, budget=1800.0, warned=False)
     points = dense_points(reduced, law, limit)
     found = dense_error(model, points, limit)
     assert found <= model.accuracy.interpolation
