@@ -14,6 +14,7 @@ from slipmode.rom.laws.elements import Elements
 # Time steps times `contact_size`: about 4e6 to 3e7 in a second of one processor. The largest table
 # of a shipped scene takes 1.4e8 (`beating`).
 MOST_WORK = 1.4e9
+_RIGID = 0.2  # work of a rigid contact in a step, relative to an elastic one, about
 _SLIDER = 0.125  # work of a slider in a step, relative to the work of a contact DOF, about
 
 
@@ -81,7 +82,7 @@ class WorkLimit:
 
 def contact_size(contacts: int, elements: Elements | None) -> float:
     """Return the work of a step: the number of contact DOFs, and a part of the sliders."""
-    return contacts + (0.0 if elements is None else _SLIDER * len(elements.slider))
+    return _RIGID * contacts if elements is None else contacts + _SLIDER * len(elements.slider)
 
 
 def checked_budget(budget: float | None) -> float | None:

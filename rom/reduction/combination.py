@@ -18,7 +18,7 @@ from slipmode.rom.errors import SlipmodeError
 
 # Distance from a carrier, relative to it, below which harmonics up to |n| + |m| are near it. A
 # harmonic of higher order is smaller, and drives as much only at a smaller distance.
-SEPARATION = {7: 0.03, 9: 0.01}
+SEPARATION = {7: 0.1, 9: 0.01}
 MOST = 8  # combination resonances in the core's arrays
 _HIGHEST = 31  # |n| and |m| that grids of 64 phase lines distinguish; the finest has 128
 
@@ -103,7 +103,7 @@ def combination_resonances(
 ) -> tuple[CombinationResonance, ...]:
     """Return harmonics n Omega_A + m Omega_B near a carrier, for pairs of forcing frequencies.
 
-    A harmonic is near within 3 % of the carrier up to |n| + |m| = 7, and within 1 % up to 9. The
+    A harmonic is near within 10 % of the carrier up to |n| + |m| = 7, and within 1 % up to 9. The
     carrier of the other mode is none: the mode responds to it in the contact problem.
 
     Parameters
