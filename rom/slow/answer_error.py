@@ -15,7 +15,7 @@ curve while p changes by delta p. On a backbone
     delta Omega = |Re delta S| / (2 Omega |a|),    delta zeta = |Im delta S| / (2 Omega^2 |a|).
 
 delta S_j is measured at some points of a curve: contact problems are solved there at the forcing
-frequencies, in finer steps than those of the table. The error at the other points is interpolated.
+frequencies, in finer steps than the table. The error at the other points is interpolated.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from slipmode.rom.validity import reference_frequency_finding
 # error is measured. The estimate scales trials of the table at other amplitudes.
 _WORTH_MEASURING = 0.1
 # Points of a curve at which delta S_j is measured, by modes: about as many contact problems as a
-# quarter of those of a table with one mode.
+# quarter of the contact problems of a table with one mode.
 _MEASURED = {1: 64, 2: 16}
 # Stated error relative to the measured one. True errors are up to 1.4 times the measured ones
 # (tests/rom/slow/branches/test_curve_bounds.py).

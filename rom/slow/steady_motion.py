@@ -36,7 +36,7 @@ class SteadyMotion:
     force: Complexes
     applied: AppliedForces | None  # Where the forces act. None: there are no forces.
     scale: Floats  # (points,), friction limits and preloads relative to the model's
-    # `AppliedForces.static` (n_dofs, modes) of the structure. None: that of `applied`.
+    # `AppliedForces.static` (n_dofs, modes) of the structure. None: `applied.static`.
     static: Floats | None = None
 
     def displacement(self, dof: int) -> Floats:

@@ -77,7 +77,7 @@ def with_detuning(
 ) -> tuple[Table, float]:
     """Return the table with dS_j / dOmega_k, where that helps, and the error off the carriers.
 
-    The error is that of S_j, at `distance` from the carriers, in terms of `ErrorNorm`.
+    The error concerns S_j, at `distance` from the carriers, in terms of `ErrorNorm`.
 
     Parameters
     ----------

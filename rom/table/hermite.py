@@ -233,7 +233,7 @@ def _slopes(node: Floats, odd: Flags, values: Floats, monotone: bool) -> Floats:
     """Slopes at the nodes of cubic splines along the first axis of values (n, ..., k, 2).
 
     The splines are odd (k,) or even about node = 0 and not-a-knot at the far end. If `monotone`,
-    slopes are limited to three times those of the chords (Fritsch and Carlson 1980).
+    slopes are limited to three times the slopes of the chords (Fritsch and Carlson 1980).
     """
     n = node.size
     if n < 4:

@@ -2,7 +2,7 @@
 
 A table may miss its tolerance, and forcing may be far from the reference frequencies of the table.
 
-The error is that of a steady state at each time, by linearisation: see `rom.slow.answer_error`.
+The error belongs to a steady state at each time, by linearisation: see `rom.slow.answer_error`.
 """
 
 from __future__ import annotations

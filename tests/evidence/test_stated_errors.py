@@ -5,7 +5,7 @@ import pytest
 from evidence.answers import MODE_SLIDERS, equilibrium, near, variant
 from evidence.kinds import KINDS
 
-# Structures of each kind: quick ones, then those of `make test-all`.
+# Structures of each kind: quick ones, then the ones of `make test-all`.
 QUICK = {
     "direct": (0, 13),
     "near": (0, 1, 2),
