@@ -163,7 +163,7 @@ def make_table(
     loss : (modes,) ndarray
         Structural loss gamma_j Omega_j of each mode. Where mode and contacts together lose energy
         at every node of a cell, loss |a_j| - Im S_j >= 0, they do so between them too. Where the
-        power |a_j| (loss |a_j| - Im S_j) increases with |a_j| from node to node, it does so
+        power |a_A| (loss |a_A| - Im S_A) of one mode increases from node to node, it does so
         between them too. The slopes of the dissipative parts are limited for this.
     """
     modes = 1 if node_b.size == 1 else 2
@@ -174,10 +174,8 @@ def make_table(
         im = (..., j, 1)
         values = f[im] - loss[j] * own
         slopes = [f_a[im] - gain[0], f_b[im] - gain[1], f_ab[im]]
-        if j == 0:
+        if modes == 1:
             slopes[0] = _limit_power(node_a, values, slopes[0])
-        else:
-            slopes[1] = _limit_power(node_b, values.T, slopes[1].T).T
         limited = _limit_slopes(node_a, node_b, values, *slopes)
         f_a[im], f_b[im], f_ab[im] = limited[0] + gain[0], limited[1] + gain[1], limited[2]
     return Table(node_a, node_b, _side_by_side(f, f_a, f_b, f_ab), modes)
