@@ -111,7 +111,8 @@ def test_two_modes_slide_the_lap_in_both_directions(example, lap, grid):
     problem = ContactProblem.of(reduced, rest.law, resonances)
     found = problem.on(Discretisation(*grid), 1e-3, points[0]).solve(points)
     assert found.residual.max() <= 1e-3
-    expected = [[2.653 - 1.738j, 2.793 - 2.199j], [19.96 - 4.00j, 32.56 - 13.73j]]
+    # with 126 nonresonant modes instead of 21 they are 0.2 % larger
+    expected = [[2.672 - 1.753j, 2.810 - 2.244j], [20.00 - 4.005j, 32.77 - 13.88j]]
     assert found.marched.max() <= 32 * grid[0]  # 30; 40 if what sliders remember only marches on
     errors = np.abs(found.S - expected) / np.abs(expected)
     assert errors.max() < (0.02 if grid == (32, 8) else 2e-3)
