@@ -239,7 +239,7 @@ def test_a_scheduler_that_is_lost_is_said_and_what_was_computed_stays(
             address = client.scheduler.address
         with monkeypatch.context() as patched:
             patched.setattr(of_study, "Foreman", Murderous)
-            with pytest.raises(SlipmodeError, match=r"^scheduler: was lost; what was computed"):
+            with pytest.raises(SlipmodeError, match=r"^scheduler: the connection is lost"):
                 run_study(path, tmp_path, scheduler=address)
     finally:
         for process in (worker, scheduler):
