@@ -94,8 +94,7 @@ class ForcedBalance:
         Returns the largest unbalanced force on a mode near one of its harmonics, relative to the
         forces, and the state with all harmonics.
         """
-        step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
-        state, known = step.iterate(found.at(self.orders)), len(found.orders)
+        state, known = self._steady_step.iterate(found.at(self.orders)), len(found.orders)
         off = np.einsum("qkc,qc->qk", self.receptance.B, state.F - state.P)[:known]
         off = np.where(self.receptance.resonant[:known], off, 0.0)
         more = np.vstack((found.P, state.F[known:]))
@@ -110,6 +109,10 @@ class ForcedBalance:
     def receptance(self) -> Receptance:
         """Matrices of the modes at the harmonics."""
         return Receptance.of(self.problem.reduced, self.orders, 0.5 * self.problem.force)
+
+    @cached_property
+    def _steady_step(self) -> _TimeStep:
+        return _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
 
     def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
         """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
@@ -129,12 +132,8 @@ class ForcedBalance:
 
     def _steady(self, P: Complexes) -> SteadyHarmonics | None:
         """Return the steady state by Newton's method, None if it does not converge."""
-        step = _TimeStep(self, np.inf, np.zeros_like(self.receptance.loads))
-        state, modes, closest = (
-            step.iterate(P),
-            np.arange(len(self.problem.force)),
-            CLOSEST * self.problem.tolerance,
-        )
+        step, closest = self._steady_step, CLOSEST * self.problem.tolerance
+        state, modes = step.iterate(P), np.arange(len(self.problem.force))
         for _ in range(_FINAL_STEPS):
             after = step.newton(state)
             if after is None:

@@ -64,7 +64,7 @@ def test_undamped_contacts_that_stick_have_no_damping():
 
 
 def test_a_frequency_that_does_not_converge_is_refused():
-    """Friction depends on the frequency a thousand times as strongly as that of the structure."""
+    """Friction depends on the frequency a thousand times as strongly as the structure."""
     structure = rom.two_mass(k_c1=40.0, k_c2=60.0, k_p=3.0, beta=0.01)
     of = rom.tabulate(rom.reduce(structure, (0,)), rom.Tanh(2.0, 0.02), (5.0,), detuning=True)
     strong = replace(of, table=replace(of.table, detuning=-1000.0 * of.table.detuning))
