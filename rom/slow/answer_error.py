@@ -15,7 +15,8 @@ curve while p changes by delta p. On a backbone
     delta Omega = |Re delta S| / (2 Omega |a|),    delta zeta = |Im delta S| / (2 Omega^2 |a|).
 
 delta S_j is measured at some points of a curve: contact problems are solved there at the forcing
-frequencies, in finer steps than the table. The error at the other points is interpolated.
+frequencies, in finer steps than the table, with the response of the modes to all harmonics. The
+error at the other points is interpolated.
 """
 
 from __future__ import annotations
@@ -90,7 +91,8 @@ class TableError:
             smallest_scale(model.reduced, model.table.amplitude_range)
         )
         force = None if applied is None else (applied, flow.force[at] / factor[at])
-        exact = _exact_friction(torus, flow.frequency[at], amplitude[at] / factor[at], force)
+        points = flow.frequency[at], amplitude[at] / factor[at]
+        exact = _exact_friction(torus, *points, force)
         measured = factor[at] * exact - friction
         known = torus.on_more_lines(torus.solve(size[at]))
         at_carriers = np.where(known.is_periodic[:, np.newaxis], known.S, np.nan)
@@ -98,11 +100,15 @@ class TableError:
             1j * np.angle(effective[at])
         )
         interpolation = factor[at] * rotated * (at_carriers - model.table(size[at]))
+        off_carriers = measured - interpolation
+        if model.combinations:  # the modes respond to them, and steady states leave this out
+            responding = replace(torus, problem=replace(torus.problem, combinations=()))
+            measured = factor[at] * _exact_friction(responding, *points, force) - friction
         # The finer contact problem repeats to a hundredth of the tolerance. Steps are of second
         # order: four times as many leave 1 / 12 of the change by doubling.
         finer = accuracy.resolution / 12.0 + 0.01 * accuracy.tolerance
         stated = accuracy.neglected + finer
-        return cls(scale, stated * scale, at, measured, measured - interpolation)
+        return cls(scale, stated * scale, at, measured, off_carriers)
 
     def between(self, share: Floats) -> Floats:
         """Return errors at all points (points, ...) from those at measured points (some, ...).

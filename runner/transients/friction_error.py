@@ -11,7 +11,6 @@ import numpy as np
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import percentage
@@ -51,13 +50,6 @@ class FrictionErrorRecord:
         stated = model.accuracy.total + model.detuning_error(distance)[:, np.newaxis]
         beyond = np.maximum(stated - model.accuracy.tolerance, 0.0) * model.error_scale(effective)
         factor, now = coupling_factor(model.reduced, script.frequency), flow.balance(amplitude)
-        if model.table.detuning is not None:
-            # contacts move at Omega_j + d arg(a_j)/dt, the slow flow has friction at Omega_j
-            still = amplitude == 0.0
-            turning = np.divide(now.rate, amplitude, out=np.zeros_like(amplitude), where=~still)
-            slope = np.abs(model.table.detuning_at(effective))
-            most = MOST_DETUNING * model.reduced.carrier
-            beyond += (slope @ np.minimum(np.abs(turning.imag), most)[..., np.newaxis])[..., 0]
         change = np.abs(factor * scale * beyond / now.mass)
         _, jacobian = flow.rate_and_jacobian(amplitude)
         return np.nan_to_num(curve_displacement(jacobian, change)[0])

@@ -172,11 +172,12 @@ def residuals(
 ) -> np.ndarray:
     """Return what harmonics X (H + 1, n) leave of the equations of motion, (H + 1, n).
 
-    `turn` (n, n) is subtracted from the damping.
+    `turn`, (n, n) or by harmonic (H + 1, n, n), is subtracted from the damping.
     """
     forces = to_complex(contact_forces(system, to_unknowns(X @ system.W))[0])
+    turns = np.broadcast_to(turn, (len(X), *system.M.shape))
     left = [
-        (system.dynamic_stiffness(h * Omega) - 1j * h * Omega * turn) @ part + system.W @ force
+        (system.dynamic_stiffness(h * Omega) - 1j * h * Omega * turns[h]) @ part + system.W @ force
         for h, (part, force) in enumerate(zip(X, forces, strict=True))
     ]
     left[1] = left[1] - F
@@ -208,12 +209,14 @@ def nonlinear_mode(
 
     Extended periodic motion (Krack 2015): M x'' + (C - 2 zeta omega M) x' + K x + W f = 0.
     `shape` has a modal mass of 1. Unknowns are X and omega, zeta; the phase has Im = 0. `alone`:
-    the negative damping acts on this mode only; the two differ where another mode responds at a
-    multiple of omega.
+    the negative damping acts on the first harmonic of this mode only; the two differ where modes
+    respond at multiples of omega.
     """
     W, M, H = system.W, system.M, harmonics
     n, weight = len(M), shape @ M
-    N = np.outer(weight, weight) if alone else M
+    N = np.broadcast_to(M, (H + 1, n, n))
+    if alone:
+        N = (np.arange(H + 1) == 1)[:, np.newaxis, np.newaxis] * np.outer(weight, weight)
     if start is None:
         omega = float(np.sqrt(shape @ system.stuck() @ shape))
         turn, X = float(shape @ system.C @ shape), np.zeros((H + 1, n), dtype=complex)
@@ -231,8 +234,8 @@ def nonlinear_mode(
         slopes = np.zeros((2 * H + 1, n, 2))
         for h in range(H + 1):
             S = system.K - (h * omega) ** 2 * M
-            T = h * omega * (system.C - turn * N)
-            dS, dT = -2.0 * h**2 * omega * M, h * (system.C - turn * N)
+            T = h * omega * (system.C - turn * N[h])
+            dS, dT = -2.0 * h**2 * omega * M, h * (system.C - turn * N[h])
             parts = [(h, h, S)] if h == 0 else [
                 (h, h, S), (h, H + h, -T), (H + h, h, T), (H + h, H + h, S)
             ]  # fmt: skip
@@ -242,7 +245,10 @@ def nonlinear_mode(
             if h:
                 re, im = x[:, h], x[:, H + h]
                 slopes[h, :, 0], slopes[H + h, :, 0] = dS @ re - dT @ im, dT @ re + dS @ im
-                slopes[h, :, 1], slopes[H + h, :, 1] = h * omega * N @ im, -h * omega * N @ re
+                slopes[h, :, 1], slopes[H + h, :, 1] = (
+                    h * omega * N[h] @ im,
+                    -h * omega * N[h] @ re,
+                )
         r += (W @ f).T
         J += np.einsum("ai,ipq,bi->paqb", W, df, W)
         size = (2 * H + 1) * n

@@ -259,20 +259,32 @@ SM_INLINE void change_along(const sm_slow_flow *flow, const sm_instant *instant,
     }
 }
 
-/* Force of friction less that in steady motion, where the effective amplitudes change so. */
+/* Friction force minus the friction force of steady motion, while the effective amplitudes change:
+ * by the growth of their moduli, and by their rotation. With rotating amplitudes the contacts move
+ * at Omega_j + d arg(a_j)/dt. */
 SM_INLINE void correct_for_rate(const sm_slow_flow *flow, const sm_instant *instant,
-                          const sm_flow_state *state, int modes, const effective_change *effective,
-                          sm_modal *rate_correction) {
-    if (!flow->table.rate_correction || flow->paper) {
-        *rate_correction = (sm_modal){{0.0}, {0.0}};
-        return;
-    }
+                                const sm_flow_state *state, int modes,
+                                const effective_change *effective, sm_modal *rate_correction) {
+    const sm_table *table = &flow->table;
+    *rate_correction = (sm_modal){{0.0}, {0.0}};
+    if (flow->paper) return;
+    double rotation[SM_MODES] = {0.0};
+    if (table->detuning)
+        for (int k = 0; k < modes; k++)
+            rotation[k] =
+                sm_detuning(flow, k, instant->inputs.frequency[k] + effective->angle[k])
+                - instant->now.detuning[k];
     SM_SIMD
     for (int j = 0; j < modes; j++) {
-        const double *by = state->rate_correction + 2 * j * modes;
-        sm_complex behind = sm_cscale(sm_pair(by), effective->modulus[0]);
-        if (modes == SM_MODES)
-            behind = sm_cadd(behind, sm_cscale(sm_pair(by + 2), effective->modulus[1]));
+        sm_complex behind = sm_cx(0.0, 0.0);
+        for (int k = 0; k < modes; k++) {
+            const int at = 2 * (j * modes + k);
+            if (table->rate_correction)
+                behind = sm_cadd(behind, sm_cscale(sm_pair(state->rate_correction + at),
+                                                   effective->modulus[k]));
+            if (table->detuning)
+                behind = sm_cadd(behind, sm_cscale(sm_pair(state->detuning + at), rotation[k]));
+        }
         const sm_complex gain =
             sm_cmul(sm_of(&instant->factor.force_ratio, j), sm_of(&effective->unit, j));
         sm_put(rate_correction, j, sm_cmul(gain, behind));

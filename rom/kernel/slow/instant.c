@@ -37,7 +37,7 @@ sm_inputs sm_inputs_after(const sm_inputs *inputs, int modes, double elapsed) {
     return after;
 }
 
-static double detuning_of(const sm_slow_flow *flow, int j, double Omega) {
+double sm_detuning(const sm_slow_flow *flow, int j, double Omega) {
     /* farther from the carrier dS/dOmega is no guide, and S stays as it is there */
     const double most = 0.05 * flow->carrier[j];
     return fmax(-most, fmin(most, Omega - flow->carrier[j]));
@@ -56,7 +56,7 @@ static void set_now(sm_instant *instant, const sm_slow_flow *flow, int j, const 
     sm_coefficients *now = &instant->now;
     sm_put(&now->excitation, j, sm_cscale(sm_of(&instant->direction, j), in->force[j]));
     sm_put(&now->coupling_ratio, j, sm_cx(1.0 + c0.re - Omega * c1.im, c0.im + Omega * c1.re));
-    now->detuning[j] = detuning_of(flow, j, Omega);
+    now->detuning[j] = sm_detuning(flow, j, Omega);
     if (flow->paper) {
         sm_put(&now->mass, j, sm_cx(0.0, 2.0 * omega));
         sm_put(&now->stiffness, j, sm_cx(2.0 * omega * (omega - Omega), damping * omega));

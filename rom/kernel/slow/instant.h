@@ -61,4 +61,7 @@ void sm_coefficients_change(const sm_slow_flow *flow, const sm_instant *instant,
 /* How the angle of a combination resonance does. */
 double sm_combination_angle(const sm_combination *combination, const double *theta);
 
+/* Distance of a frequency from the carrier of mode j, at most as far as the table has slopes [rad/s]. */
+double sm_detuning(const sm_slow_flow *flow, int j, double Omega);
+
 #endif

@@ -1,7 +1,8 @@
 """Backbones: frequency and damping of a nonlinear mode against its amplitude.
 
 A negative damping -2 zeta Omega x' that holds a mode at a constant amplitude makes it move like a
-damped nonlinear mode (extended periodic motion concept, Krack 2015). In the slow flow that is
+damped nonlinear mode. In the extended periodic motion concept (Krack 2015) it acts on all modes
+and harmonics, here only on the first harmonic of the mode. In the slow flow that is
 
     omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 """
@@ -212,8 +213,8 @@ def backbone(
 
     Notes
     -----
-    A negative damping -2 zeta Omega x' that keeps the amplitude constant defines the damped
-    nonlinear mode (extended periodic motion concept)::
+    A negative damping -2 zeta Omega x' of the first harmonic of the mode keeps the amplitude
+    constant and defines the damped nonlinear mode::
 
         omega^2 - Omega^2 + i gamma Omega - Q(|a|) = 2 i zeta Omega^2.
 

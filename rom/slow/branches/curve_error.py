@@ -182,12 +182,11 @@ def _significant(
     problem: ForcedSlowFlow, branch: Branch, friction: Floats, growth_error: Floats
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     points = branch.points
-    between = np.zeros(len(points.rows), dtype=bool)
-    if not branch.special:
+    rate = np.abs(_Solutions(problem, points.z).rate_change(friction))
+    between = _stable_within_error(points, np.linalg.norm(rate, axis=1), growth_error)
+    if not branch.special:  # a step of the continuation may pass over a pair of folds
         return [], between
     places = np.array([_segment(points.z, z) for _, z in branch.special])
-    rate = np.abs(_Solutions(problem, points.z).rate_change(friction))
-    between |= _stable_within_error(points, np.linalg.norm(rate, axis=1), growth_error)
     small = between[places] | between[places + 1]
     kept = np.flatnonzero(~small).tolist()
     at = _Solutions(problem, np.array([z for _, z in branch.special]))
