@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
@@ -116,19 +116,27 @@ class ForcedBalance:
 
     def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
         """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
-        modes = len(self.problem.force)
-        others = forces.copy()
-        others[:modes] = 0.0
-        given = ContactForces(-forces[:modes], np.empty(0, dtype=complex), others, guess)
-        torus = ContactProblem(
-            self.problem.reduced,
-            self.problem.law,
-            self.orders,
-            given_forces=given,
-            work=self.problem.work,
-        ).on(self.grid, _MARCH_TOLERANCE * self.problem.tolerance)
+        given, torus = self._contacts
+        modes = len(given.coupling)
+        given.coupling[:] = -forces[:modes]
+        given.constant[modes:] = forces[modes:]
+        given.first_guess[:] = guess
         found: Complexes = torus.solve(np.ones((1, modes))).P[0]
         return found
+
+    @cached_property
+    def _contacts(self) -> tuple[ContactForces, TorusProblem]:
+        """The contact problem, and its arrays of forces and guess: every march writes them."""
+        problem = self.problem
+        modes, n = len(problem.force), problem.reduced.n_contacts
+        coupling, constant, guess = (
+            np.zeros((rows, n), dtype=complex) for rows in (modes, *2 * (len(self.orders),))
+        )
+        given = ContactForces(coupling, np.empty(0, dtype=complex), constant, guess)
+        contacts = ContactProblem(
+            problem.reduced, problem.law, self.orders, given_forces=given, work=problem.work
+        )
+        return given, contacts.on(self.grid, _MARCH_TOLERANCE * problem.tolerance)
 
     def _steady(self, P: Complexes) -> SteadyHarmonics | None:
         """Return the steady state by Newton's method, None if it does not converge."""
