@@ -116,27 +116,25 @@ class ForcedBalance:
 
     def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
         """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
-        given, torus = self._contacts
-        modes = len(given.coupling)
-        given.coupling[:] = -forces[:modes]
-        given.constant[modes:] = forces[modes:]
-        given.first_guess[:] = guess
+        (coupling, constant, first_guess), torus = self._contacts
+        modes = len(coupling)
+        coupling[:], constant[modes:] = -forces[:modes], forces[modes:]
+        first_guess[:] = guess
         found: Complexes = torus.solve(np.ones((1, modes))).P[0]
         return found
 
     @cached_property
-    def _contacts(self) -> tuple[ContactForces, TorusProblem]:
-        """The contact problem, and its arrays of forces and guess: every march writes them."""
+    def _contacts(self) -> tuple[list[Complexes], TorusProblem]:
+        """Arrays of the forces and the guess, and the contact problem that reads them."""
         problem = self.problem
         modes, n = len(problem.force), problem.reduced.n_contacts
-        coupling, constant, guess = (
-            np.zeros((rows, n), dtype=complex) for rows in (modes, *2 * (len(self.orders),))
-        )
+        rows = modes, len(self.orders), len(self.orders)
+        coupling, constant, guess = arrays = [np.zeros((k, n), dtype=complex) for k in rows]
         given = ContactForces(coupling, np.empty(0, dtype=complex), constant, guess)
         contacts = ContactProblem(
             problem.reduced, problem.law, self.orders, given_forces=given, work=problem.work
         )
-        return given, contacts.on(self.grid, _MARCH_TOLERANCE * problem.tolerance)
+        return arrays, contacts.on(self.grid, _MARCH_TOLERANCE * problem.tolerance)
 
     def _steady(self, P: Complexes) -> SteadyHarmonics | None:
         """Return the steady state by Newton's method, None if it does not converge."""
