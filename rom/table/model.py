@@ -171,7 +171,9 @@ class Model:
         return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
 
     def finer_contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
-        """Return the contact problem with four times the steps of the table and its harmonics.
+        """Return the contact problem with four times the steps of the table, twice its phase lines.
+
+        It has the harmonics of the table.
 
         Parameters
         ----------
@@ -185,7 +187,8 @@ class Model:
         """
         coarse = self.contact_problem(smallest_amplitude)
         problem = coarse.problem
-        grid = replace(coarse.grid, steps=4 * coarse.grid.steps)
+        steps, lines = 4 * coarse.grid.steps, self.modes * coarse.grid.lines
+        grid = Discretisation(steps, lines)
         if self.modes == 1:
             higher = harmonic_orders(HIGHEST_HARMONIC[1], 1, self.reduced.even)
         else:

@@ -21,6 +21,7 @@ KINDS: dict[str, tuple[Callable[[Case], list[Answer]], Callable[[int], Case]]] =
     "near": (direct, near),
     "table": (table, variant),
     "close": (table, lambda seed: case(seed, 2, MODE_SLIDERS, 1.05)),
+    "internal": (table, lambda seed: case(seed, 2, MODE_SLIDERS, (3.01, 2.98, 2.01)[seed % 3])),
     "curve": (curve, lambda seed: variant(seed, modes=1)),
     "backbone": (backbone, lambda seed: variant(seed, MODE_SLIDERS, 1)),
     "sweep": (sweep, lambda seed: variant(seed, MODE_SLIDERS, 1)),

@@ -18,6 +18,7 @@ SLOW = {
     "direct": (1, 4, 7, 10, 15, 27, 42, 50),
     "near": tuple(range(3, 15)),
     "close": (0, 3, 4, 7, 8),
+    "internal": (0, 1, 2, 3, 4, 5),
     "curve": (2, 3, 6, 7, 21),
     "backbone": tuple(range(12, 29)),
     "sweep": (0, 5, 6, 16, 17),
