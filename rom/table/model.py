@@ -171,9 +171,9 @@ class Model:
         return problem.on(grid, ErrorBudget(stated.tolerance).march, smallest_amplitude)
 
     def finer_contact_problem(self, smallest_amplitude: Floats) -> TorusProblem:
-        """Return the contact problem with four times the steps of the table, twice its phase lines.
+        """Return the contact problem on four times the steps and twice the phase lines.
 
-        It has the harmonics of the table.
+        They are relative to the table, whose harmonics the problem has.
 
         Parameters
         ----------
