@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
@@ -22,7 +22,12 @@ from slipmode.rom.structure.formats import READERS
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
 from slipmode.rom.structure.partition import Partition, contact_directions
-from slipmode.rom.structure.solvers.mass import is_positive_mass, is_positive_semidefinite
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
+from slipmode.rom.structure.solvers.mass import (
+    is_positive_mass,
+    is_positive_semidefinite,
+    massless,
+)
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -36,7 +41,8 @@ class Structure:
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        Mass matrix M [kg], symmetric and positive definite.
+        Mass matrix M [kg], symmetric and positive definite. Rows of zeros are allowed: DOFs
+        without mass follow the other DOFs statically, which is exact. Contacts cannot act on them.
     stiffness : (n, n) array or sparse matrix
         Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
@@ -68,7 +74,8 @@ class Structure:
     ------
     SlipmodeError
         If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
-        not positive definite, or the damping matrix is not positive semidefinite.
+        not positive definite, or the damping matrix is not positive semidefinite. If a DOF without
+        mass has no stiffness, a contact, or other damping than alpha M + beta K.
 
     Examples
     --------
@@ -96,14 +103,21 @@ class Structure:
     ) -> None:
         M = as_symmetric("mass", mass)
         if not is_positive_mass(M):
-            raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
-        if M.diagonal().min() < SMALLEST:
-            raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
+            raise SlipmodeError(
+                "mass: must be positive definite, except for DOFs without mass (rows of zeros)"
+            )
+        light = massless(M)
+        if M.diagonal()[~light].min() < SMALLEST:
+            raise SlipmodeError(
+                f"mass: every DOF needs at least {SMALLEST:g}, or none; use other units"
+            )
         K = as_symmetric("stiffness", stiffness, M.shape[0])
         C = checked_damping(damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
+        if light.any():
+            _check_massless(light, K, C, W)
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         _set(
@@ -129,6 +143,11 @@ class Structure:
     def n_contacts(self) -> int:
         """Number N_c of contact DOFs, the columns of W."""
         return int(self.directions.shape[1])
+
+    @property
+    def n_modes(self) -> int:
+        """Number of modes with free contacts: the DOFs that have mass."""
+        return self.n_dofs - int(np.count_nonzero(massless(self.mass)))
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure with additional linear forces -K_e x - C_e x'.
@@ -347,6 +366,47 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
     if not is_positive_semidefinite(C, "damping"):
         raise SlipmodeError("damping: must be positive semidefinite (it must not add energy)")
     return C
+
+
+def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh, W: Matrix) -> None:
+    """Refuse DOFs without mass, `light` (n,), that do not follow the other DOFs statically.
+
+    Without forces, x_m = -K_mm^-1 K_ma x_a solves the rows m of the equation of motion if the
+    forces of C are 0 there for such motions, as with C = alpha M + beta K.
+    """
+    dofs = np.flatnonzero(light)
+    touched = np.asarray(abs(as_csc(W)[dofs]).sum(axis=1)) > 0.0
+    if touched.any():
+        raise SlipmodeError(
+            f"contact: DOF {dofs[touched][0]} has no mass; give it mass, or place the contact on "
+            "DOFs with mass"
+        )
+    empty = K.diagonal()[dofs] == 0.0
+    if empty.any():
+        raise SlipmodeError(
+            f"mass, stiffness: DOF {dofs[empty][0]} has neither mass nor stiffness; leave it out, "
+            "or give it stiffness"
+        )
+    rows: Any = K[dofs]
+    try:
+        factors = factorise(rows[:, dofs])
+    except NotPositiveDefiniteError:
+        raise SlipmodeError(
+            f"stiffness: must be positive definite on the {dofs.size} DOFs without mass, or some "
+            "of them move without resistance; give them mass or stiffness"
+        ) from None
+    if isinstance(C, Rayleigh):
+        return
+    motion = np.where(light, 0.0, np.random.default_rng(0).standard_normal(light.size))
+    motion[dofs] = factors.solve(-(rows @ motion))
+    damped: Any = C[dofs]
+    # Rounding of C = beta K is about 1e-16 of the terms of the sum
+    other = np.abs(damped @ motion) > 1e-9 * (abs(damped) @ np.abs(motion))
+    if other.any():
+        raise SlipmodeError(
+            f"damping: DOF {dofs[other][0]} has no mass, and must have no damping but alpha M + "
+            "beta K; give it mass, or use rom.Rayleigh"
+        )
 
 
 def _set(structure: Structure, **fields: Any) -> None:
