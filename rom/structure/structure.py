@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from os import PathLike
@@ -16,9 +16,7 @@ from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.structure.damping import Rayleigh
-from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.files import read_matrices, write_npz
-from slipmode.rom.structure.formats import READERS
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
 from slipmode.rom.structure.partition import Partition, contact_directions
@@ -231,6 +229,7 @@ def load_structure(
     *,
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
+    names: Mapping[str, str] | None = None,
 ) -> Structure:
     """Read a structure from a file of slipmode or of a finite element program.
 
@@ -239,16 +238,18 @@ def load_structure(
     path : path
         One of the following:
 
-        - A .npz file with the arrays mass, stiffness, contact (DOF indices or W) and optionally
-          damping (C, or the number beta). A sparse matrix is stored in CSR form as mass_data,
+        - A .npz file with the arrays mass, stiffness and optionally contact (DOF indices or W)
+          and damping (C, or the number beta). A sparse matrix is stored in CSR form as mass_data,
           mass_indices, mass_indptr and mass_shape.
         - A folder with the Matrix Market files mass.mtx, stiffness.mtx and optionally
           damping.mtx. Contacts are in contact.mtx (W) or contact.txt (indices).
         - A file with the stiffness alone: .mtx of Matrix Market or Abaqus (*MATRIX GENERATE),
-          .sti of CalculiX, or Harwell-Boeing (.hb, .rsa, .rua, .matrix), for instance of Ansys.
-        - A file with all matrices: .mat of MATLAB with mass or M, stiffness or K, and so on;
-          .op4 or .pch of Nastran with KGG, MGG, and so on (needs `slipmode[nastran]`); .full of
-          Ansys (needs `slipmode[ansys]`).
+          .sti of CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix), for instance of Ansys, .npy
+          of NumPy, or .npz of scipy.sparse.
+        - A file with all matrices: .mtx of Abaqus (*SUBSTRUCTURE MATRIX OUTPUT); .mat of MATLAB
+          or .npz, with variables such as K and M, also in structs (version 7.3 needs
+          `slipmode[matlab]`); .op4 or .pch of Nastran with KGG, MGG, and so on; .full of Ansys
+          (needs `slipmode[ansys]`).
     damping : float, Rayleigh or (n, n) matrix, optional
         Damping as of `Structure`. Default: the damping in the file, or none.
     mass : path, optional
@@ -258,6 +259,9 @@ def load_structure(
         Contacts instead of the contacts in the file. Tuples are (node, direction) for an absolute
         displacement, or (node, other node, direction) for a relative one. Node numbers belong to
         the finite element program. Directions are "x", "y", "z", "rx", "ry" and "rz".
+    names : {"mass", "stiffness", "damping", "contact": str}, optional
+        Names of matrices in a file with several, for instance {"stiffness": "sys.K"}. Default:
+        names that begin with M, K, and B, C or D, of square matrices of one size.
 
     Returns
     -------
@@ -277,10 +281,10 @@ def load_structure(
         structure = rom.load_structure("job_STIF1.mtx", damping=1e-6, contact=[(12, 47, "x")])
     """
     file = as_path("path", path)
-    if file.is_dir() or file.suffix not in READERS:
-        matrices = read_matrices(file)
-    else:
-        matrices = read_external(file, None if mass is None else Path(mass))
+    given = [
+        part for part, value in (("damping", damping), ("contact", contact)) if value is not None
+    ]
+    matrices = read_matrices(file, None if mass is None else as_path("mass", mass), names, given)
     if damping is not None:
         matrices["damping"] = damping
     with naming(path):

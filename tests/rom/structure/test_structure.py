@@ -1,5 +1,7 @@
 """Structures: the two-mass model, the partition, files and refusals."""
 
+import re
+
 import numpy as np
 import pytest
 import scipy.io
@@ -320,14 +322,15 @@ def test_refuses_a_file_that_is_no_npz(content, tmp_path):
 
 def test_refuses_a_single_array(tmp_path):
     np.save(tmp_path / "mass.npy", MASS)
-    assert "single array" in refusal_of(tmp_path / "mass.npy")
+    (tmp_path / "mass.npy").rename(tmp_path / "mass.npz")
+    assert "single array" in refusal_of(tmp_path / "mass.npz")
 
 
 @pytest.mark.parametrize("missing", ["mass", "stiffness", "contact"])
 def test_names_the_missing_key(missing, tmp_path):
     arrays = {name: value for name, value in ARGUMENTS.items() if name != missing}
     np.savez(tmp_path / "part.npz", **arrays)
-    assert f"key {missing} is missing" in refusal_of(tmp_path / "part.npz")
+    assert re.search(f"{missing}:? is missing", refusal_of(tmp_path / "part.npz"))
 
 
 def test_refuses_pickled_objects(tmp_path):
