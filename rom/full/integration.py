@@ -126,8 +126,8 @@ class Integrator:
         loaded = massless(structure.mass) & excitation.patterns.any(axis=0)
         if loaded.any():
             raise SlipmodeError(
-                f"excitation: DOF {np.argmax(loaded)} has no mass; full order needs forces on DOFs "
-                "with mass"
+                f"excitation: DOF {np.argmax(loaded)} has no mass; at full order forces must act "
+                "on DOFs with mass"
             )
         name, given = ("steps_per_period", steps_per_period) if step is None else ("step", step)
         if not (np.isfinite(given) and given > 0):

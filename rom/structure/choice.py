@@ -56,10 +56,13 @@ def choose(
         dampers = [name for name in _fitting("damping", same) if _may_damp(name, same, path)]
         if len(dampers) > 1:
             raise _ambiguous("damping", dampers, square, path)
-        chosen |= {"damping": square[name] for name in dampers}
+        if dampers:
+            chosen["damping"] = square[dampers[0]]
     if "contact" in wanted and "contact" not in chosen:
-        chosen |= {"contact": value for name, value in found.items() if name.lower() in _CONTACT}
-    return {role: value for role, value in chosen.items() if value is not None}
+        contacts = [name for name in found if _last(name).lower() in _CONTACT]
+        if contacts:
+            chosen["contact"] = found[contacts[0]]
+    return chosen
 
 
 def _choose_together(
@@ -114,9 +117,9 @@ def _fitting(role: str, square: Mapping[str, Any]) -> list[str]:
         fitting = [
             name
             for name in square
-            if re.match(pattern, name.rpartition(".")[2], re.IGNORECASE)
+            if re.match(pattern, _last(name), re.IGNORECASE)
             and not any(
-                re.match(other[0], name.rpartition(".")[2], re.IGNORECASE)
+                re.match(other[0], _last(name), re.IGNORECASE)
                 for key, other in _PATTERNS.items()
                 if key != role
             )
@@ -129,7 +132,7 @@ def _fitting(role: str, square: Mapping[str, Any]) -> list[str]:
 def _may_damp(name: str, square: Mapping[str, Any], path: Path) -> bool:
     """Return whether a matrix may be the damping; say why not."""
     matrix = square[name]
-    last = name.rpartition(".")[2].lower()
+    last = _last(name).lower()
     if not _is_plain(matrix):
         reason = "is not symmetric"
     elif last == "d" and _is_diagonal(matrix):
@@ -141,6 +144,11 @@ def _may_damp(name: str, square: Mapping[str, Any], path: Path) -> bool:
         path, name, reason, name,
     )  # fmt: skip
     return False
+
+
+def _last(name: str) -> str:
+    """Return the last part of a name such as sys.K."""
+    return name.rpartition(".")[2]
 
 
 def _size(value: Any) -> int:

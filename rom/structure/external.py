@@ -47,8 +47,8 @@ def _mass_file(path: Path) -> Path:
     if file == path or not file.is_file():
         expected = "" if file == path else f" (there is no {file.name})"
         raise SlipmodeError(
-            f"{path}: mass is missing{expected}; give its file: mass=, or its name if it is in the "
-            'same file: names={"mass": "..."}'
+            f"{path}: mass is missing{expected}; give its file: mass=, or its name if it is in "
+            'this file: names={"mass": "..."}'
         )
     return file
 

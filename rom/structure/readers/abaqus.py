@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from itertools import takewhile
 from io import BytesIO, StringIO
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored, symmetric
 from slipmode.rom.structure.readers.text import DamagedError, number, numbers, read_text
-from slipmode.rom.structure.labels import Labels
 
 _ELEMENT_MATRIX = re.compile(r"^\*MATRIX\s*,\s*TYPE\s*=\s*([A-Z ]*[A-Z])", re.MULTILINE)
 _PARTS = {"STIFFNESS": "stiffness", "MASS": "mass", "VISCOUS DAMPING": "damping"}
@@ -55,15 +55,15 @@ def read_mtx(path: Path) -> Named | dict[str, Any]:
 def read_calculix(path: Path) -> Named:
     """.sti or .mas of *FREQUENCY, SOLVER=MATRIXSTORAGE; labels from the job's .dof file."""
     rows = _rows(read_text(path), (3,))
+    matrix = symmetric(rows[:, :2], rows[:, 2])  # of all DOFs, which have a diagonal entry each
     dof_file = path.with_suffix(".dof")
     if not dof_file.is_file():
-        return Named(symmetric(rows[:, :2], rows[:, 2]))
+        return Named(matrix)
     words = read_text(dof_file).split()
     try:
         pairs = np.array([word.split(".") for word in words], dtype=np.int64)
     except ValueError as error:
         raise SlipmodeError(f"{dof_file}: is damaged: lines must be NODE.DIRECTION") from error
-    matrix = symmetric(rows[:, :2], rows[:, 2], len(pairs))
     if matrix.shape[0] != len(pairs):
         raise SlipmodeError(
             f"{path}: has {matrix.shape[0]} DOFs, but {dof_file.name} has {len(pairs)}"
@@ -115,7 +115,7 @@ def _substructure(text: str, path: Path) -> dict[str, Any]:
 
 
 def _element_dofs(head: str) -> NDArray[np.int64]:
-    """Return node and direction of each DOF (n, 2) of a *USER ELEMENT; none if there are no nodes."""
+    """Return node and direction of each DOF (n, 2) of a *USER ELEMENT; empty without nodes."""
     nodes: list[int] = []
     lists: list[list[int]] = []
     listed = False

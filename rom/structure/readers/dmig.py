@@ -12,9 +12,9 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored
 from slipmode.rom.structure.readers.text import DamagedError, number, read_text
-from slipmode.rom.structure.labels import Labels
 
 _log = logging.getLogger(__name__)
 

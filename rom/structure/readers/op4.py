@@ -42,12 +42,13 @@ def read_op4(path: Path) -> dict[str, Any]:
 
 
 class _Entries:
-    """The entries of a matrix, in the order of its columns."""
+    """The entries of a matrix in a file with words of so many bytes, column by column."""
 
-    def __init__(self, columns: int, rows: int, kind: int) -> None:
+    def __init__(self, columns: int, rows: int, kind: int, word: int = 4) -> None:
         self.shape = abs(rows), columns
         self.has_long_strings = rows < 0
-        self.is_double, self._is_complex = kind in (2, 4), kind > 2
+        self._is_complex = kind > 2
+        self.words = 2 if kind in (2, 4) and word < 8 else 1  # of a number
         self._rows: list[Numbers] = []
         self._columns: list[Numbers] = []
         self._values: list[Numbers] = []
@@ -71,7 +72,7 @@ class _Entries:
         integers: Callable[[int], Any],
         numbers: Callable[[int], Numbers],
     ) -> None:
-        """Add the strings of a sparse column; `numbers` returns those of so many words."""
+        """Add the strings of a sparse column; `numbers` returns the next numbers."""
         while words > 0:
             if self.has_long_strings:
                 length, row = integers(2)
@@ -82,7 +83,7 @@ class _Entries:
                 words -= length
             if length < 2:
                 raise DamagedError("has an empty string")
-            self.add(column, int(row), numbers(int(length) - 1))
+            self.add(column, int(row), numbers((int(length) - 1) // self.words))
 
     def matrix(self) -> Any:
         """Return the matrix, mirrored if one triangle is given."""
@@ -108,7 +109,6 @@ def _text(lines: Iterator[str]) -> Iterator[tuple[str, Any]]:
         per_line, width = (
             int(word) for word in (_FORMAT.search(header[5] or _DEFAULT_FORMAT) or header).groups()
         )
-        per_number = 2 if entries.is_double else 1
 
         def numbers(count: int, per_line: int = per_line, width: int = width) -> Numbers:
             return fixed_width(list(islice(lines, -(-count // per_line))), per_line, width, count)
@@ -121,9 +121,7 @@ def _text(lines: Iterator[str]) -> Iterator[tuple[str, Any]]:
             if row > 0:
                 entries.add(column, row, numbers(count))
             else:
-                entries.add_strings(
-                    column, count, integers, lambda words: numbers(words // per_number)
-                )
+                entries.add_strings(column, count, integers, numbers)
         yield header[4], entries.matrix()
 
 
@@ -146,8 +144,8 @@ def _binary(content: bytes, order: str, size: int) -> Iterator[tuple[str, Any]]:
         columns, rows, _, kind = (int(word) for word in np.frombuffer(head[: 4 * size], integer))
         if not 1 <= kind <= 4:
             raise DamagedError("a header is damaged")
-        entries = _Entries(columns, rows, kind)
-        number = np.dtype(f"{order}f{8 if entries.is_double else size}")
+        entries = _Entries(columns, rows, kind, size)
+        number = np.dtype(f"{order}f{entries.words * size}")
         while True:
             data = record()
             column, row, words = (int(w) for w in np.frombuffer(data[: 3 * size], integer))
@@ -164,10 +162,10 @@ def _binary(content: bytes, order: str, size: int) -> Iterator[tuple[str, Any]]:
                 place += count * size
                 return np.frombuffer(data[place - count * size : place], integer)
 
-            def numbers(words: int, data: bytes = data, number: Any = number) -> Numbers:
+            def numbers(count: int, data: bytes = data, number: Any = number) -> Numbers:
                 nonlocal place
-                place += words * size
-                return np.frombuffer(data[place - words * size : place], number)
+                place += count * number.itemsize
+                return np.frombuffer(data[place - count * number.itemsize : place], number)
 
             entries.add_strings(column, words, integers, numbers)
         yield head[4 * size :].decode("latin-1").replace("\0", " ").strip(), entries.matrix()
