@@ -42,8 +42,8 @@ def choose(
     """
     chosen = {role: found[_key(role, name, found, path)] for role, name in names.items()}
     square = {name: value for name, value in found.items() if _size(value)}
-    if max(map(_size, square.values()), default=0) > 1:
-        square = {name: value for name, value in square.items() if _size(value) > 1}
+    if max(map(_size, square.values()), default=0) > 1:  # then numbers are not matrices
+        square = {n: each for n, each in square.items() if _size(each) > 1 or _is_labelled(each)}
     for name in square:
         if re.match(_STRUCTURAL_DAMPING, name):
             _log.warning("%s: %s is structural damping, and is left out", path, name)
@@ -52,7 +52,7 @@ def choose(
     _choose_together(chosen, roles, options, square, path)
     size = _size(chosen.get("stiffness"))
     if "damping" in wanted and "damping" not in chosen and size:
-        same = {name: value for name, value in square.items() if _size(value) == size}
+        same = {n: each for n, each in square.items() if _size(each) == size or _is_labelled(each)}
         dampers = [name for name in _fitting("damping", same) if _may_damp(name, same, path)]
         if len(dampers) > 1:
             raise _ambiguous("damping", dampers, square, path)
@@ -76,7 +76,7 @@ def _choose_together(
     roles = [role for role, names in zip(roles, options, strict=True) if names]
     options = [names for names in options if names]
     given = [_size(value) for value in chosen.values() if _size(value)]
-    labelled = any(isinstance(square[name], Named) for names in options for name in names)
+    labelled = any(_is_labelled(square[name]) for names in options for name in names)
 
     def fit(names: tuple[str, ...]) -> bool:
         return labelled or len({*given, *(_size(square[name]) for name in names)}) == 1
@@ -146,6 +146,10 @@ def _may_damp(name: str, square: Mapping[str, Any], path: Path) -> bool:
     return False
 
 
+def _is_labelled(value: Any) -> bool:
+    return isinstance(value, Named) and value.labels is not None
+
+
 def _last(name: str) -> str:
     """Return the last part of a name such as sys.K."""
     return name.rpartition(".")[2]
@@ -154,7 +158,8 @@ def _last(name: str) -> str:
 def _size(value: Any) -> int:
     """Return the number of rows of a square matrix of numbers; 0 for anything else."""
     matrix = value.matrix if isinstance(value, Named) else value
-    shape, dtype = getattr(matrix, "shape", ()), getattr(matrix, "dtype", None)
+    shape: Any = getattr(matrix, "shape", ())
+    dtype = getattr(matrix, "dtype", None)
     if len(shape) != 2 or shape[0] != shape[1] or dtype is None or dtype.kind not in "iufc":
         return 0
     return int(shape[0])
@@ -163,6 +168,7 @@ def _size(value: Any) -> int:
 def _is_plain(value: Any) -> bool:
     """Return whether a square matrix may be a mass, stiffness or damping: symmetric, K_ii >= 0."""
     matrix: Any = value.matrix if isinstance(value, Named) else value
+    matrix = matrix * 1.0  # differences of unsigned integers would overflow
     asymmetry = abs(matrix - matrix.T).max()
     return bool(asymmetry <= ROUNDED * abs(matrix).max() and (matrix.diagonal().real >= 0).all())
 

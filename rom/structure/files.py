@@ -31,6 +31,8 @@ def read_matrices(
     `mass` is the file of the mass, if it is separate, `names` are those of the matrices in a file.
     Parts that are `given` otherwise need not be there. Refusals name the file and the part.
     """
+    if path.is_dir() and names:
+        raise SlipmodeError(f"names: the files in {path} have fixed names; leave names out")
     if path.is_dir():
         return _read_folder(path, given)
     if not path.exists():

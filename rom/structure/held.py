@@ -94,11 +94,11 @@ class Held:
         self._mass = mass
         self._basis = basis
         self._may_float = may_float
-        heavy = ~massless(mass)
         # Free coordinates that move no mass
-        self._massless = (
-            ~heavy if basis is None else np.asarray(abs(basis[heavy]).sum(axis=0) == 0)
-        )
+        self._massless = massless(mass)
+        if basis is not None:
+            E: Any = basis
+            self._massless = np.asarray(abs(E[~self._massless]).sum(axis=0) == 0)
         self._squares, self._shapes = np.zeros(0), np.zeros((self.size, 0))  # known modes
         self._complete = 0.0  # all modes with omega below this are known
         self._factorised: tuple[Factorisation, float] | None = None

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
@@ -281,6 +281,12 @@ def load_structure(
         structure = rom.load_structure("job_STIF1.mtx", damping=1e-6, contact=[(12, 47, "x")])
     """
     file = as_path("path", path)
+    if names is not None and not (
+        isinstance(names, Mapping) and all(isinstance(name, str) for name in names.values())
+    ):
+        raise SlipmodeError(
+            f'names: must be such as {{"stiffness": "K", "mass": "M"}}, got {in_one_line(names)}'
+        )
     given = [
         part for part, value in (("damping", damping), ("contact", contact)) if value is not None
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from io import BytesIO, StringIO
 from itertools import takewhile
@@ -15,6 +16,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored, symmetric
 from slipmode.rom.structure.readers.text import DamagedError, number, numbers, read_text
+
+_log = logging.getLogger(__name__)
 
 _ELEMENT_MATRIX = re.compile(r"^\*MATRIX\s*,\s*TYPE\s*=\s*([A-Z ]*[A-Z])", re.MULTILINE)
 _PARTS = {"STIFFNESS": "stiffness", "MASS": "mass", "VISCOUS DAMPING": "damping"}
@@ -43,7 +46,7 @@ def read_mtx(path: Path) -> Named | dict[str, Any]:
         return Named(mirrored(_matrix_market(text)))
     if _ELEMENT_MATRIX.search(text.upper()):
         return _substructure(text.upper(), path)
-    rows = _rows(text, (3, 5))
+    rows = _rows(text, (3, 5), path)
     if rows.shape[1] == 3:
         return Named(symmetric(rows[:, :2], rows[:, 2]))
     ends = rows[:, :4].astype(np.int64).reshape(-1, 2)  # both ends of each entry in turn
@@ -54,7 +57,7 @@ def read_mtx(path: Path) -> Named | dict[str, Any]:
 
 def read_calculix(path: Path) -> Named:
     """.sti or .mas of *FREQUENCY, SOLVER=MATRIXSTORAGE; labels from the job's .dof file."""
-    rows = _rows(read_text(path), (3,))
+    rows = _rows(read_text(path), (3,), path)
     matrix = symmetric(rows[:, :2], rows[:, 2])  # of all DOFs, which have a diagonal entry each
     dof_file = path.with_suffix(".dof")
     if not dof_file.is_file():
@@ -99,6 +102,9 @@ def _substructure(text: str, path: Path) -> dict[str, Any]:
     pairs = _element_dofs(head)
     found = {}
     for kind, content in zip(kinds, contents, strict=True):
+        if kind not in _PARTS:
+            _log.warning("%s: the matrix of type %s is left out", path, kind)
+            continue
         lines = (line for line in content.splitlines()[1:] if not line.startswith("**"))
         rows = takewhile(lambda line: not line.startswith("*"), lines)
         data = " ".join(rows).replace(",", " ").split()
@@ -110,7 +116,7 @@ def _substructure(text: str, path: Path) -> dict[str, Any]:
             matrix[np.tril_indices(size)] = numbers(data, size * (size + 1) // 2)
             matrix += np.tril(matrix, -1).T
         labels = Labels(*pairs.T) if len(pairs) else None
-        found[_PARTS.get(kind, kind)] = Named(matrix, labels)
+        found[_PARTS[kind]] = Named(matrix, labels)
     return found
 
 
@@ -137,9 +143,11 @@ def _element_dofs(head: str) -> NDArray[np.int64]:
     return np.array(pairs, dtype=np.int64)
 
 
-def _rows(text: str, columns: tuple[int, ...]) -> NDArray[np.float64]:
+def _rows(text: str, columns: tuple[int, ...], path: Path) -> NDArray[np.float64]:
     """Return the rows of a text (rows, columns); lines that begin with * are comments."""
     lines = "".join(f"{line}\n" for line in text.splitlines() if not line.lstrip().startswith("*"))
+    if not text.endswith("\n"):
+        _log.warning("%s: the last line does not end; check that the file is complete", path)
     if not lines.strip():
         raise DamagedError("has no numbers")
     lines = lines.upper().replace(",", " ").replace("D", "E")
