@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.io
-from written_matrices import abaqus_substructure, beam, harwell_boeing, translations
+from written.matrices import abaqus_substructure, beam, harwell_boeing, translations
 
 from slipmode import rom
 

@@ -7,7 +7,7 @@ a <= b of force and displacement. Its inverse is the exact stiffness of the tran
 import numpy as np
 import pytest
 import scipy.sparse
-from written_matrices import LENGTH, beam, translations
+from written.matrices import LENGTH, beam, translations
 
 from slipmode import rom
 from slipmode.rom import full

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import scipy.sparse
-from written_matrices import WRITERS, Drawn, abaqus_substructure, calculix, dmig, pyyeti_dmig
+from written.matrices import WRITERS, Drawn, abaqus_substructure, calculix, dmig, pyyeti_dmig
 
 from slipmode import rom
 
