@@ -146,6 +146,8 @@ def modes(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
         )
     elastic_dofs = structure.n_modes - structure.n_contacts
+    if law is not None and structure.massless_contacts.size:
+        elastic_dofs = 0  # not computed with bonded contacts
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
             f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "

@@ -123,12 +123,13 @@ class Integrator:
                 f"excitation: patterns must have {structure.n_dofs} columns, one per DOF, "
                 f"got {excitation.patterns.shape[1]}"
             )
-        loaded = massless(structure.mass) & excitation.patterns.any(axis=0)
-        if loaded.any():
-            raise SlipmodeError(
-                f"excitation: DOF {np.argmax(loaded)} has no mass; at full order forces must act "
-                "on DOFs with mass"
-            )
+        loaded = np.flatnonzero(massless(structure.mass) & excitation.patterns.any(axis=0))
+        for name, dofs in (("excitation", loaded), ("contact", structure.massless_contacts)):
+            if dofs.size:
+                raise SlipmodeError(
+                    f"{name}: DOF {dofs[0]} has no mass; at full order forces and contacts must "
+                    "act on DOFs with mass"
+                )
         name, given = ("steps_per_period", steps_per_period) if step is None else ("step", step)
         if not (np.isfinite(given) and given > 0):
             raise SlipmodeError(f"{name}: must be a finite number > 0, got {given}")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.choice import ROUNDED, choose, listed
@@ -29,7 +30,8 @@ def read_external(
 
     `path` is the file of the stiffness or of all matrices, `mass` the file of the mass; by default
     the file that the same job of Abaqus or CalculiX wrote. `names` are those of the matrices in
-    the files. Parts that are `given` otherwise are not looked for.
+    the files. Parts that are `given` otherwise are not looked for. `empty` are DOFs that cannot
+    move, because they have neither mass nor stiffness.
     """
     wanted = [part for part in _MATRICES if part not in given]
     own = {part: name for part, name in names.items() if part != "mass" or mass is None}
@@ -90,10 +92,11 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
         matrices = {name: matrix[free][:, free] for name, matrix in matrices.items()}
         if labels is not None:
             labels = Labels(labels.node[free], labels.direction[free])
-    _hold_empty(matrices, path)
+    empty = _hold_empty(matrices, path)
     found: dict[str, Any] = {
         name: _symmetrised(matrix, name, path) for name, matrix in matrices.items()
     }
+    found["empty"] = empty
     if contact is not None:
         given = contact.matrix
         is_list = 1 in np.shape(given) and np.size(given) < size
@@ -101,8 +104,8 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
     return found if labels is None else found | {"labels": labels}
 
 
-def _hold_empty(matrices: dict[str, Any], path: Path) -> None:
-    """Hold the DOFs that have neither mass nor stiffness, by springs that nothing else has.
+def _hold_empty(matrices: dict[str, Any], path: Path) -> NDArray[np.intp]:
+    """Hold the DOFs that have neither mass nor stiffness, by springs, and return them.
 
     Rotations of solid elements are such. DOFs keep their numbers, as in the file.
     """
@@ -114,7 +117,7 @@ def _hold_empty(matrices: dict[str, Any], path: Path) -> None:
             "%s: %d of %d DOFs have no mass; they follow statically", path, light, K.shape[0]
         )
     if not loose.size:
-        return
+        return loose
     used = abs(K)[loose].sum(axis=1) + abs(M)[loose].sum(axis=1)
     if used.any():
         raise SlipmodeError(
@@ -129,6 +132,7 @@ def _hold_empty(matrices: dict[str, Any], path: Path) -> None:
         "numbers",
         path, loose.size, K.shape[0],
     )  # fmt: skip
+    return loose
 
 
 def _in_order(part: Named, labels: Labels | None, size: int, key: str) -> Any:

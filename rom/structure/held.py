@@ -47,7 +47,15 @@ _kept: WeakKeyDictionary[Structure, tuple[bytes, Held]] = WeakKeyDictionary()
 
 
 def bonded(structure: Structure, *, may_float: bool = False) -> Held:
-    """Return the structure with contacts that do not move: W^T x = 0."""
+    """Return the structure with contacts that do not move: W^T x = 0.
+
+    Refuses contacts on DOFs without mass, whose velocity may jump.
+    """
+    if structure.massless_contacts.size:
+        raise SlipmodeError(
+            f"contact: DOF {structure.massless_contacts[0]} has no mass, which rigid friction "
+            "needs; give it mass, or use an elastic law (rom.Jenkins)"
+        )
 
     def held() -> Held:
         parts = structure.partition()

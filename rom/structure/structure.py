@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
@@ -40,7 +41,8 @@ class Structure:
     ----------
     mass : (n, n) array or sparse matrix
         Mass matrix M [kg], symmetric and positive definite. Rows of zeros are allowed: DOFs
-        without mass follow the other DOFs statically, which is exact. Contacts cannot act on them.
+        without mass follow the other DOFs statically, which is exact. Contacts with rigid laws
+        cannot act on them.
     stiffness : (n, n) array or sparse matrix
         Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
@@ -73,7 +75,7 @@ class Structure:
     SlipmodeError
         If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
         not positive definite, or the damping matrix is not positive semidefinite. If a DOF without
-        mass has no stiffness, a contact, or other damping than alpha M + beta K.
+        mass has no stiffness, or other damping than alpha M + beta K.
 
     Examples
     --------
@@ -115,7 +117,7 @@ class Structure:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
         if light.any():
-            _check_massless(light, K, C, W)
+            _check_massless(light, K, C)
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         _set(
@@ -146,6 +148,12 @@ class Structure:
     def n_modes(self) -> int:
         """Number of modes with free contacts: the DOFs that have mass."""
         return self.n_dofs - int(np.count_nonzero(massless(self.mass)))
+
+    @property
+    def massless_contacts(self) -> NDArray[np.intp]:
+        """DOFs without mass on which contacts act, (m,) ndarray of int."""
+        loads: Any = abs(as_csc(self.directions)).sum(axis=1)
+        return np.flatnonzero(massless(self.mass) & (loads > 0.0))
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure with additional linear forces -K_e x - C_e x'.
@@ -300,7 +308,14 @@ def load_structure(
             raise SlipmodeError(
                 'contact: is missing; give contact=, as DOF indices, W or [(node, "x"), ...]'
             )
-        return Structure(**matrices)
+        empty = matrices.pop("empty", [])
+        structure = Structure(**matrices)
+        touched = np.intersect1d(structure.massless_contacts, empty)
+        if touched.size:
+            raise SlipmodeError(
+                f"contact: DOF {touched[0]} has neither mass nor stiffness; give another DOF"
+            )
+        return structure
 
 
 def _labelled(contact: Any, labels: Labels | None) -> Any:
@@ -378,19 +393,13 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
     return C
 
 
-def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh, W: Matrix) -> None:
+def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh) -> None:
     """Refuse DOFs without mass, `light` (n,), that do not follow the other DOFs statically.
 
     Without forces, x_m = -K_mm^-1 K_ma x_a solves the rows m of the equation of motion if the
     forces of C are 0 there for such motions, as with C = alpha M + beta K.
     """
     dofs = np.flatnonzero(light)
-    touched = np.asarray(abs(as_csc(W)[dofs]).sum(axis=1)) > 0.0
-    if touched.any():
-        raise SlipmodeError(
-            f"contact: DOF {dofs[touched][0]} has no mass; give it mass, or place the contact on "
-            "DOFs with mass"
-        )
     empty = K.diagonal()[dofs] == 0.0
     if empty.any():
         raise SlipmodeError(
