@@ -68,7 +68,7 @@ def _parts(path: Path, names: Mapping[str, str], wanted: Sequence[str]) -> dict[
     chosen = choose(found, path, names, wanted)
     if wanted[0] not in chosen:
         raise SlipmodeError(
-            f"{path}: {wanted[0]} is missing among {listed(found)}; name it: "
+            f"{path}: {wanted[0]} is missing; the file has {listed(found)}; name it: "
             f'names={{"{wanted[0]}": "..."}}'
         )
     return {

@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored, symmetric
-from slipmode.rom.structure.readers.text import DamagedError, number, numbers, read_text
+from slipmode.rom.structure.readers.text import (
+    DamagedError,
+    has_fortran_exponents,
+    numbers,
+    read_text,
+    with_plain_exponents,
+)
 
 _log = logging.getLogger(__name__)
 
@@ -78,11 +84,15 @@ def _matrix_market(text: str) -> Any:
     from scipy.io import mmread
 
     header, _, body = text.lstrip().partition("\n")
-    if "pattern" in header.lower():
+    words = header.lower().split()[1:]
+    if "pattern" in words:
         raise DamagedError("has places without values")
-    # Exponents may be written with D. scipy's parser reads past the end of a damaged last line
-    # that has no line break.
-    plain = f"{header}\n{body.upper().replace('D', 'E')}\n"
+    # scipy's parser reads 1.5D+05 as 1.5, and refuses comments after the numbers
+    if has_fortran_exponents(body) or "\n%" in body:
+        lines = (line for line in body.splitlines() if line.strip() and line[0] != "%")
+        body = with_plain_exponents("\n".join(lines))
+    # It reads past the end of a damaged last line that has no line break
+    plain = f"%%MatrixMarket {' '.join(words)}\n{body}\n"
     return mmread(BytesIO(plain.encode("ascii", "replace")), spmatrix=False)
 
 
@@ -150,12 +160,8 @@ def _rows(text: str, columns: tuple[int, ...], path: Path) -> NDArray[np.float64
         _log.warning("%s: the last line does not end; check that the file is complete", path)
     if not lines.strip():
         raise DamagedError("has no numbers")
-    lines = lines.upper().replace(",", " ").replace("D", "E")
-    try:
-        found = np.loadtxt(StringIO(lines), comments=None, ndmin=2)
-    except ValueError:  # exponents without a letter, or damaged
-        words = [[number(word) for word in line.split()] for line in lines.splitlines()]
-        found = np.array([row for row in words if row])
+    lines = with_plain_exponents(lines.replace(",", " "))
+    found = np.loadtxt(StringIO(lines), comments=None, ndmin=2)
     if found.size == 0 or found.shape[1] not in columns:
         raise DamagedError(f"rows must have {' or '.join(map(str, columns))} numbers")
     return found

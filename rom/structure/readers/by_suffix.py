@@ -65,9 +65,9 @@ def _read_full(path: Path) -> dict[str, Any]:
 
 
 READERS: dict[str, tuple[Callable[[Path], Found], str]] = {
-    ".mtx": (read_mtx, "file of Matrix Market or Abaqus (*MATRIX GENERATE, substructures)"),
-    ".sti": (read_calculix, "matrix file of CalculiX"),
-    ".mas": (read_calculix, "matrix file of CalculiX"),
+    ".mtx": (read_mtx, "Matrix Market or Abaqus file"),
+    ".sti": (read_calculix, "CalculiX matrix file"),
+    ".mas": (read_calculix, "CalculiX matrix file"),
     ".hb": (read_harwell_boeing, "Harwell-Boeing file"),
     ".rsa": (read_harwell_boeing, "Harwell-Boeing file"),
     ".rua": (read_harwell_boeing, "Harwell-Boeing file"),
@@ -75,7 +75,7 @@ READERS: dict[str, tuple[Callable[[Path], Found], str]] = {
     ".npy": (read_npy, ".npy file"),
     ".npz": (read_npz, ".npz file"),
     ".mat": (read_mat, "MATLAB file"),
-    ".op4": (read_op4, "OUTPUT4 file of Nastran"),
-    ".pch": (read_dmig, "punch file of Nastran with DMIG cards"),
+    ".op4": (read_op4, "Nastran OUTPUT4 file"),
+    ".pch": (read_dmig, "Nastran punch file with DMIG cards"),
     ".full": (_read_full, ".full file of Ansys"),
 }

@@ -34,11 +34,19 @@ Numbers = NDArray[Any]
 def read_op4(path: Path) -> dict[str, Any]:
     """Return the matrices of a file by name."""
     content = path.read_bytes()
+    matrices = _text(iter(read_text(path).splitlines()))
     for order in "<>":
         size = _HEADER_BYTES.get(int(np.frombuffer(content[:4].ljust(4), f"{order}i4")[0]))
         if size is not None:
-            return dict(_binary(content, order, size))
-    return dict(_text(iter(read_text(path).splitlines())))
+            matrices = _binary(content, order, size)
+    found: dict[str, Any] = {}
+    for name, matrix in matrices:
+        if name in found:
+            raise DamagedError(f"has two matrices {name}")
+        found[name] = matrix
+    if not found:
+        raise DamagedError("has no matrix")
+    return found
 
 
 class _Entries:

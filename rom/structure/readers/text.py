@@ -31,6 +31,16 @@ def read_text(path: Path) -> str:
     return content.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
 
 
+def has_fortran_exponents(text: str) -> bool:
+    """Return whether exponents in a text may be written as 1.5D+05 or 1.5+05."""
+    return re.search(r"[\d.][dD+-][+-]?\d", text) is not None
+
+
+def with_plain_exponents(text: str) -> str:
+    """Return a text of numbers with exponents 1.5E+05 in place of 1.5D+05 or 1.5+05."""
+    return _BARE_EXPONENT.sub(r"E\1", text.upper().replace("D", "E"))
+
+
 def fixed_width(lines: Sequence[str], per_line: int, width: int, count: int) -> Floats:
     """Return the first `count` numbers of lines with `per_line` fields of a fixed width.
 
@@ -62,6 +72,6 @@ def numbers(fields: Sequence[str] | np.ndarray, count: int) -> Floats:
 def number(word: str) -> float:
     """Return a number, whose exponent may be 1.5E-05, 1.5D-05 or 1.5-05."""
     try:
-        return float(_BARE_EXPONENT.sub(r"E\1", word.strip().upper().replace("D", "E")))
+        return float(with_plain_exponents(word))
     except ValueError:
         raise DamagedError(f"{word.strip()[:40]!r} is not a number") from None

@@ -128,7 +128,7 @@ def test_ambiguous_matrices_are_listed_and_chosen_by_name(tmp_path):
     )
     assert "names: must be such as" in refusal(path, names="K1")
     scipy.io.savemat(path, {"Q": SPRING, "R": MASS})
-    assert "stiffness is missing among Q, R; name it" in refusal(path)
+    assert "stiffness is missing; the file has Q, R; name it" in refusal(path)
     names = {"stiffness": "Q", "mass": "R"}
     np.testing.assert_allclose(frequencies(path, names=names), HERTZ, rtol=1e-9)
 

@@ -167,7 +167,15 @@ def matrix_market(drawn, folder):
             path, stored, comment="\n aus M\xfcnchen", symmetry=symmetry, precision=17
         )
         text = path.read_text(encoding="utf-8")
-        text = drawn.draw(text, text.replace("e+", "D+"), text.replace("\n", "\r\n"))
+        head, _, body = text.partition("\n")
+        lower = f"\n{head.lower()}\n{body}\n% end\n"
+        text = drawn.draw(
+            text,
+            text.replace("e+", "D+"),
+            text.replace("e+", "+"),
+            text.replace("\n", "\r\n"),
+            lower,
+        )
         encoding = drawn.draw("utf-8", "utf-8-sig", "utf-16", "latin-1")
         path.write_bytes(text.encode(encoding, "replace"))
     return folder / "k.mtx", {"mass": folder / "m.mtx"}
