@@ -145,13 +145,15 @@ def modes(
         raise SlipmodeError(
             f"law: must be elastic; leave it out for rigid friction, got {in_one_line(law)}"
         )
-    elastic_dofs = structure.n_dofs - structure.n_contacts
+    elastic_dofs = structure.n_modes - structure.n_contacts
+    if law is not None and structure.massless_contacts.size:
+        elastic_dofs = 0  # not computed with bonded contacts
     if law is None and elastic_dofs == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_dofs} DOFs are contacts, so there is no mode with bonded "
+            f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "
             "contacts; give an elastic law"
         )
-    count = min(n, elastic_dofs or structure.n_dofs)
+    count = min(n, elastic_dofs or structure.n_modes)
     with phases("modes", shown=progress):
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
         fixed = {}

@@ -137,7 +137,9 @@ def _plan(options: argparse.Namespace) -> int:
 
 def _modes(options: argparse.Namespace) -> int:
     chosen = options.mass, options.contact, options.stiffness, options.number
-    print(mode_table(options.file, *chosen))
+    parts = ("mass", "stiffness", "damping")
+    names = {part: name for part in parts if (name := getattr(options, f"{part}_name"))}
+    print(mode_table(options.file, *chosen, names=names))
     if is_scene(options.file):
         print_next("slipmode", "curve", options.file)
     else:
@@ -254,6 +256,9 @@ def _parser() -> argparse.ArgumentParser:
         "modes job_STIF2.mtx --contact 4711:z 12-13:x --stiffness 1e7",
         Argument("file", help="a scene, or a file of matrices (see rom.load_structure)"),
         Argument("--mass", type=Path, help="file of the mass matrix, if it is separate"),
+        Argument("--mass-name", metavar="NAME", help="its name in a file with several matrices"),
+        Argument("--stiffness-name", metavar="NAME", help="name of the stiffness matrix"),
+        Argument("--damping-name", metavar="NAME", help="name of the damping matrix"),
         Argument("--contact", nargs="+", metavar="WHERE", help=contact),
         Argument("--stiffness", type=float, help="of elastic contacts [N/m] (bonded)"),
         Argument("-n", "--number", type=int, default=10, help="number of modes (10)"),

@@ -13,6 +13,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, limits
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.matrices import as_dense
+from slipmode.rom.structure.solvers.lowest_modes import dense_modes
 from slipmode.rom.structure.structure import Structure
 
 _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the largest
@@ -22,17 +23,17 @@ _ROUNDING = 1e-12  # squared natural frequency that is rounding, relative to the
 class ModalCoordinates:
     """Coordinates q, x = shapes q, with unit mass and diagonal stiffness."""
 
-    shapes: Floats  # (n, n), mass-normalised modes with free contacts in columns [kg^-1/2]
-    squares: Floats  # (n,), squared natural frequencies [rad^2/s^2]
-    damping: Floats  # (n,) if the modes diagonalise it, else (n, n) [1/s]
-    directions: Floats  # (N_c, n), contact displacement per modal displacement, W^T shapes
-    to_modal: Floats  # (n, n), q = to_modal x
+    shapes: Floats  # (n, m), mass-normalised modes with free contacts in columns [kg^-1/2]
+    squares: Floats  # (m,), squared natural frequencies [rad^2/s^2]
+    damping: Floats  # (m,) if the modes diagonalise it, else (m, m) [1/s]
+    directions: Floats  # (N_c, m), contact displacement per modal displacement, W^T shapes
+    to_modal: Floats  # (m, n), q = to_modal x
 
     @classmethod
     def of(cls, structure: Structure) -> Self:
         """Return the modes of a structure, with diagonal damping if that is exact to rounding."""
         mass = as_dense(structure.mass)
-        squares, shapes = scipy.linalg.eigh(as_dense(structure.stiffness), mass)
+        squares, shapes = dense_modes(as_dense(structure.stiffness), mass)
         rounding = _ROUNDING * squares.max()
         squares[(squares < 0) & (squares > -rounding)] = 0.0  # rigid-body modes
         if structure.beta is not None:

@@ -28,10 +28,10 @@ def reduce_bonded(
     smallest_response: float,
 ) -> Reduced:
     """Return one or two modes with bonded contacts, and contacts with rigid friction."""
-    n_elastic = structure.n_dofs - structure.n_contacts
+    n_elastic = structure.n_modes - structure.n_contacts
     if n_elastic == 0:
         raise SlipmodeError(
-            f"contact: all {structure.n_dofs} DOFs are contacts, so there is no mode with rigid "
+            f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with rigid "
             "friction (Tanh, Coulomb); use an elastic law, rom.reduce(..., law=law)"
         )
     if not all(0 <= mode < n_elastic for mode in modes):

@@ -38,8 +38,8 @@ def reduce_stuck(
             "gap: all contacts are open at rest, and at least one must touch; reduce a gap, or "
             "close it by a static force (rom.preload, in scenes [preload])"
         )
-    if not all(0 <= mode < structure.n_dofs for mode in modes):
-        raise SlipmodeError(f"modes: must be 0 to {structure.n_dofs - 1}, got {modes}")
+    if not all(0 <= mode < structure.n_modes for mode in modes):
+        raise SlipmodeError(f"modes: must be 0 to {structure.n_modes - 1}, got {modes}")
     held, W = stuck(structure, contacts.reference), structure.directions
     omega, shapes = held.modes(max(modes) + 1, MOST_MODES, static_from(smallest_response))
     rigid = omega == 0.0

@@ -7,7 +7,8 @@ solvers/        sparse and dense: factorisation, lowest modes, definiteness
 damping.py      Rayleigh: damping ratios, loss factor
 labels.py       nodes and directions
 files.py        matrices on disk: .npz, folders of Matrix Market files
-external.py     matrices of other programs, assembled; formats.py: their readers
+external.py     matrices of other programs, assembled; readers/: their files
+choice.py       which matrices of a file are the mass, the stiffness, the damping
 matrices.py     dense or sparse matrices, checked
 pairing/        contacts from meshes: W, areas, gaps and frames of surfaces that face each other
 """

@@ -3,90 +3,76 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.formats import READERS, Named, abaqus_mass_file
+from slipmode.rom.structure.choice import ROUNDED, choose, listed
 from slipmode.rom.structure.labels import Labels
+from slipmode.rom.structure.readers.abaqus import abaqus_mass_file
+from slipmode.rom.structure.readers.by_suffix import read_matrix_file
+from slipmode.rom.structure.readers.named import Named
 
 _log = logging.getLogger(__name__)
 
-#: The matrices, and how their short names begin in Nastran, MATLAB and other programs.
-_NAMES = {"mass": ("m",), "stiffness": ("k",), "damping": ("b", "c", "d")}
-_CONTACT = ("contact", "w")
+_MATRICES = ("stiffness", "mass", "damping", "contact")
 
 
-def read_external(path: Path, mass: Path | None) -> dict[str, Any]:
+def read_external(
+    path: Path, mass: Path | None, names: Mapping[str, str], given: Collection[str]
+) -> dict[str, Any]:
     """Read the matrices of a structure, and `labels` if the files have them.
 
     `path` is the file of the stiffness or of all matrices, `mass` the file of the mass; by default
-    the file that the same job of Abaqus or CalculiX wrote.
+    the file that the same job of Abaqus or CalculiX wrote. `names` are those of the matrices in
+    the files. Parts that are `given` otherwise are not looked for. `empty` are DOFs that cannot
+    move, because they have neither mass nor stiffness.
     """
-    parts = _parts(path, "stiffness")
-    if mass is None and "mass" not in parts:
-        mass = _mass_file(path)
-    if mass is not None:
-        parts["mass"] = _part(_parts(mass, "mass"), mass, "mass")
-    for name in ("stiffness", "mass"):
-        _part(parts, path, name)
+    wanted = [part for part in _MATRICES if part not in given]
+    own = {part: name for part, name in names.items() if part != "mass" or mass is None}
+    parts = _parts(path, own, [part for part in wanted if part != "mass" or mass is None])
+    if "mass" not in parts:
+        file = _mass_file(path) if mass is None else mass
+        theirs = {part: name for part, name in names.items() if part == "mass"}
+        parts |= _parts(file, theirs, ["mass"])
     return _assembled(parts, path)
-
-
-def _part(parts: Mapping[str, Named], path: Path, name: str) -> Named:
-    if name not in parts:
-        raise SlipmodeError(f"{path}: {name} is missing; give its file: {name}=")
-    return parts[name]
 
 
 def _mass_file(path: Path) -> Path:
     """Return the file of the mass that the same job wrote."""
-    file = path.with_suffix(".mas") if path.suffix == ".sti" else abaqus_mass_file(path)
+    file = path.with_suffix(".mas") if path.suffix.lower() == ".sti" else abaqus_mass_file(path)
     if file == path or not file.is_file():
         expected = "" if file == path else f" (there is no {file.name})"
-        raise SlipmodeError(f"{path}: mass is missing{expected}; give its file: mass=")
+        raise SlipmodeError(
+            f"{path}: mass is missing{expected}; give its file: mass=, or its name if it is in "
+            'this file: names={"mass": "..."}'
+        )
     return file
 
 
-def _parts(path: Path, name: str) -> dict[str, Named]:
-    """Return the matrices of a file; `name` is the one that a file of one matrix has."""
-    if not path.is_file():
-        raise SlipmodeError(f"{path}: no such file")
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
-        raise SlipmodeError(f"{path}: must end in .npz, {', '.join(READERS)}, or be a folder")
-    try:
-        found = reader(path)
-    except SlipmodeError:
-        raise
-    except Exception as error:  # damaged files make parsers raise nearly anything
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise SlipmodeError(f"{path}: {name} cannot be read: {reason}") from error
-    return {name: found} if isinstance(found, Named) else _renamed(found, path)
+def _parts(path: Path, names: Mapping[str, str], wanted: Sequence[str]) -> dict[str, Named]:
+    """Return the matrices of a file that are wanted; the first of them must be there.
 
-
-def _renamed(found: Mapping[str, Any], path: Path) -> dict[str, Named]:
-    """Return the matrices of a file under slipmode's names."""
-    parts = {}
-    for part, beginnings in _NAMES.items():
-        names = [name for name in found if name.lower() == part] or [
-            name
-            for name in found
-            if name.lower().startswith(beginnings) and name.lower() not in (*_NAMES, *_CONTACT)
-        ]
-        if len(names) > 1:
-            raise SlipmodeError(f"{path}: {', '.join(names)} may each be {part}; keep one of them")
+    A matrix without a name is the first one.
+    """
+    found = read_matrix_file(path)
+    if isinstance(found, Named):
         if names:
-            parts[part] = found[names[0]]
-    for name, value in found.items():
-        if name.lower() in _CONTACT:
-            parts["contact"] = value
+            raise SlipmodeError(f"names: {path} has one matrix without a name; leave names out")
+        return {wanted[0]: found}
+    chosen = choose(found, path, names, wanted)
+    if wanted[0] not in chosen:
+        raise SlipmodeError(
+            f"{path}: {wanted[0]} is missing; the file has {listed(found)}; name it: "
+            f'names={{"{wanted[0]}": "..."}}'
+        )
     return {
-        part: value if isinstance(value, Named) else Named(value) for part, value in parts.items()
+        part: value if isinstance(value, Named) else Named(value) for part, value in chosen.items()
     }
 
 
@@ -106,20 +92,47 @@ def _assembled(parts: dict[str, Named], path: Path) -> dict[str, Any]:
         matrices = {name: matrix[free][:, free] for name, matrix in matrices.items()}
         if labels is not None:
             labels = Labels(labels.node[free], labels.direction[free])
-    empty = np.flatnonzero(matrices["stiffness"].diagonal() == 0)
-    if empty.size:
-        raise SlipmodeError(
-            f"{path}: the diagonal of stiffness is 0 at {empty.size} DOFs, the first is DOF "
-            f"{empty[0]}; check that the file is complete"
-        )
+    empty = _hold_empty(matrices, path)
     found: dict[str, Any] = {
         name: _symmetrised(matrix, name, path) for name, matrix in matrices.items()
     }
+    found["empty"] = empty
     if contact is not None:
         given = contact.matrix
         is_list = 1 in np.shape(given) and np.size(given) < size
         found["contact"] = given.ravel() if is_list else given
     return found if labels is None else found | {"labels": labels}
+
+
+def _hold_empty(matrices: dict[str, Any], path: Path) -> NDArray[np.intp]:
+    """Hold the DOFs that have neither mass nor stiffness, by springs, and return them.
+
+    Rotations of solid elements are such. DOFs keep their numbers, as in the file.
+    """
+    K, M = matrices["stiffness"], matrices["mass"]
+    loose = np.flatnonzero(K.diagonal() == 0)
+    light = int(np.count_nonzero(M.diagonal() == 0)) - loose.size
+    if light > 0:
+        _log.warning(
+            "%s: %d of %d DOFs have no mass; they follow statically", path, light, K.shape[0]
+        )
+    if not loose.size:
+        return loose
+    used = abs(K)[loose].sum(axis=1) + abs(M)[loose].sum(axis=1)
+    if used.any():
+        raise SlipmodeError(
+            f"{path}: the diagonal of stiffness is 0 at {np.count_nonzero(used)} DOFs with mass, "
+            f"the first is DOF {loose[used > 0][0]}; check that the file is complete"
+        )
+    springs = np.zeros(K.shape[0])
+    springs[loose] = abs(K).max() or 1.0
+    matrices["stiffness"] = scipy.sparse.csc_array(K + scipy.sparse.diags_array(springs))
+    _log.warning(
+        "%s: %d of %d DOFs have neither mass nor stiffness; they do not move, and keep their "
+        "numbers",
+        path, loose.size, K.shape[0],
+    )  # fmt: skip
+    return loose
 
 
 def _in_order(part: Named, labels: Labels | None, size: int, key: str) -> Any:
@@ -147,7 +160,7 @@ def _symmetrised(matrix: Any, name: str, path: Path) -> Any:
     """Return the matrix without the asymmetry due to rounded exports."""
     largest = abs(matrix).max()
     asymmetry = abs(matrix - matrix.T).max()
-    if asymmetry == 0.0 or asymmetry > 1e-6 * largest:
+    if asymmetry == 0.0 or asymmetry > ROUNDED * largest:
         return matrix
     message = (
         "%s: %s is symmetrised: entries differ from their mirror images by %.1e of the largest"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -10,27 +11,37 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.formats import abaqus_mass_file, read_matrix_market
+from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.labels import Labels
+from slipmode.rom.structure.readers.abaqus import abaqus_mass_file, read_matrix_market
+from slipmode.rom.structure.readers.text import read_text
+from slipmode.rom.structure.readers.workspace import CSR_PARTS, read_npz
 
-_REQUIRED = ("mass", "stiffness", "contact")
-_NAMES = (*_REQUIRED, "damping")
-
-#: A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
-_CSR_PARTS = ("data", "indices", "indptr", "shape")
+_NAMES = ("mass", "stiffness", "contact", "damping")
 
 
-def read_matrices(path: Path) -> dict[str, Any]:
-    """Read mass, stiffness, contact and, if stored, damping and labels of a file or folder.
+def read_matrices(
+    path: Path,
+    mass: Path | None = None,
+    names: Mapping[str, str] | None = None,
+    given: Collection[str] = (),
+) -> dict[str, Any]:
+    """Read mass, stiffness and, if stored, contact, damping and labels of a file or folder.
 
-    Damaged files make zipfile, zlib, numpy and scipy raise nearly anything; refusals name the file
-    and the part.
+    `mass` is the file of the mass, if it is separate, `names` are those of the matrices in a file.
+    Parts that are `given` otherwise need not be there. Refusals name the file and the part.
     """
+    if path.is_dir() and names:
+        raise SlipmodeError(f"names: the files in {path} have fixed names; leave names out")
     if path.is_dir():
-        return _read_folder(path)
-    if path.is_file():
-        return _read_npz(path)
-    raise SlipmodeError(f"{path}: no such .npz file or folder of Matrix Market files")
+        return _read_folder(path, given)
+    if not path.exists():
+        raise SlipmodeError(f"{path}: no such .npz file or folder of Matrix Market files")
+    if path.suffix.lower() == ".npz" and not (mass or names):
+        stored = read_npz(path)
+        if isinstance(stored, dict) and "mass" in stored and "stiffness" in stored:
+            return _own(stored, path)
+    return read_external(path, mass, names or {}, given)
 
 
 def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
@@ -43,7 +54,7 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
             arrays[name] = matrix
         else:
             rows = scipy.sparse.csr_array(matrix)
-            arrays |= {f"{name}_{part}": getattr(rows, part) for part in _CSR_PARTS}
+            arrays |= {f"{name}_{part}": getattr(rows, part) for part in CSR_PARTS}
     try:
         np.savez_compressed(path, **arrays)
     except OSError as error:
@@ -60,52 +71,26 @@ def source_files(path: Path) -> list[Path]:
         candidates = {path / f"{name}{ending}" for name in _NAMES for ending in (".mtx", ".txt")}
     else:
         candidates = {path, abaqus_mass_file(path)}
-        if path.suffix in (".sti", ".mas"):
+        if path.suffix.lower() in (".sti", ".mas"):
             candidates |= {path.with_suffix(ending) for ending in (".mas", ".dof")}
     return sorted(file for file in candidates if file.is_file())
 
 
-def _read_npz(path: Path) -> dict[str, Any]:
-    try:
-        stored = np.load(path, allow_pickle=False)
-    except Exception as error:
-        raise SlipmodeError(f"{path}: is not a readable .npz file") from error
-    if not isinstance(stored, np.lib.npyio.NpzFile):
-        raise SlipmodeError(f"{path}: holds a single array; must be a .npz file")
-    with stored:
-        matrices = {}
-        for name in _NAMES:
-            try:
-                matrix = _read_npz_matrix(stored, name)
-            except Exception as error:
-                raise SlipmodeError(f"{path}: {name} is damaged or not a plain array") from error
-            if matrix is not None:
-                matrices[name] = matrix
-            elif name in _REQUIRED:
-                raise SlipmodeError(f"{path}: key {name} is missing (sparse: {name}_data, ...)")
-        if "labels" in stored:
-            table = stored["labels"]
-            if table.ndim != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
-                raise SlipmodeError(f"{path}: labels must be (n, 2) integers: node, direction")
-            matrices["labels"] = Labels(*table.T.astype(np.int64))
-        return matrices
+def _own(stored: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return the matrices that `write_npz` wrote."""
+    matrices = {name: stored[name] for name in _NAMES if name in stored}
+    for name, matrix in matrices.items():
+        if matrix is None:
+            raise SlipmodeError(f"{path}: {name} is damaged or not a plain array")
+    if "labels" in stored:
+        table = stored["labels"]
+        if np.ndim(table) != 2 or table.shape[1] != 2 or table.dtype.kind not in "iu":
+            raise SlipmodeError(f"{path}: labels must be (n, 2) integers: node, direction")
+        matrices["labels"] = Labels(*table.T.astype(np.int64))
+    return matrices
 
 
-def _read_npz_matrix(stored: Mapping[str, Any], name: str) -> Any:
-    """Return a stored matrix or number; None if there is none."""
-    if name in stored:
-        array = stored[name]
-        return array if array.ndim else array.item()
-    parts = [f"{name}_{part}" for part in _CSR_PARTS]
-    if not all(part in stored for part in parts):
-        return None
-    data, indices, indptr, shape = (stored[part] for part in parts)
-    matrix: Any = scipy.sparse.csr_array((data, indices, indptr), shape=tuple(shape))
-    matrix.check_format(full_check=True)  # indices out of range would read foreign memory
-    return matrix
-
-
-def _read_folder(folder: Path) -> dict[str, Any]:
+def _read_folder(folder: Path, given: Collection[str]) -> dict[str, Any]:
     matrices = {}
     for name in _NAMES:
         endings = (".mtx", ".txt") if name == "contact" else (".mtx",)
@@ -115,7 +100,7 @@ def _read_folder(folder: Path) -> dict[str, Any]:
             raise SlipmodeError(f"{folder}: give one of contact.mtx and contact.txt, not both")
         if present:
             matrices[name] = _read_part(present[0])
-        elif name in _REQUIRED:
+        elif name != "damping" and name not in given:
             names = " or ".join(file.name for file in files)
             raise SlipmodeError(f"{folder}: {names} is missing")
     return matrices
@@ -125,7 +110,8 @@ def _read_part(file: Path) -> Any:
     """Return a Matrix Market matrix, or the integers of a text file."""
     try:
         if file.suffix == ".txt":
-            return np.loadtxt(file, dtype=np.intp, ndmin=1)
+            return np.loadtxt(StringIO(read_text(file)), dtype=np.intp, ndmin=1)
         return read_matrix_market(file)
     except Exception as error:
-        raise SlipmodeError(f"{file}: cannot be read: {' '.join(str(error).split())}") from error
+        wanted = "integers" if file.suffix == ".txt" else "a matrix of Matrix Market"
+        raise SlipmodeError(f"{file}: cannot be read; must have {wanted}") from error

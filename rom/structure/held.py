@@ -11,7 +11,6 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse
 
 from slipmode.rom.arrays import Flags, Floats
@@ -24,7 +23,12 @@ from slipmode.rom.structure.solvers.factorisation import (
     factorise,
     large_phase,
 )
-from slipmode.rom.structure.solvers.lowest_modes import lowest_modes, with_fixed_signs
+from slipmode.rom.structure.solvers.lowest_modes import (
+    dense_modes,
+    lowest_modes,
+    with_fixed_signs,
+)
+from slipmode.rom.structure.solvers.mass import massless
 from slipmode.rom.structure.structure import Structure
 
 # A mode is rigid if its strain energy is rounding, relative to the energies of single entries.
@@ -43,7 +47,15 @@ _kept: WeakKeyDictionary[Structure, tuple[bytes, Held]] = WeakKeyDictionary()
 
 
 def bonded(structure: Structure, *, may_float: bool = False) -> Held:
-    """Return the structure with contacts that do not move: W^T x = 0."""
+    """Return the structure with contacts that do not move: W^T x = 0.
+
+    Refuses contacts on DOFs without mass, whose velocity may jump.
+    """
+    if structure.massless_contacts.size:
+        raise SlipmodeError(
+            f"contact: DOF {structure.massless_contacts[0]} has no mass, which rigid friction "
+            "needs; give it mass, or use an elastic law (rom.Jenkins)"
+        )
 
     def held() -> Held:
         parts = structure.partition()
@@ -90,14 +102,19 @@ class Held:
         self._mass = mass
         self._basis = basis
         self._may_float = may_float
+        # Free coordinates that move no mass
+        self._massless = massless(mass)
+        if basis is not None:
+            E: Any = basis
+            self._massless = np.asarray(abs(E[~self._massless]).sum(axis=0) == 0)
         self._squares, self._shapes = np.zeros(0), np.zeros((self.size, 0))  # known modes
         self._complete = 0.0  # all modes with omega below this are known
         self._factorised: tuple[Factorisation, float] | None = None
 
     @property
     def size(self) -> int:
-        """The number n_h of modes."""
-        return int(self._stiffness.shape[0])
+        """The number of modes: the free coordinates that move a mass."""
+        return int(np.count_nonzero(~self._massless))
 
     def modes(
         self, at_least: int, at_most: int | None = None, reach: float = 0.0
@@ -179,7 +196,7 @@ class Held:
 
         Other modes do not converge with such factors.
         """
-        shape = np.random.default_rng(0).standard_normal((self.size, 1))
+        shape = np.random.default_rng(0).standard_normal((self._massless.size, 1))
         for _ in range(2):
             shape = factors.solve(self._inertia(shape))
             shape /= np.sqrt(np.vdot(shape, self._inertia(shape)))
@@ -225,16 +242,17 @@ class Held:
         squares, shapes = lowest_modes(
             solve,
             self._inertia,
-            self.size,
+            self._massless.size,
             max(at_least, 8) if self._may_float else at_least,
             lambda lifted: reach**2 * float(lifted[at_least - 1] - shift) + shift,
-            at_most,
+            min(at_most, self.size),
         )
         return squares - shift, shapes
 
     def _dense(self, count: int) -> tuple[Floats, Floats]:
-        K, M = as_dense(self._stiffness), self._inertia(np.eye(self.size))
-        squares, shapes = scipy.linalg.eigh(K, 0.5 * (M + M.T), subset_by_index=(0, count - 1))
+        inertia = self._inertia(np.eye(self._massless.size))
+        mass = 0.5 * (inertia + inertia.T)
+        squares, shapes = dense_modes(as_dense(self._stiffness), mass, count)
         return squares, with_fixed_signs(shapes)
 
     def _is_rigid(self, squares: Floats, shapes: Floats) -> Flags:

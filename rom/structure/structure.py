@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from os import PathLike
@@ -10,19 +10,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
 from slipmode.rom.structure.damping import Rayleigh
-from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.files import read_matrices, write_npz
-from slipmode.rom.structure.formats import READERS
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.matrices import Matrix, MatrixLike, as_csc, as_dense, as_symmetric
 from slipmode.rom.structure.partition import Partition, contact_directions
-from slipmode.rom.structure.solvers.mass import is_positive_mass, is_positive_semidefinite
+from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError, factorise
+from slipmode.rom.structure.solvers.mass import (
+    is_positive_mass,
+    is_positive_semidefinite,
+    massless,
+)
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -36,7 +40,9 @@ class Structure:
     Parameters
     ----------
     mass : (n, n) array or sparse matrix
-        Mass matrix M [kg], symmetric and positive definite.
+        Mass matrix M [kg], symmetric and positive definite. Rows of zeros are allowed: DOFs
+        without mass follow the other DOFs statically, which is exact. Contacts with rigid laws
+        cannot act on them.
     stiffness : (n, n) array or sparse matrix
         Stiffness matrix K [N/m] without the contacts, symmetric. Rigid-body modes are allowed.
         `rom.reduce` refuses rigid-body modes that remain with bonded contacts (Tanh, Coulomb).
@@ -68,7 +74,8 @@ class Structure:
     ------
     SlipmodeError
         If a matrix has a wrong shape, is not symmetric, or is not finite. If the mass matrix is
-        not positive definite, or the damping matrix is not positive semidefinite.
+        not positive definite, or the damping matrix is not positive semidefinite. If a DOF without
+        mass has no stiffness, or other damping than alpha M + beta K.
 
     Examples
     --------
@@ -96,14 +103,21 @@ class Structure:
     ) -> None:
         M = as_symmetric("mass", mass)
         if not is_positive_mass(M):
-            raise SlipmodeError("mass: must be positive definite (every DOF needs some mass)")
-        if M.diagonal().min() < SMALLEST:
-            raise SlipmodeError(f"mass: every DOF needs at least {SMALLEST:g}; use other units")
+            raise SlipmodeError(
+                "mass: must be positive definite, except for DOFs without mass (rows of zeros)"
+            )
+        light = massless(M)
+        if M.diagonal()[~light].min() < SMALLEST:
+            raise SlipmodeError(
+                f"mass: every DOF needs at least {SMALLEST:g}, or none; use other units"
+            )
         K = as_symmetric("stiffness", stiffness, M.shape[0])
         C = checked_damping(damping, M.shape[0])
         if labels is not None and labels.node.size != M.shape[0]:
             raise SlipmodeError(f"labels: must be {M.shape[0]}, got {labels.node.size}")
         W = contact_directions(contact, M.shape[0])
+        if light.any():
+            _check_massless(light, K, C)
         is_dense = isinstance(M, np.ndarray) and isinstance(K, np.ndarray)
         store: Callable[[Matrix], Matrix] = _read_only if is_dense else as_csc
         _set(
@@ -129,6 +143,17 @@ class Structure:
     def n_contacts(self) -> int:
         """Number N_c of contact DOFs, the columns of W."""
         return int(self.directions.shape[1])
+
+    @property
+    def n_modes(self) -> int:
+        """Number of modes with free contacts: the DOFs that have mass."""
+        return self.n_dofs - int(np.count_nonzero(massless(self.mass)))
+
+    @property
+    def massless_contacts(self) -> NDArray[np.intp]:
+        """DOFs without mass on which contacts act, (m,) ndarray of int."""
+        loads: Any = abs(as_csc(self.directions)).sum(axis=1)
+        return np.flatnonzero(massless(self.mass) & (loads > 0.0))
 
     def with_forces(self, stiffness: Floats, damping: Floats) -> Structure:
         """Return the structure with additional linear forces -K_e x - C_e x'.
@@ -212,6 +237,7 @@ def load_structure(
     *,
     mass: str | PathLike[str] | None = None,
     contact: MatrixLike | Sequence[Sequence[Any]] | None = None,
+    names: Mapping[str, str] | None = None,
 ) -> Structure:
     """Read a structure from a file of slipmode or of a finite element program.
 
@@ -220,16 +246,18 @@ def load_structure(
     path : path
         One of the following:
 
-        - A .npz file with the arrays mass, stiffness, contact (DOF indices or W) and optionally
-          damping (C, or the number beta). A sparse matrix is stored in CSR form as mass_data,
+        - A .npz file with the arrays mass, stiffness and optionally contact (DOF indices or W)
+          and damping (C, or the number beta). A sparse matrix is stored in CSR form as mass_data,
           mass_indices, mass_indptr and mass_shape.
         - A folder with the Matrix Market files mass.mtx, stiffness.mtx and optionally
           damping.mtx. Contacts are in contact.mtx (W) or contact.txt (indices).
         - A file with the stiffness alone: .mtx of Matrix Market or Abaqus (*MATRIX GENERATE),
-          .sti of CalculiX, or Harwell-Boeing (.hb, .rsa, .rua, .matrix), for instance of Ansys.
-        - A file with all matrices: .mat of MATLAB with mass or M, stiffness or K, and so on;
-          .op4 or .pch of Nastran with KGG, MGG, and so on (needs `slipmode[nastran]`); .full of
-          Ansys (needs `slipmode[ansys]`).
+          .sti of CalculiX, Harwell-Boeing (.hb, .rsa, .rua, .matrix), for instance of Ansys, .npy
+          of NumPy, or .npz of scipy.sparse.
+        - A file with all matrices: .mtx of Abaqus (*SUBSTRUCTURE MATRIX OUTPUT); .mat of MATLAB
+          or .npz, with variables such as K and M, also in structs (version 7.3 needs
+          `slipmode[matlab]`); .op4 or .pch of Nastran with KGG, MGG, and so on; .full of Ansys
+          (needs `slipmode[ansys]`).
     damping : float, Rayleigh or (n, n) matrix, optional
         Damping as of `Structure`. Default: the damping in the file, or none.
     mass : path, optional
@@ -239,6 +267,9 @@ def load_structure(
         Contacts instead of the contacts in the file. Tuples are (node, direction) for an absolute
         displacement, or (node, other node, direction) for a relative one. Node numbers belong to
         the finite element program. Directions are "x", "y", "z", "rx", "ry" and "rz".
+    names : {"mass", "stiffness", "damping", "contact": str}, optional
+        Names of matrices in a file with several, for instance {"stiffness": "sys.K"}. Default:
+        names that begin with M, K, and B, C or D, of square matrices of one size.
 
     Returns
     -------
@@ -258,10 +289,16 @@ def load_structure(
         structure = rom.load_structure("job_STIF1.mtx", damping=1e-6, contact=[(12, 47, "x")])
     """
     file = as_path("path", path)
-    if file.is_dir() or file.suffix not in READERS:
-        matrices = read_matrices(file)
-    else:
-        matrices = read_external(file, None if mass is None else Path(mass))
+    if names is not None and not (
+        isinstance(names, Mapping) and all(isinstance(name, str) for name in names.values())
+    ):
+        raise SlipmodeError(
+            f'names: must be such as {{"stiffness": "K", "mass": "M"}}, got {in_one_line(names)}'
+        )
+    given = [
+        part for part, value in (("damping", damping), ("contact", contact)) if value is not None
+    ]
+    matrices = read_matrices(file, None if mass is None else as_path("mass", mass), names, given)
     if damping is not None:
         matrices["damping"] = damping
     with naming(path):
@@ -271,7 +308,14 @@ def load_structure(
             raise SlipmodeError(
                 'contact: is missing; give contact=, as DOF indices, W or [(node, "x"), ...]'
             )
-        return Structure(**matrices)
+        empty = matrices.pop("empty", [])
+        structure = Structure(**matrices)
+        touched = np.intersect1d(structure.massless_contacts, empty)
+        if touched.size:
+            raise SlipmodeError(
+                f"contact: DOF {touched[0]} has neither mass nor stiffness; give another DOF"
+            )
+        return structure
 
 
 def _labelled(contact: Any, labels: Labels | None) -> Any:
@@ -347,6 +391,41 @@ def checked_damping(damping: float | Rayleigh | MatrixLike, size: int) -> Matrix
     if not is_positive_semidefinite(C, "damping"):
         raise SlipmodeError("damping: must be positive semidefinite (it must not add energy)")
     return C
+
+
+def _check_massless(light: Flags, K: Matrix, C: Matrix | Rayleigh) -> None:
+    """Refuse DOFs without mass, `light` (n,), that do not follow the other DOFs statically.
+
+    Without forces, x_m = -K_mm^-1 K_ma x_a solves the rows m of the equation of motion if the
+    forces of C are 0 there for such motions, as with C = alpha M + beta K.
+    """
+    dofs = np.flatnonzero(light)
+    empty = K.diagonal()[dofs] == 0.0
+    if empty.any():
+        raise SlipmodeError(
+            f"mass, stiffness: DOF {dofs[empty][0]} has neither mass nor stiffness; leave it out, "
+            "or give it stiffness"
+        )
+    rows: Any = K[dofs]
+    try:
+        factors = factorise(rows[:, dofs])
+    except NotPositiveDefiniteError:
+        raise SlipmodeError(
+            f"stiffness: must be positive definite on the {dofs.size} DOFs without mass, or some "
+            "of them move without resistance; give them mass or stiffness"
+        ) from None
+    if isinstance(C, Rayleigh):
+        return
+    motion = np.where(light, 0.0, np.random.default_rng(0).standard_normal(light.size))
+    motion[dofs] = factors.solve(-(rows @ motion))
+    damped: Any = C[dofs]
+    # Rounding of C = beta K is about 1e-16 of the terms of the sum
+    other = np.abs(damped @ motion) > 1e-9 * (abs(damped) @ np.abs(motion))
+    if other.any():
+        raise SlipmodeError(
+            f"damping: DOF {dofs[other][0]} has no mass, and must have no damping but alpha M + "
+            "beta K; give it mass, or use rom.Rayleigh"
+        )
 
 
 def _set(structure: Structure, **fields: Any) -> None:

@@ -42,6 +42,8 @@ _ADVICE = (
     (r"\bgive force_unit=$", "give --force-unit"),
     (r"\bby channels=", "by --channels"),
     (r"identify with law='power'", "identify with --law power"),
+    (r"\bgive its file: mass=", "give its file: --mass (in scenes mass)"),
+    (r'names=\{"(\w+)": (".*?")\}', r"--\1-name \2 (in scenes \1_name)"),
     (r"^files: ", ""),
     (r"^bands\b", "band"),
     (r"such as \[\(100, 140\), \(225, 260\)\]", "such as --band 100 140 --band 225 260"),

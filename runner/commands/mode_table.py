@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,22 +25,25 @@ def mode_table(
     contact: Sequence[str] | None = None,
     stiffness: float | None = None,
     number: int = 10,
+    names: Mapping[str, str] | None = None,
 ) -> rom.ModeTable:
     """Return the modes of a scene (file or shipped name), or of matrices with some contacts.
 
     Contacts are DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION; without a stiffness [N/m]
-    they are rigid.
+    they are rigid. `names` are those of matrices in a file with several.
     """
     if is_scene(file):
-        if mass or contact or stiffness:
-            raise SlipmodeError("--mass, --contact, --stiffness: are in the scene; leave them out")
+        if mass or contact or stiffness or names:
+            raise SlipmodeError(
+                "--mass, --contact, --stiffness, --..-name: are in the scene; leave them out"
+            )
         scene = load_scene(file)
         structure = scene.build()
         law, _ = loaded_law(scene, structure)  # open contacts are not stuck
         elastic = None if isinstance(law, RigidFriction) else law
         return rom.modes(structure, elastic, number, progress=True)
     where = None if contact is None else _contacts(contact)
-    structure = rom.load_structure(file, mass=mass, contact=where)
+    structure = rom.load_structure(file, mass=mass, contact=where, names=names)
     springs = None if stiffness is None else rom.Jenkins(1.0, stiffness)
     return rom.modes(structure, springs, number, progress=True)
 

@@ -124,6 +124,11 @@ SCENE = Section("", "At the top of the file, before any table.", (
             "relative to this node."),
         Key("mass", text(), "-", None,
             "File of the mass matrix, if the file `matrices` has the stiffness alone."),
+        Key("mass_name", text(), "-", None,
+            "Name of the mass matrix in a file with several matrices. Default: see "
+            "`rom.load_structure`."),
+        Key("stiffness_name", text(), "-", None, "Name of the stiffness matrix, likewise."),
+        Key("damping_name", text(), "-", None, "Name of the damping matrix, likewise."),
         Key("contacts", node_dofs("[node, direction] or [node, node, direction]", (2, 3)), "-",
             None,
             "Contact DOFs by node; two nodes give a relative displacement. Default: contacts in "

@@ -22,6 +22,7 @@ from slipmode.runner.scene.toml_table import Table
 _TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
+_NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
 
 
@@ -44,10 +45,13 @@ class MatrixFile:
     damping: float | Rayleigh | None
     mass: Path | None = None
     contacts: tuple[tuple[int | str, ...], ...] | None = None
+    names: Mapping[str, str] | None = None
 
     def build(self) -> Structure:
         """Load the structure."""
-        return load_structure(self.path, self.damping, mass=self.mass, contact=self.contacts)
+        return load_structure(
+            self.path, self.damping, mass=self.mass, contact=self.contacts, names=self.names
+        )
 
 
 @frozen
@@ -165,7 +169,7 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
         if model != "two-mass" and key in _TWO_MASS_KEYS:
             of = "matrices" if model is None else f'model = "{model}"'
             raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
-        if model is not None and key in ("mass", "contacts", "rayleigh"):
+        if model is not None and key in ("mass", "contacts", "rayleigh", *_NAME_KEYS):
             raise table.error(key, f'must be left out with model = "{model}"; it is for matrices')
         if key == "blade_stiffnesses" and model != "lumped-disk":
             raise table.error(key, 'must be left out; it is for model = "lumped-disk"')
@@ -187,7 +191,8 @@ def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedD
         damping = Rayleigh(*table["rayleigh"])
     if "mass" in table:
         mass = existing(table, "mass", folder)
-    file = MatrixFile(matrices, damping, mass, table["contacts"])
+    names = {key.removesuffix("_name"): table[key] for key in _NAME_KEYS if key in table}
+    file = MatrixFile(matrices, damping, mass, table["contacts"], names or None)
     if "sectors" not in table:
         return file
     if "interface" in table and ("left" in table or "right" in table):

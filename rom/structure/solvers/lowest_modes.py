@@ -65,6 +65,28 @@ def lowest_modes(
         latest = following
 
 
+def dense_modes(
+    stiffness: Floats, mass: Floats, count: int | None = None
+) -> tuple[Floats, Floats]:
+    """Return the lowest eigenvalues (count,) and modes (n, count) of K phi = lambda M phi, or all.
+
+    DOFs m without mass follow the others statically, x_m = -K_mm^-1 K_ma x_a, which is exact.
+    """
+    light = mass.diagonal() == 0.0
+    if not light.any():
+        lowest = None if count is None else (0, count - 1)
+        squares, shapes = scipy.linalg.eigh(stiffness, mass, subset_by_index=lowest)
+        return squares, shapes
+    follow = np.eye(len(mass))[:, ~light]
+    follow[light] = -scipy.linalg.solve(
+        stiffness[light][:, light], stiffness[light][:, ~light], assume_a="pos"
+    )
+    condensed = follow.T @ stiffness @ follow
+    condensed = 0.5 * (condensed + condensed.T)
+    squares, shapes = dense_modes(condensed, mass[~light][:, ~light], count)
+    return squares, follow @ shapes
+
+
 def with_fixed_signs(shapes: Floats) -> Floats:
     """Return shapes (n, count) whose first large component is positive, also of complex ones.
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.structure.matrices import (
     BLOCK,
     TOLERANCE,
@@ -45,10 +45,15 @@ def is_positive_semidefinite(matrix: Matrix, name: str) -> bool:
 
 
 def is_positive_mass(mass: Matrix) -> bool:
-    """Return whether a mass matrix is positive definite.
+    """Return whether a mass matrix is positive definite, except for rows of zeros.
 
     A large one is factorised only if Lanczos steps do not find its smallest eigenvalue.
     """
+    heavy = ~massless(mass)
+    if not heavy.all():
+        if not heavy.any() or largest_entry(mass[~heavy]) > 0.0:
+            return False
+        mass = mass[heavy][:, heavy]
     diagonal = mass.diagonal()
     if isinstance(mass, np.ndarray) or mass.shape[0] <= SMALL or not (diagonal > 0).all():
         return is_positive_definite(mass, "mass")
@@ -77,12 +82,21 @@ def is_positive_mass(mass: Matrix) -> bool:
     return bool(lowest[0] > TOLERANCE)
 
 
+def massless(mass: Matrix) -> Flags:
+    """Return which DOFs of a positive semidefinite mass matrix have no mass, (n,)."""
+    return np.asarray(mass.diagonal() == 0.0)
+
+
 def mobility(mass: Matrix, directions: Matrix) -> Floats:
     """Return W^T M^-1 W (N_c, N_c) [1/kg]: contact velocity per impulse on the contacts.
 
-    A large mass matrix is factorised only if conjugate gradients do not converge.
+    The contacts act on DOFs with mass. A large mass matrix is factorised only if conjugate
+    gradients do not converge.
     """
+    heavy = ~massless(mass)
     W: Any = directions
+    if not heavy.all():
+        mass, W = mass[heavy][:, heavy], W[heavy]
     if not isinstance(mass, np.ndarray) and mass.shape[0] > SMALL:
         found = np.empty((W.shape[1], W.shape[1]))
         for start in range(0, W.shape[1], BLOCK):

@@ -236,7 +236,10 @@ def test_complex_and_mismatched_and_doubled_matrices_are_named(tmp_path):
     scipy.io.savemat(path, {"K": STIFFNESS, "M": MASS[1:, 1:]})
     assert "mass has 5 DOFs, stiffness has 6" in refusal(path)
     scipy.io.savemat(path, {"K": STIFFNESS, "K2": STIFFNESS, "M": MASS})
-    assert "K, K2 may each be stiffness; keep one of them" in refusal(path)
+    assert (
+        'K (6 DOFs), K2 (6 DOFs) may each be stiffness; choose one: names={"stiffness": "K"}'
+        in refusal(path)
+    )
 
 
 def test_nodes_that_are_unknown_or_doubled_are_named(tmp_path):
