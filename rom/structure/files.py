@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.stored_arrays import memory_limit, open_npz
 from slipmode.rom.structure.formats import abaqus_mass_file, read_matrix_market
 from slipmode.rom.structure.labels import Labels
 
@@ -46,6 +47,10 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
             arrays |= {f"{name}_{part}": getattr(rows, part) for part in _CSR_PARTS}
     try:
         np.savez_compressed(path, **arrays)
+        if sum(np.asarray(each).nbytes for each in arrays.values()) > memory_limit(
+            path.stat().st_size
+        ):
+            np.savez(path, **arrays)  # dense matrices of zeros, which would not be read
     except OSError as error:
         raise SlipmodeError(f"{path}: cannot be written: {error.strerror}") from error
 
@@ -67,11 +72,10 @@ def source_files(path: Path) -> list[Path]:
 
 def _read_npz(path: Path) -> dict[str, Any]:
     try:
-        stored = np.load(path, allow_pickle=False)
+        stored = open_npz(path)
     except Exception as error:
-        raise SlipmodeError(f"{path}: is not a readable .npz file") from error
-    if not isinstance(stored, np.lib.npyio.NpzFile):
-        raise SlipmodeError(f"{path}: holds a single array; must be a .npz file")
+        reason = " ".join(str(error).split())
+        raise SlipmodeError(f"{path}: is not a readable .npz file: {reason}") from error
     with stored:
         matrices = {}
         for name in _NAMES:
