@@ -22,7 +22,7 @@ from slipmode.fmu.archive.binaries import host_platform, library_path
 from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_number
 from slipmode.rom.extras import extra
 from slipmode.rom.stored_arrays import check_unpacked_size, read_npy
 
@@ -236,8 +236,9 @@ class Imported:
         for name in values.keys() - self._inputs.keys():
             known = ", ".join(self._inputs)
             raise SlipmodeError(f"{name}: is not an input; inputs are {known}")
+        numbers = [as_number(name, value) for name, value in values.items()]
         try:
-            self._set([self._inputs[name] for name in values], list(values.values()))
+            self._set([self._inputs[name] for name in values], numbers)
         except fmi1.FMICallException as error:
             raise SlipmodeError(self._log.reason(error)) from None
 
