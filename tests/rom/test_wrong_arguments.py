@@ -279,3 +279,27 @@ def test_numbers_of_any_kind_are_inputs(two_mode_model, value):
     expected.set_inputs(force_A=1.0)
     expected.do_step(0.0, 1.0)
     assert given.outputs() == expected.outputs()
+
+
+@pytest.mark.parametrize(
+    ("node", "direction", "message"),
+    [
+        (
+            [1],
+            ["z"],
+            "labels.direction: must be integers, 1 to 6 for x, y, z, rx, ry, rz, got ['z']",
+        ),
+        ([1], ["3"], "labels.direction: must be integers"),
+        ([1.5], [3], "labels.node: must be integers, one per DOF, got [1.5]"),
+        ([NAN], [3], "labels.node: must be integers"),
+        (None, [3], "labels.node: must be integers"),
+        ([[1]], [3], "labels.node: must be integers"),
+        ([1, 2], [3], "labels: node and direction must be equally long, got 2 and 1"),
+    ],
+)
+def test_labels_that_are_no_integers(node, direction, message):
+    check(lambda: rom.Labels(node=node, direction=direction), message)
+
+
+def test_labels_may_be_lists():
+    assert rom.Labels(node=[11, 12], direction=[3, 3]).dof(12, "z") == 1
