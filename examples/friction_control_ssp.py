@@ -31,6 +31,7 @@ CONNECTIONS = (
     ("structure.A_abs", "controller.amplitude"),
     ("controller.limit_scale", "structure.limit_scale"),
     ("controller.limit_scale_rate", "structure.limit_scale_rate"),
+    *((name, f"structure.{name}") for name in ("force_A", "frequency_A", "frequency_rate_A")),
 )
 
 

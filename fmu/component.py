@@ -32,7 +32,7 @@ from slipmode.fmu.handle import ComponentOptions, create_component, takes
 from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.slow.slow_flow import rates, slow_flow
 from slipmode.rom.slow.transient import TransientError
@@ -149,7 +149,7 @@ class Component:
             If the time or an amplitude is not finite, or an amplitude is outside the friction
             table.
         """
-        given = np.atleast_1d(np.asarray(amplitude, dtype=complex))
+        time, given = as_number("time", time), np.atleast_1d(as_complexes("amplitude", amplitude))
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
@@ -181,7 +181,7 @@ class Component:
             If an amplitude is not finite, or outside the friction table.
         """
         given = np.zeros(kernel.MODES, dtype=complex)
-        given[: self.model.modes] = amplitude
+        given[: self.model.modes] = as_complexes("amplitude", amplitude)
         status = kernel.lib.sm_component_set_amplitude(self._handle, given)
         kernel.check(status, "amplitude")
 
@@ -201,7 +201,7 @@ class Component:
         """
         changed = self._inputs.copy()
         for name, value in values.items():
-            changed[0, self._named.column(name)] = value
+            changed[0, self._named.column(name)] = as_number(name, value)
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
@@ -226,7 +226,7 @@ class Component:
         StoppedError, SlipmodeError
             If the step is not possible, or `time` is not the present time.
         """
-        now = self.time
+        now, time, duration = self.time, as_number("time", time), as_number("step", duration)
         if not abs(time - now) <= 1e-9 * max(1.0, abs(now)):
             raise SlipmodeError(
                 f"time: must be the present time of the component, {now:g} s, got {time:g} s"
@@ -237,7 +237,7 @@ class Component:
             status = kernel.lib.sm_component_step(self._handle, duration)
         if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
-            raise self._stopped(status, duration, self._inputs, none)
+            raise self._stopped(status, np.array([duration]), self._inputs, none)
         if later is not self._inputs:
             self._warn_of_frequencies(later)
         self._inputs = later
@@ -287,7 +287,7 @@ class Component:
         if status == kernel.OK and allowed < len(lengths):
             status = kernel.BAD_ARGUMENT
         if status != kernel.OK:
-            raise self._stopped(status, float(lengths[k]), records[k : k + 1], outputs[:k])
+            raise self._stopped(status, lengths[k : k + 1], records[k : k + 1], outputs[:k])
         return outputs
 
     def trace(self, durations: Floats, inputs: Floats) -> Iterator[Floats]:
@@ -331,7 +331,7 @@ class Component:
                 status = kernel.BAD_ARGUMENT
             if status != kernel.OK:
                 failed = self._inputs if trace.elapsed > 0.0 else records[k : k + 1]
-                left = float(lengths[k] - trace.elapsed)
+                left = lengths[k : k + 1] - trace.elapsed
                 raise self._stopped(status, left, failed, outputs[: trace.count])
             yield outputs[: trace.count]
 
@@ -357,7 +357,7 @@ class Component:
         SlipmodeError
             If the array has a wrong size or is not finite.
         """
-        given = kernel.contiguous(state)
+        given = kernel.contiguous(as_floats("state", state))
         count = kernel.lib.sm_component_state_count(self._handle)
         size = count + self._inputs.size
         if given.shape != (size,):
@@ -415,17 +415,23 @@ class Component:
 
     def _checked(self, durations: Floats, inputs: Floats) -> tuple[Floats, Floats, int]:
         """Return lengths of steps, inputs at their starts as records, and the number allowed."""
-        lengths, values = kernel.contiguous(durations), np.asarray(inputs, dtype=float)
+        lengths = kernel.contiguous(as_floats("durations", durations))
+        values = as_floats("inputs", inputs)
         expected = (lengths.size, len(self.input_names))
         if lengths.ndim != 1 or values.shape != expected:
             raise SlipmodeError(f"inputs: must have shape {expected}, got {values.shape}")
         records = self._named.records(values)
         return lengths, records, self._named.first_refused(records, lengths)
 
-    def _stopped(
-        self, status: int, duration: float, inputs: Floats, outputs: Floats
-    ) -> StoppedError:
-        """Return why a step failed, with these inputs in the core, and put back its own inputs."""
+    def _stopped(self, status: int, left: Floats, inputs: Floats, outputs: Floats) -> StoppedError:
+        """Return why a step failed, with these inputs in the core, and put back its own inputs.
+
+        Or why the outputs after the last step cannot be computed; `left` may be empty then.
+        """
+        if np.isnan(outputs[-1:]).any():
+            words = f"outputs at t = {self.time:g} s: {kernel.message(status)}"
+            return StoppedError(words, self.time, outputs)
+        duration = float(left[0])
         reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
         now = np.empty(kernel.OUTPUTS_FIXED)
         read = kernel.lib.sm_component_slow_outputs(self._handle, now)

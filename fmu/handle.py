@@ -7,10 +7,12 @@ import inspect
 import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import index
 from typing import Any, TypeVar
 
 from slipmode.fmu.inputs import MODE_NAMES
 from slipmode.rom import Model, SlipmodeError, kernel
+from slipmode.rom.arrays import as_number, in_one_line
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
 from slipmode.rom.reduction.force_response import ForcePatterns
@@ -34,9 +36,14 @@ class ComponentOptions:
     warned: bool = True
 
     def __post_init__(self) -> None:
-        if not 1e-13 <= self.tolerance <= 1e-2:
+        if not 1e-13 <= as_number("tolerance", self.tolerance) <= 1e-2:
             raise SlipmodeError(f"tolerance: must be 1e-13 to 1e-2, got {self.tolerance}")
-        if self.elastic and not self.contact:
+        try:
+            dofs = [index(dof) for dof in self.elastic]
+        except TypeError:
+            shown = in_one_line(self.elastic)
+            raise SlipmodeError(f"elastic: must be a list of DOFs, got {shown}") from None
+        if dofs and not self.contact:
             raise SlipmodeError("elastic: needs contact=True, because the contacts move the DOFs")
 
 

@@ -22,8 +22,9 @@ from slipmode.fmu.archive.binaries import host_platform, library_path
 from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, as_number
 from slipmode.rom.extras import extra
+from slipmode.rom.stored_arrays import check_unpacked_size, read_npy
 
 fmpy = extra("fmpy", "fmu")
 fmi1 = extra("fmpy.fmi1", "fmu")
@@ -58,6 +59,8 @@ class Archive:
         if not zipfile.is_zipfile(self.path):
             raise SlipmodeError(f"{path}: is not an FMU, because it is not a zip archive")
         try:
+            with zipfile.ZipFile(self.path) as archive:
+                check_unpacked_size(archive, self.path.stat().st_size)
             self.description = fmpy.read_model_description(self.path)
         except Exception as error:  # fmpy raises plain exceptions
             raise SlipmodeError(f"{path}: is not a readable FMU: {error}") from None
@@ -100,10 +103,14 @@ class Archive:
             members = {f"resources/{name}" for name in (IDENTITY, "node_a.npy", "node_b.npy")}
             if not members <= set(archive.namelist()):
                 return "", ()
-            identity = archive.read(f"resources/{IDENTITY}").decode()
-            files = [archive.read(f"resources/node_{mode}.npy") for mode in "ab"]
-        nodes = [np.load(io.BytesIO(file)) for file in files]
-        return identity, tuple(float(node[-1]) for node in nodes if node.size > 1)
+            try:
+                identity = archive.read(f"resources/{IDENTITY}").decode()
+                files = [archive.read(f"resources/node_{mode}.npy") for mode in "ab"]
+                nodes = [read_npy(io.BytesIO(file), len(file)) for file in files]
+                return identity, tuple(float(node[-1]) for node in nodes if node.size > 1)
+            except Exception as error:  # damaged files make zipfile, zlib and numpy raise anything
+                reason = " ".join(str(error).split())
+                raise SlipmodeError(f"{self.path}: its model is damaged: {reason}") from None
 
 
 class Log:
@@ -229,8 +236,9 @@ class Imported:
         for name in values.keys() - self._inputs.keys():
             known = ", ".join(self._inputs)
             raise SlipmodeError(f"{name}: is not an input; inputs are {known}")
+        numbers = [as_number(name, value) for name, value in values.items()]
         try:
-            self._set([self._inputs[name] for name in values], list(values.values()))
+            self._set([self._inputs[name] for name in values], numbers)
         except fmi1.FMICallException as error:
             raise SlipmodeError(self._log.reason(error)) from None
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipmode.rom import Model, SlipmodeError, Tanh, kernel
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.force_vector import force_vectors
@@ -174,10 +174,12 @@ def limit_scale(record: Floats) -> float:
 
 def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the model's modes; further names are left out."""
-    present = tuple(mode_names)[: model.modes]
-    if len(set(present)) < model.modes or not set(present) <= set(MODE_NAMES):
+    present = tuple(mode_names)[: model.modes] if isinstance(mode_names, Sequence) else ()
+    unknown = any(name not in MODE_NAMES for name in present)
+    if unknown or len(set(present)) < model.modes:
         raise SlipmodeError(
-            f"mode_names: must have {model.modes} different names out of A and B, got {present}"
+            f"mode_names: must have {model.modes} different names out of A and B, got "
+            f"{in_one_line(mode_names)}"
         )
     return present
 

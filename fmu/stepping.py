@@ -19,7 +19,7 @@ class StoppedError(SlipmodeError):
         Present time of the component [s].
     outputs : (steps, outputs) ndarray
         Outputs of the previous steps in this call, in the order and units of
-        `Component.output_names`.
+        `Component.output_names`. NaN in the last row: outputs that cannot be computed.
     left_table : bool
         Whether an amplitude leaves the friction table, so that a larger table helps.
     """

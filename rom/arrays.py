@@ -1,6 +1,7 @@
 """Array types, and the check of arrays that users give."""
 
 import reprlib
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,11 +21,33 @@ def as_floats(key: str, given: Any) -> Floats:
     """
     try:
         array = np.asarray(given)
-        if array.dtype.kind not in "cSU":  # numpy would drop imaginary parts and parse text
+        if array.dtype.kind not in "cSUmM":  # numpy would drop imaginary parts and parse text
             return np.asarray(array, dtype=float)
     except (TypeError, ValueError):
         pass
     raise SlipmodeError(f"{key}: must be real numbers, got {in_one_line(given)}")
+
+
+def as_complexes(key: str, given: Any) -> Complexes:
+    """Return a user's numbers as an array; refuse, naming `key`, what is no number.
+
+    NaN and infinity are allowed.
+    """
+    try:
+        array = np.asarray(given)
+        if array.dtype.kind not in "SUmM":
+            return np.asarray(array, dtype=complex)
+    except (TypeError, ValueError):
+        pass
+    raise SlipmodeError(f"{key}: must be numbers, got {in_one_line(given)}")
+
+
+def as_number(key: str, given: Any) -> float:
+    """Return a user's real number; refuse, naming `key`, other types. NaN is allowed."""
+    scalar = isinstance(given, np.ndarray) and given.ndim == 0 and given.dtype.kind in "iuf"
+    if scalar or (type(given) is not bool and isinstance(given, Real)):
+        return float(given)
+    raise SlipmodeError(f"{key}: must be a real number, got {in_one_line(given)}")
 
 
 def check_count(key: str, given: Any) -> None:

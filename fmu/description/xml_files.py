@@ -45,7 +45,7 @@ class Fmi3Description:
             "version": release,
             **(options.origin.attributes() if options.origin else {}),
             "generationTool": f"slipmode {release}",
-            "variableNamingConvention": "structured",
+            "variableNamingConvention": "flat",
         }
         root = Element("fmiModelDescription", self._version() | attributes)
         self._add_interfaces(root)

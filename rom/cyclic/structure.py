@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Floats, in_one_line
 from slipmode.rom.cyclic.aerodynamics import Aerodynamics
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.matrices import (
     Matrix,
@@ -49,8 +49,9 @@ class CyclicStructure:
     contact : sequence of int, or (n, N_c) array or sparse matrix
         Contact DOFs of each sector, or their directions [-].
     next_contact : (n, N_c) array or sparse matrix, optional
-        Directions of the contacts on the next sector [-]. Default: contacts within each sector
-        only.
+        Directions of the contacts on the next sector [-]. For relative displacements they have the
+        opposite sign of `contact`; in scenes `next_contacts` has this sign. Default: contacts
+        within each sector only.
     blade : (n, n) array or sparse matrix, optional
         Part of the stiffness that differs between the blades of a mistuned disk [N/m], symmetric.
         Default: the complete stiffness.
@@ -78,6 +79,11 @@ class CyclicStructure:
     SlipmodeError
         If the sides have different numbers of DOFs, or a DOF is on both sides or occurs twice. If
         a matrix has a wrong shape, is not symmetric, or has a DOF without mass.
+
+    Warns
+    -----
+    ValidityWarning
+        If `next_contact` has the sign of `contact`, so that the displacements are added.
     """
 
     sectors: int
@@ -145,6 +151,7 @@ class CyclicStructure:
             object.__setattr__(self, name, value)
         if np.any(self.of_diameter(0)[0].diagonal().real <= 0.0):
             raise SlipmodeError("mass: every DOF must have mass after right is joined to left")
+        warn(_added(W, further))
 
     def __repr__(self) -> str:
         return (
@@ -460,6 +467,19 @@ def distinct(name: str, given: ArrayLike, size: int, of: str = "DOFs") -> NDArra
     if found.min() < 0 or found.max() >= size:
         raise SlipmodeError(f"{name}: {of} must be 0 to {size - 1}, got {in_one_line(given)}")
     return found.astype(np.intp)
+
+
+def _added(own: Matrix, following: Matrix) -> list[Finding]:
+    """Report the first contact whose directions on both sectors all have one sign."""
+    signs = np.ones(own.shape[1])
+    for each in (own, following):
+        low, high = (bound(axis=0).toarray().ravel() for bound in (each.min, each.max))
+        signs *= np.sign(low + high) * (low * high >= 0.0)
+    reason = "their displacements are added; for the relative displacement give the opposite sign"
+    return [
+        Finding("next_contact", f"has the sign of contact at contact {k}", reason, "warning")
+        for k in np.flatnonzero(signs > 0.0)[:1]
+    ]
 
 
 def _directions(name: str, contact: MatrixLike, size: int) -> Any:

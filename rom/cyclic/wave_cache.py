@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 import scipy.sparse
 
+from slipmode.rom.code_digest import code_digest
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
 from slipmode.rom.cyclic.wave.wave_table import wave_model
@@ -37,7 +37,8 @@ def _key(
 ) -> str:
     """Return a hash of everything that the model depends on."""
     waves = [[c.wave.nodal_diameter, c.wave.mode, c.frequency] for c in sector.carriers]
-    named = [FORMAT, version("slipmode"), "waves", structure.sectors, record_of(sector.law)]
+    code = code_digest("slipmode.rom")
+    named = [FORMAT, code, "waves", structure.sectors, record_of(sector.law)]
     digest = hashlib.sha256(json.dumps([*named, waves, list(amplitude), tolerance]).encode())
     force = [each.force for each in sector.carriers]
     matrices = (structure.mass, structure.stiffness, structure.damping)

@@ -453,7 +453,8 @@ SM_API sm_status sm_component_recent_motion(sm_component *component, const sm_in
                                             int smooth, double *motion);
 
 /* `steps` steps with inputs[k] over durations[k]; outputs (steps, output_count) after each.
- * `done` counts the steps that succeeded. */
+ * `done` counts the steps by which the state has advanced. If the contact motion after one cannot be
+ * computed, its outputs are NaN, and this step is the last. */
 SM_API sm_status sm_component_run(sm_component *component, size_t steps, const double *durations,
                                   const sm_inputs *inputs, double *outputs, size_t *done);
 

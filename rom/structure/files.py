@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.stored_arrays import memory_limit
 from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.abaqus import abaqus_mass_file, read_matrix_market
@@ -57,6 +58,10 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
             arrays |= {f"{name}_{part}": getattr(rows, part) for part in CSR_PARTS}
     try:
         np.savez_compressed(path, **arrays)
+        if sum(np.asarray(each).nbytes for each in arrays.values()) > memory_limit(
+            path.stat().st_size
+        ):
+            np.savez(path, **arrays)  # dense matrices of zeros, which would not be read
     except OSError as error:
         raise SlipmodeError(f"{path}: cannot be written: {error.strerror}") from error
 

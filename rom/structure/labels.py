@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from slipmode.rom.arrays import in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 
@@ -31,13 +32,26 @@ class Labels:
     Raises
     ------
     SlipmodeError
-        If two DOFs have one node and direction.
+        If the arrays are not integers of one length, or two DOFs have one node and direction.
     """
 
     node: NDArray[np.int64]
     direction: NDArray[np.int64]
 
     def __post_init__(self) -> None:
+        for name, given in (("node", self.node), ("direction", self.direction)):
+            numbers = _integers(given)
+            if numbers is None:
+                allowed = (
+                    "1 to 6 for x, y, z, rx, ry, rz" if name == "direction" else "one per DOF"
+                )
+                raise SlipmodeError(
+                    f"labels.{name}: must be integers, {allowed}, got {in_one_line(given)}"
+                )
+            object.__setattr__(self, name, numbers)
+        if self.node.size != self.direction.size:
+            sizes = f"{self.node.size} and {self.direction.size}"
+            raise SlipmodeError(f"labels: node and direction must be equally long, got {sizes}")
         if len(self._index) < self.node.size:
             pairs, count = np.unique(self.table, axis=0, return_counts=True)
             node, direction = pairs[np.argmax(count)]
@@ -158,6 +172,17 @@ class Labels:
                 entries.append(sign)
         shape = (self.node.size, len(contacts))
         return scipy.sparse.csc_array((entries, (rows, columns)), shape=shape)
+
+
+def _integers(given: Any) -> NDArray[np.int64] | None:
+    """Return a list of integers as an array; None if it is something else."""
+    try:
+        array = np.asarray(given)
+        with np.errstate(invalid="ignore"):  # NaN is no integer
+            numbers = array.astype(np.int64)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return numbers if array.ndim == 1 and np.array_equal(numbers, array) else None
 
 
 def _name(direction: int) -> str:

@@ -6,13 +6,12 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import astuple, replace
-from functools import cache
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.code_digest import code_digest
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
@@ -121,14 +120,9 @@ def _key(
         amplitude,
         *(np.zeros(0) if array is None else array for array in optional),
     )
-    named = [FORMAT, _ENTRY, _version(), reduced.formulation, reduced.modes, record_of(law)]
+    code = code_digest("slipmode.rom")
+    named = [FORMAT, _ENTRY, code, reduced.formulation, reduced.modes, record_of(law)]
     digest = hashlib.sha256(json.dumps([*named, *asked]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()[:32]
-
-
-@cache
-def _version() -> str:
-    """Of slipmode; the look-up reads files, and a cache that cannot be read costs only time."""
-    return version("slipmode")

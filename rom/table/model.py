@@ -30,6 +30,7 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
+from slipmode.rom.stored_arrays import open_npz
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.hermite import Table
@@ -278,8 +279,8 @@ class Model:
         """
         path = as_path("path", path)
         try:
-            with np.load(path, allow_pickle=False) as archive:
-                content = {name: archive[name] for name in archive.files}
+            with open_npz(path) as archive:
+                content: dict[str, Any] = {name: archive[name] for name in archive.files}
             header = json.loads(str(content.pop("header")))
             expected = header.pop("hash")
         except FileNotFoundError:

@@ -30,7 +30,7 @@ def add_fmu_command(add: AddCommand) -> None:
         "fmu two-mode -o two-mode.fmu --fmi 2",
         SCENE,
         Argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)"),
-        Argument("--fmi", type=int, choices=(2, 3), default=3, help="FMI 2.0 or 3.0 (3)"),
+        Argument("--fmi", type=int, choices=(2, 3), help="FMI 2.0 or 3.0 (3; with --ssp 2)"),
         Argument("--range", type=float, default=HEADROOM, metavar="FACTOR", help=reach),
         Argument("--contacts", action="store_true", help=contacts),
         *(Argument(name, metavar="TEXT", help="of the model (nothing is said)") for name in about),
@@ -55,7 +55,7 @@ def _fmu(options: Namespace) -> int:
     path = export(
         scene,
         output,
-        fmi=options.fmi,
+        fmi=options.fmi or (2 if options.ssp else 3),  # SSP 1.0 is for FMI 1.0 and 2.0
         platforms=options.platforms,
         headroom=options.range,
         contacts=options.contacts,

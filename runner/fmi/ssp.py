@@ -20,9 +20,15 @@ from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import Scene
 
 fmpy = extra("fmpy", "fmu")
+simulation = extra("fmpy.simulation", "fmu")
 
 _COMPONENT = "structure"
-_TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean", "Enumeration": "Integer"}
+# Types of SSP 1.0 for those of FMI, of FMI 3.0 the integers that 32 bits hold
+_TYPES = {
+    **dict.fromkeys(("Real", "Float32", "Float64"), "Real"),
+    **dict.fromkeys(("Integer", "Enumeration", "Int8", "UInt8", "Int16", "UInt16"), "Integer"),
+    **{"Int32": "Integer", "Boolean": "Boolean", "String": "String"},
+}
 
 
 @dataclass(frozen=True)
@@ -34,15 +40,17 @@ class Part:
     values: Mapping[str, float] = field(default_factory=dict)  # Start values other than the FMU's
 
     @cached_property
-    def variables(self) -> list[Any]:
-        """Variables of the FMU's description."""
-        return list(fmpy.read_model_description(str(self.fmu)).modelVariables)
+    def variables(self) -> dict[str, Any]:
+        """Scalar variables that SSP 1.0 has a type for, by name."""
+        found = fmpy.read_model_description(str(self.fmu)).modelVariables
+        return {v.name: v for v in found if v.type in _TYPES and not v.dimensions}
 
-    @property
-    def connected(self) -> list[Any]:
-        """Inputs and outputs, without arrays."""
-        wanted = ("input", "output")
-        return [v for v in self.variables if v.causality in wanted and not v.dimensions]
+    def start(self, variable: Any) -> str | None:
+        """Return the start value of a variable; None if it has none or none may be set."""
+        value = self.values.get(variable.name)
+        if value is not None:
+            return str(int(value)) if _TYPES[variable.type] == "Integer" else literal(value)
+        return variable.start if simulation.settable_in_instantiated(variable) else None
 
 
 def write_ssp(
@@ -54,8 +62,8 @@ def write_ssp(
 ) -> Path:
     """Write a system structure package with the FMU of a scene.
 
-    The system has the connectors of the FMU, connected one to one, so that other components can
-    be added; parameter sets have the start values.
+    Parameter sets have the start values. An input is a connector only if it is connected, because
+    importers write 0 to connectors that nothing is connected to.
 
     Parameters
     ----------
@@ -66,14 +74,15 @@ def write_ssp(
         Other components of the system.
     connections : sequence of pairs of str
         From an output to an input, "structure.A_abs" to "controller.amplitude"; the FMU of the
-        scene is called structure. Inputs of the system are not connected so.
+        scene is called structure. A name without a component is an input or output of the system,
+        "force_A" to "structure.force_A".
     """
-    structure = Part(_COMPONENT, fmu)
-    parts = (structure, *beside)
-    pairs = [_ends(parts, *pair) for pair in connections]
-    files = {"SystemStructure.ssd": _description(scene, parts, pairs)}
-    for part in parts:
-        files[_parameter_file(part)] = _parameters(part)
+    parts = {part.name: part for part in (Part(_COMPONENT, fmu), *beside)}
+    ends = [_ends(parts, *pair) for pair in connections]
+    files = {"SystemStructure.ssd": _description(scene, parts, ends)}
+    for part in parts.values():
+        starts = {name: (v, part.start(v)) for name, v in part.variables.items()}
+        files[_parameter_file(part)] = to_bytes(_parameter_set(starts))
         files[f"resources/{_file_of(part, scene)}"] = part.fmu.read_bytes()
     with replacing(output) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in files.items():
@@ -98,15 +107,20 @@ def _parameter_file(part: Part) -> str:
     return f"resources/{'start' if part.name == _COMPONENT else part.name}.ssv"
 
 
-def _ends(parts: Sequence[Part], start: str, end: str) -> dict[str, str]:
+def _ends(parts: Mapping[str, Part], start: str, end: str) -> dict[str, str]:
     """Return the attributes of a connection, from an output to an input."""
     said: dict[str, str] = {}
     for side, connector, kind in (("start", start, "output"), ("end", end, "input")):
-        element, _, name = connector.partition(".")
-        variables = [v for part in parts if part.name == element for v in part.connected]
-        if name not in {v.name for v in variables if v.causality == kind}:
-            raise SlipmodeError(f"connections: {connector} is not an {kind} of a component")
-        said |= {f"{side}Element": element, f"{side}Connector": name}
+        element, inside, name = connector.partition(".")
+        if inside:
+            found = parts[element].variables.get(name) if element in parts else None
+            if found is None or found.causality != kind:
+                raise SlipmodeError(f"connections: {connector} is not an {kind} of a component")
+            said |= {f"{side}Element": element, f"{side}Connector": name}
+        else:
+            said[f"{side}Connector"] = connector
+    if len(said) == 2:
+        raise SlipmodeError(f"connections: {start} and {end} are both without a component")
     return said
 
 
@@ -118,67 +132,83 @@ def _spaces(**spaces: str) -> dict[str, str]:
     return declared | {"version": "1.0"}
 
 
-def _description(scene: Scene, parts: Sequence[Part], pairs: Sequence[Mapping[str, str]]) -> bytes:
+def _description(
+    scene: Scene, parts: Mapping[str, Part], connections: Sequence[Mapping[str, str]]
+) -> bytes:
     root = Element("ssd:SystemStructureDescription", _spaces(ssd="Description"), name=scene.title)
     system = SubElement(root, "ssd:System", name="system", description=scene.title)
-    taken = {(pair["endElement"], pair["endConnector"]) for pair in pairs}
-    shown = [v for v in parts[0].connected if (_COMPONENT, v.name) not in taken]
+    shown, starts = {}, {}  # connectors of the system, and the start values of its inputs
+    for said in connections:
+        for side, other, kind in (("start", "end", "input"), ("end", "start", "output")):
+            if f"{side}Element" not in said:
+                part, name = parts[said[f"{other}Element"]], said[f"{side}Connector"]
+                variable = part.variables[said[f"{other}Connector"]]
+                shown[name] = kind, variable
+                if kind == "input":
+                    starts[name] = variable, part.start(variable)
     _add_connectors(system, shown)
+    if starts:
+        bindings = SubElement(system, "ssd:ParameterBindings")
+        values = SubElement(SubElement(bindings, "ssd:ParameterBinding"), "ssd:ParameterValues")
+        values.append(_parameter_set(starts))
     elements = SubElement(system, "ssd:Elements")
-    for part in parts:
+    for part in parts.values():
         source = f"resources/{_file_of(part, scene)}"
         said = {"name": part.name, "type": "application/x-fmu-sharedlibrary", "source": source}
         component = SubElement(elements, "ssd:Component", said)
-        _add_connectors(component, part.connected)
+        connected = {c["endConnector"] for c in connections if c.get("endElement") == part.name}
+        variables = part.variables.items()
+        wanted = {n: v for n, v in variables if n in connected or v.causality == "output"}
+        _add_connectors(component, {n: (v.causality, v) for n, v in wanted.items()})
         bindings = SubElement(component, "ssd:ParameterBindings")
         SubElement(bindings, "ssd:ParameterBinding", source=_parameter_file(part))
-    listed = SubElement(system, "ssd:Connections")
-    for v in shown:
-        said = {"startConnector": v.name, "endConnector": v.name}
-        said["startElement" if v.causality == "output" else "endElement"] = _COMPONENT
-        SubElement(listed, "ssd:Connection", said)
-    for pair in pairs:
-        SubElement(listed, "ssd:Connection", dict(pair))
-    _add_units(SubElement(root, "ssd:Units"), [v for p in parts for v in p.connected])
+    if connections:
+        listed = SubElement(system, "ssd:Connections")
+        for said in connections:
+            SubElement(listed, "ssd:Connection", dict(said))
+    _add_units(root, "ssd:Units", [v for part in parts.values() for v in part.variables.values()])
     stop = literal(scene.run.duration)
     SubElement(root, "ssd:DefaultExperiment", startTime="0.0", stopTime=stop)
     return to_bytes(root)
 
 
-def _add_connectors(element: Element, variables: Sequence[Any]) -> None:
-    connectors = SubElement(element, "ssd:Connectors")
-    for v in variables:
-        connector = SubElement(connectors, "ssd:Connector", name=v.name, kind=v.causality)
-        unit = _unit_of(v)
-        SubElement(connector, f"ssc:{_TYPES[v.type]}", {"unit": unit} if unit else {})
+def _add_connectors(element: Element, wanted: Mapping[str, tuple[str, Any]]) -> None:
+    """Add connectors by name, each with its kind and the variable that has its type and unit."""
+    if wanted:  # an empty list is not valid
+        connectors = SubElement(element, "ssd:Connectors")
+    for name, (kind, v) in wanted.items():
+        connector = SubElement(connectors, "ssd:Connector", name=name, kind=kind)
+        SubElement(connector, f"ssc:{_TYPES[v.type]}", _unit_of(v))
 
 
-def _parameters(part: Part) -> bytes:
-    """Return start values of parameters, inputs and amplitudes."""
+def _parameter_set(starts: Mapping[str, tuple[Any, str | None]]) -> Element:
+    """Return the start values of variables by name."""
     root = Element("ssv:ParameterSet", _spaces(ssv="ParameterValues"), name="start values")
     parameters = SubElement(root, "ssv:Parameters")
-    given = [v for v in part.variables if v.start is not None and v.type in _TYPES]
-    for v in given:
-        parameter = SubElement(parameters, "ssv:Parameter", name=v.name)
-        unit = _unit_of(v)
-        value = literal(part.values[v.name]) if v.name in part.values else str(v.start)
-        said = {"value": value} | ({"unit": unit} if unit else {})
-        SubElement(parameter, f"ssv:{_TYPES[v.type]}", said)
-    _add_units(SubElement(root, "ssv:Units"), given)
-    return to_bytes(root)
+    for name, (v, value) in starts.items():
+        if value is not None:
+            parameter = SubElement(parameters, "ssv:Parameter", name=name)
+            SubElement(parameter, f"ssv:{_TYPES[v.type]}", {"value": value} | _unit_of(v))
+    _add_units(root, "ssv:Units", [v for v, value in starts.values() if value is not None])
+    return root
 
 
-def _unit_of(variable: Any) -> str | None:
-    """Return its unit if SSP can express it: base units with whole exponents."""
+def _unit_of(variable: Any) -> dict[str, str]:
+    """Return the attribute of its unit if SSP can express it by base units of whole exponents."""
     declared = variable.declaredType
-    name = variable.unit or (declared.unit if declared is not None else None)
-    return name if name in UNITS and (UNITS[name].base or name == "1") else None
+    name: Any = variable.unit or (declared.unit if declared is not None else None)
+    said = name in UNITS and (UNITS[name].base or name == "1")
+    return {"unit": name} if said and _TYPES[variable.type] == "Real" else {}
 
 
-def _add_units(units: Element, variables: Sequence[Any]) -> None:
-    used = {_unit_of(v) for v in variables}
+def _add_units(root: Element, tag: str, variables: Sequence[Any]) -> None:
+    """Add the units of variables; an empty list is not valid."""
+    used = {_unit_of(v).get("unit") for v in variables}
+    listed = Element(tag)
     for unit in UNITS.values():
         if unit.name in used:
-            element = SubElement(units, "ssc:Unit", name=unit.name)
+            element = SubElement(listed, "ssc:Unit", name=unit.name)
             base = {name: str(exponent) for name, exponent in unit.base.items()}
             SubElement(element, "ssc:BaseUnit", base)
+    if len(listed):
+        root.append(listed)

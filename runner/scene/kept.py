@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar
 from zipfile import BadZipFile
@@ -17,6 +16,7 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.arrays import Floats
+from slipmode.rom.code_digest import code_digest
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
@@ -117,7 +117,7 @@ def _kept(key: str, compute: Callable[[], Arrays], read: Callable[[Arrays], Resu
 
 def _key(structure: Structure, *others: Any) -> str:
     """Return a hash of a structure and of plain values and arrays."""
-    digest = hashlib.sha256(version("slipmode").encode())
+    digest = hashlib.sha256(code_digest("slipmode.rom").encode())
     matrices = (structure.mass, structure.stiffness, structure.damping, structure.directions)
     for each in (*matrices, *others):
         sparse = scipy.sparse.issparse(each)

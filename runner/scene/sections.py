@@ -18,6 +18,7 @@ from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.slow.units import SI, Units
+from slipmode.rom.stored_arrays import read_npy
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
@@ -63,7 +64,9 @@ class StaticForce:
         force: Any = self.force
         if isinstance(force, Path):
             try:
-                force = np.asarray(np.load(force, allow_pickle=False), dtype=float)
+                with force.open("rb") as file:
+                    array = read_npy(file, force.stat().st_size)
+                force = np.asarray(array, dtype=float)
             except (OSError, ValueError, TypeError, EOFError):
                 raise SlipmodeError(
                     f"preload.vector: must be an .npy file of one number per DOF: {str(force)!r}"

@@ -48,7 +48,7 @@ class Results:
             raise SlipmodeError(f"{path}: has no results of a study; give another --output")
         if digest != study.digest:
             raise SlipmodeError(
-                f"{path}: has results of another study, or of other values, files or version; "
+                f"{path}: has results of another study, or of other values, files or code; "
                 "give another --output, or remove it"
             )
         self._arrays = dict(group.arrays())  # group[name] would open the array each time

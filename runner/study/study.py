@@ -87,8 +87,9 @@ def run_study(
     Raises
     ------
     SlipmodeError
-        If the study or its scene is refused, the scheduler does not answer, or the folder contains
-        something else or cannot be written. Samples that were computed are kept.
+        If the study or its scene is refused, the scheduler does not answer, the folder contains
+        something else or cannot be written, or no sample has results because workers or the disk
+        failed. Samples that were computed are kept.
 
     Notes
     -----
@@ -126,12 +127,19 @@ def run_study(
                 disable=not progress,
             ) as bar,
         ):
+            foreman = Foreman(client, samples, design)
             try:
-                for task, batch in Foreman(client, samples, design).work_on(missing):
+                for task, batch in foreman.work_on(missing):
                     results.write(task, batch)
                     bar.update(task.stop - task.start)
             finally:
                 results.flush()
+        if foreman.lost:
+            words = f"{design.samples - results.done} samples have no results: {foreman.lost}"
+            words += "; repeat the command to compute them"
+            if results.done == results.failed:
+                raise SlipmodeError(words)
+            _log.warning("%s", words)
     return StudyResults(study, path_of_results, design.samples, found, results.failed)
 
 

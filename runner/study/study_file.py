@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom import __version__
 from slipmode.rom.arrays import Floats
+from slipmode.rom.code_digest import code_digest
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
@@ -170,7 +170,8 @@ class Study:
     def digest(self) -> str:
         """A hash of everything that the results depend on, files of the scene included."""
         parts = (self.varied, self.sampling, self.outputs)
-        words = [__version__, self.content, repr(parts)]
+        code = code_digest(*(f"slipmode.{package}" for package in ("rom", "fmu", "runner")))
+        words = [code, self.content, repr(parts)]
         found = hashlib.sha256(json.dumps(words, default=str, sort_keys=True).encode())
         for path in self._files():
             found.update(f"{path.name} {path.stat().st_size}".encode())

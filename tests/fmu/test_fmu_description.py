@@ -47,6 +47,8 @@ def test_fmpy_finds_no_fault(fmus, small, fmi):
         description = fmpy.read_model_description(made[fmi], validate=True)
         assert description.fmiVersion == f"{fmi}.0"
         assert description.coSimulation and description.modelExchange
+        # A structured name would have dots and brackets
+        assert description.variableNamingConvention == "flat"
 
 
 def test_the_layered_standard_manifest_names_its_file(unzipped):

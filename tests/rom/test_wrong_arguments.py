@@ -235,3 +235,71 @@ def test_an_amplitude_outside_the_table_is_shown_as_the_contacts_see_it():
 def test_the_mode_that_is_outside_the_table_is_named(two_mode_model, amplitude, message):
     check(lambda: two_mode_model.table(amplitude), message)
     check(lambda: fmu.Component(two_mode_model).reset(amplitude=amplitude), message)
+
+
+NOT_NUMBERS = ["2", b"2", None, True, 1j, [1.0], np.array([1.0]), np.array("2"), {}, [[1], [1, 2]]]
+
+
+@pytest.mark.parametrize("value", NOT_NUMBERS, ids=repr)
+def test_inputs_and_steps_that_are_no_numbers(two_mode_model, value):
+    component = fmu.Component(two_mode_model)
+    check(lambda: component.set_inputs(force_A=value), "force_A: must be a real number, got ")
+    check(lambda: component.do_step(value, 1.0), "time: must be a real number, got ")
+    check(lambda: component.do_step(0.0, value), "step: must be a real number, got ")
+    check(lambda: component.reset(time=value), "time: must be a real number, got ")
+    check(lambda: fmu.Component(two_mode_model, tolerance=value), "tolerance: must be a real")
+    assert component.outputs() == fmu.Component(two_mode_model).outputs()
+
+
+@pytest.mark.parametrize("values", ["2", b"2", ["2"], np.array("2"), {}, [[1], [1, 2]]], ids=repr)
+def test_arrays_of_a_component_that_are_no_numbers(two_mode_model, values):
+    component, row = fmu.Component(two_mode_model), np.zeros((1, 12))
+    check(lambda: component.run(values, row), "durations: must be real numbers, got ")
+    check(lambda: component.run(np.ones(1), values), "inputs: must be real numbers, got ")
+    check(lambda: next(component.trace(values, row)), "durations: must be real numbers, got ")
+    check(lambda: component.set_state(values), "state: must be real numbers, got ")
+    check(lambda: component.reset(amplitude=values), "amplitude: must be numbers, got ")
+    check(lambda: component.set_amplitude(values), "amplitude: must be numbers, got ")
+
+
+@pytest.mark.parametrize("listed", ["0", None, True, 1j, [0.0], ["0"], [[0]]], ids=repr)
+def test_lists_of_a_component_that_are_none(two_mode_model, listed):
+    def of(**options):
+        return lambda: fmu.Component(two_mode_model, **options)
+
+    check(of(elastic=listed, contact=True), "elastic: must be a list of DOFs, got ")
+    check(of(mode_names=listed), "mode_names: must have 2 different names out of A and B, got ")
+
+
+@pytest.mark.parametrize("value", [1, np.float32(1.0), np.int64(1), np.array(1.0)], ids=repr)
+def test_numbers_of_any_kind_are_inputs(two_mode_model, value):
+    given, expected = fmu.Component(two_mode_model), fmu.Component(two_mode_model)
+    given.set_inputs(force_A=value)
+    given.do_step(0, value)
+    expected.set_inputs(force_A=1.0)
+    expected.do_step(0.0, 1.0)
+    assert given.outputs() == expected.outputs()
+
+
+@pytest.mark.parametrize(
+    ("node", "direction", "message"),
+    [
+        (
+            [1],
+            ["z"],
+            "labels.direction: must be integers, 1 to 6 for x, y, z, rx, ry, rz, got ['z']",
+        ),
+        ([1], ["3"], "labels.direction: must be integers"),
+        ([1.5], [3], "labels.node: must be integers, one per DOF, got [1.5]"),
+        ([NAN], [3], "labels.node: must be integers"),
+        (None, [3], "labels.node: must be integers"),
+        ([[1]], [3], "labels.node: must be integers"),
+        ([1, 2], [3], "labels: node and direction must be equally long, got 2 and 1"),
+    ],
+)
+def test_labels_that_are_no_integers(node, direction, message):
+    check(lambda: rom.Labels(node=node, direction=direction), message)
+
+
+def test_labels_may_be_lists():
+    assert rom.Labels(node=[11, 12], direction=[3, 3]).dof(12, "z") == 1

@@ -97,23 +97,31 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
     return check_apart(instance, inputs, inputs);
 }
 
-/* Creates the component if the parameters have changed. */
-static fmu_status build(fmu_instance *instance) {
+/* Replaces the component by one with these parameters, unless it has them, and sets its state unless
+ * that is NULL. If this fails, the instance is unchanged. */
+static sm_status build(fmu_instance *instance, const double *parameters, const double *state) {
     const size_t size = sizeof instance->built_with;
-    if (instance->component && memcmp(instance->built_with, instance->run.parameters, size) == 0)
-        return FMU_OK;
-    sm_component *built;
-    memcpy(instance->flow.damping, instance->run.parameters + FMU_DAMPING,
-           sizeof instance->flow.damping);
-    instance->motion.wanted = instance->run.parameters[FMU_CONTACT_WANTED] != 0.0;
-    const sm_status status =
-        sm_component_checked_create(&instance->flow, &instance->model->contact, &instance->motion,
-                                    instance->run.parameters[FMU_TOLERANCE], &built);
-    if (status != SM_OK) return fmu_status_of(instance, status, "model");
-    sm_component_free(instance->component);
+    const int same =
+        instance->component && memcmp(instance->built_with, parameters, size) == 0;
+    sm_slow_flow flow = instance->flow;
+    sm_motion motion = instance->motion;
+    sm_component *built = instance->component;
+    sm_status status = SM_OK;
+    memcpy(flow.damping, parameters + FMU_DAMPING, sizeof flow.damping);
+    motion.wanted = parameters[FMU_CONTACT_WANTED] != 0.0;
+    if (!same)
+        status = sm_component_checked_create(&flow, &instance->model->contact, &motion,
+                                             parameters[FMU_TOLERANCE], &built);
+    if (status != SM_OK) return status;
+    if (state) status = sm_component_set_state(built, state);
+    sm_component *unused = status == SM_OK ? instance->component : built;
+    if (!same) sm_component_free(unused);
+    if (status != SM_OK) return status;
+    instance->flow = flow;
+    instance->motion = motion;
     instance->component = built;
-    memcpy(instance->built_with, instance->run.parameters, size);
-    return FMU_OK;
+    memcpy(instance->built_with, parameters, size);
+    return SM_OK;
 }
 
 static sm_status pass_inputs(fmu_instance *instance) {
@@ -133,11 +141,12 @@ static fmu_status start(fmu_instance *instance) {
     instance->outputs[0] = instance->run.start;
     fmu_hold_inputs(instance);
     memcpy(instance->outputs + FMU_AMPLITUDE, amplitude, sizeof instance->run.amplitude);
-    fmu_status built = check_carriers(instance, &instance->run.inputs);
-    if (built == FMU_OK) built = build(instance);
-    if (built != FMU_OK) return built;
+    const fmu_status allowed = check_carriers(instance, &instance->run.inputs);
+    if (allowed != FMU_OK) return allowed;
+    sm_status status = build(instance, instance->run.parameters, NULL);
+    if (status != SM_OK) return fmu_status_of(instance, status, "model");
     instance->inputs_current = 0;
-    sm_status status = pass_inputs(instance);
+    status = pass_inputs(instance);
     if (status == SM_OK)
         status = sm_component_reset(instance->component, instance->run.start, amplitude);
     if (status != SM_OK) return fmu_status_of(instance, status, "start values");
@@ -218,34 +227,29 @@ fmu_status fmu_evaluate_step_inputs(fmu_instance *instance, double duration) {
     return status == FMU_OK ? check_apart(instance, &instance->run.inputs, &later) : status;
 }
 
-void fmu_evaluate_inputs(fmu_instance *instance) {
-    if (instance->run.started && instance->interface == FMU_CO_SIMULATION) pass_inputs(instance);
+fmu_status fmu_evaluate_inputs(fmu_instance *instance) {
+    const int passes = instance->run.started && instance->interface == FMU_CO_SIMULATION;
+    return passes ? fmu_status_of(instance, pass_inputs(instance), "inputs") : FMU_OK;
 }
 
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters) {
     double *state = calloc(sm_component_state_count(instance->component), sizeof *state);
     if (!state) return fmu_say(instance, FMU_ERROR, "parameters: out of memory");
-    fmu_evaluate_inputs(instance);
+    fmu_status status = fmu_evaluate_inputs(instance);
     sm_component_get_state(instance->component, state);
-    const fmu_status status = fmu_evaluate_restore(instance, parameters, state);
+    if (status == FMU_OK) status = fmu_evaluate_restore(instance, parameters, state, "parameters");
     free(state);
     return status;
 }
 
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
-                                const double *component_state) {
-    double before[FMU_PARAMETERS];
-    memcpy(before, instance->run.parameters, sizeof before);
-    memcpy(instance->run.parameters, parameters, sizeof before);
-    fmu_status status = build(instance);
-    if (status == FMU_OK)
-        status = fmu_status_of(instance,
-                               sm_component_set_state(instance->component, component_state),
-                               "SetFMUState");
-    if (status != FMU_OK) {
-        memcpy(instance->run.parameters, before, sizeof before);
+                                const double *component_state, const char *doing) {
+    const sm_status status = build(instance, parameters, component_state);
+    if (status != SM_OK) {
+        fmu_status_of(instance, status, doing);
         return FMU_ERROR;
     }
+    memcpy(instance->run.parameters, parameters, sizeof instance->run.parameters);
     instance->inputs_current = instance->terminated = 0;
     fmu_outdate(instance);
     return FMU_OK;

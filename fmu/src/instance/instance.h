@@ -153,12 +153,12 @@ fmu_status fmu_read_outputs(fmu_instance *instance);
 /* Checks the inputs of a step, now and when it ends, and passes them to the component. */
 fmu_status fmu_evaluate_step_inputs(fmu_instance *instance, double duration);
 /* Passes the inputs to the component of a started Co-Simulation. */
-void fmu_evaluate_inputs(fmu_instance *instance);
+fmu_status fmu_evaluate_inputs(fmu_instance *instance);
 /* Gives the component other parameters; amplitudes and time stay. */
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters);
-/* Gives the component other parameters and a state. */
+/* Gives the component other parameters and a state. If that fails, the instance is unchanged. */
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
-                                const double *component_state);
+                                const double *component_state, const char *doing);
 /* Returns the core's status as an FMI status, logged unless it is OK. */
 fmu_status fmu_status_of(const fmu_instance *instance, sm_status status, const char *doing);
 /* Logs that an amplitude of these outputs is outside the friction table; returns FMU_DISCARD. */

@@ -39,9 +39,10 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
     if (taken && (taken->head.magic != MAGIC || taken->head.count != count))
         return fmu_say(instance, FMU_ERROR,
                        "GetFMUState: the state to replace is not one of this FMU");
+    /* so that equal instances give equal states */
+    if (fmu_evaluate_inputs(instance) != FMU_OK) return FMU_ERROR;
     if (!taken) taken = calloc(1, bytes_of(count));
     if (!taken) return fmu_say(instance, FMU_ERROR, "GetFMUState: out of memory");
-    fmu_evaluate_inputs(instance); /* so that equal instances give equal states */
     memcpy(taken->content, &instance->run, sizeof instance->run);
     memcpy(taken->content + RUN, instance->outputs,
            instance->output_count * sizeof *instance->outputs);
@@ -73,8 +74,9 @@ fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapsh
     if (reason) return fmu_say(instance, FMU_ERROR, "SetFMUState: %s", reason);
     fmu_run run;
     memcpy(&run, snapshot->content, sizeof run);
-    const fmu_status status = fmu_evaluate_restore(
-        instance, run.parameters, snapshot->content + RUN + instance->output_count);
+    const double *state = snapshot->content + RUN + instance->output_count;
+    const fmu_status status =
+        fmu_evaluate_restore(instance, run.parameters, state, "SetFMUState");
     if (status != FMU_OK) return status;
     instance->state = (fmu_state)snapshot->head.state;
     instance->run = run;

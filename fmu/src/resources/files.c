@@ -60,6 +60,14 @@ static const char *read_description(FILE *file, const npy_layout *layout, uint32
     return same ? NULL : "its header is damaged, or belongs to another model";
 }
 
+/* Returns the bytes from the present position to the end of a file; 0 if they are not known. */
+static size_t bytes_left(FILE *file) {
+    const long here = ftell(file);
+    if (here < 0 || fseek(file, 0, SEEK_END) != 0) return 0;
+    const long end = ftell(file);
+    return fseek(file, here, SEEK_SET) == 0 && end > here ? (size_t)(end - here) : 0;
+}
+
 void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char **reason) {
     if (!little_endian()) {
         *reason = "this machine is not little-endian";
@@ -67,22 +75,22 @@ void *npy_read(FILE *file, const npy_layout *layout, uint32_t *crc, const char *
     }
     *reason = read_description(file, layout, crc);
     if (*reason) return NULL;
-    const size_t size = layout->type == NPY_INT32 ? sizeof(int32_t) : sizeof(double);
-    size_t count = 1;
-    for (int k = 0; k < layout->dimensions; k++) count *= layout->shape[k];
-    void *data = count <= SIZE_MAX / size ? malloc(count * size + 1) : NULL;
-    if (!data) {
-        *reason = "out of memory";
+    const size_t left = bytes_left(file), most = SIZE_MAX / 2;
+    size_t size = layout->type == NPY_INT32 ? sizeof(int32_t) : sizeof(double);
+    for (int k = 0; k < layout->dimensions; k++) {
+        const size_t extent = layout->shape[k];
+        size = extent > 0 && size > most / extent ? most : size * extent;
+    }
+    if (size != left) {
+        *reason = size > left ? "it is truncated" : "there is more in it than its array";
         return NULL;
     }
-    if (fread(data, size, count, file) != count)
-        *reason = "it is truncated";
-    else if (fgetc(file) != EOF)
-        *reason = "there is more in it than its array";
-    if (*reason) {
-        free(data);
-        return NULL;
+    void *data = malloc(size + 1);
+    if (data && fread(data, 1, size, file) == size) {
+        *crc = npy_crc(*crc, data, size);
+        return data;
     }
-    *crc = npy_crc(*crc, data, count * size);
-    return data;
+    *reason = data ? "it is truncated" : "out of memory";
+    free(data);
+    return NULL;
 }

@@ -11,6 +11,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.stored_arrays import open_npz
 
 TEXTS, UNIVERSAL = (".csv", ".txt"), (".uff", ".unv")  # suffixes
 _RATES = ("sample_rate", "sampling_rate", "fs")
@@ -128,10 +129,11 @@ def _are_numbers(row: Sequence[str]) -> bool:
 
 def _npz_arrays(path: Path) -> dict[str, Any]:
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with open_npz(path) as stored:
             return {name: stored[name] for name in stored.files}
     except Exception as error:  # damaged files make zipfile, zlib and numpy raise nearly anything
-        raise SlipmodeError(f"{path}: is not a readable .npz file") from error
+        reason = " ".join(str(error).split())
+        raise SlipmodeError(f"{path}: is not a readable .npz file: {reason}") from error
 
 
 def _mat_arrays(path: Path) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
+from slipmode.rom.stored_arrays import open_npz
 from slipmode.rom.structure.readers.named import Named
 
 #: A sparse matrix `mass` in a .npz file is mass_data, mass_indices, ...
@@ -56,11 +57,10 @@ def read_npz(path: Path) -> Named | dict[str, Any]:
     A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
     """
     try:
-        stored = np.load(path, allow_pickle=False)
+        stored = open_npz(path)
     except Exception as error:
-        raise SlipmodeError(f"{path}: is not a readable .npz file") from error
-    if not isinstance(stored, np.lib.npyio.NpzFile):
-        raise SlipmodeError(f"{path}: holds a single array; its name must end in .npy")
+        reason = " ".join(str(error).split())
+        raise SlipmodeError(f"{path}: is not a readable .npz file: {reason}") from error
     with stored:
         if {"format", *CSR_PARTS} <= set(stored.files):  # written by scipy.sparse.save_npz
             return Named(scipy.sparse.load_npz(path))

@@ -86,9 +86,12 @@ class Foreman:
         # per group of samples: futures of their SceneModel, and of its models from step to step
         self._shared: dict[tuple[int, int], list[Any]] = {}
         self._at_work: dict[str, _Work] = {}
+        self.lost = ""  # Why a task has no results, if that may be otherwise in another run
 
     def work_on(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Batch]]:
         """Yield each task with its results, as the `distributed.Client` completes them.
+
+        Tasks that fail because of disk, memory or workers are left out, see `lost`.
 
         Raises SlipmodeError if the connection to the scheduler is lost.
         """
@@ -125,7 +128,7 @@ class Foreman:
         return future
 
     def _collect(self, completed: Any) -> Iterator[tuple[Task, Batch]]:
-        """Yield the next result; repeat samples outside the table on the next table instead."""
+        """Yield the next result, if there is one; repeat samples outside the table on the next."""
         future = next(completed)
         work = self._at_work.pop(future.key)
         outside: list[int] = []
@@ -140,8 +143,12 @@ class Foreman:
                     work.batch.reason[place] = f"forcing: {why}" if may_grow else own
                 outside = []
         elif future.status == "error":
+            error, distributed = future.exception(), extra("distributed", "study")
+            if isinstance(error, OSError | MemoryError | distributed.KilledWorker):
+                self.lost = one_line(error)
+                return
             for place in work.places:
-                work.batch.reason[place] = one_line(future.exception())
+                work.batch.reason[place] = one_line(error)
         else:
             goes_on = "repeat the command to continue; the samples computed so far are kept"
             raise SlipmodeError(f"scheduler: the connection is lost; {goes_on}")

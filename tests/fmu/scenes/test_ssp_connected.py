@@ -53,9 +53,11 @@ def test_it_reads_back(controlled, example, tmp_path):
         (f"{a.parent.name}.{a.name}", f"{b.parent.name}.{b.name}")
         for a, b in get_connections(ssd.system)
     }
-    assert pairs > set(example.CONNECTIONS)
-    assert ("system.force_A", "structure.force_A") in pairs
-    assert "limit_scale" not in {c.name for c in ssd.system.connectors}
+    named = {(a if "." in a else f"system.{a}", b) for a, b in example.CONNECTIONS}
+    assert pairs == named and ("system.force_A", "structure.force_A") in pairs
+    assert {c.name for c in ssd.system.connectors} == {
+        *("force_A", "frequency_A", "frequency_rate_A")
+    }
     with zipfile.ZipFile(package) as archive:
         archive.extractall(tmp_path)
     values = read_ssv(str(tmp_path / "resources" / "controller.ssv"), validate=True)
@@ -104,6 +106,7 @@ def test_connections_that_are_none_are_refused_and_named(controlled, tmp_path):
         (("structure.nothing", "controller.amplitude"), "structure.nothing is not an output"),
         (("structure.A_abs", "controller.limit_scale"), "controller.limit_scale is not an input"),
         (("other.A_abs", "controller.amplitude"), "other.A_abs is not an output"),
+        (("force", "amplitude"), "force and amplitude are both without a component"),
     ):
         with pytest.raises(SlipmodeError, match=wrong):
             write_ssp(

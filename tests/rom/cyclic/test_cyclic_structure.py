@@ -1,5 +1,7 @@
 """Sectors make the same structure as the annulus; sectors that do not fit are refused."""
 
+import warnings
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -109,3 +111,15 @@ def test_engine_orders_are_aliased_to_nodal_diameters(sectors):
         np.testing.assert_allclose(phases[0], phases[1], atol=1e-12)
     assert rom.excited_diameter(sectors + 3, sectors) == 3
     assert rom.excited_diameter(sectors - 3, sectors) == -3
+
+
+@pytest.mark.parametrize("own", [1.0, -1.0])
+def test_contacts_between_sectors_that_add_displacements_are_named(own):
+    column = np.array([[0.0], [0.0], [own]])
+    with warnings.catch_warnings(action="error"):
+        rom.lumped_disk(24)
+        rom.lumped_disk(24, contact=column)
+        rom.lumped_disk(24, contact=column, next_contact=-column)
+        rom.lumped_disk(24, contact=column, next_contact=[[0.0], [1.0], [-1.0]])
+    with pytest.warns(rom.ValidityWarning, match="has the sign of contact at contact 0: .* give"):
+        rom.lumped_disk(24, contact=column, next_contact=column)

@@ -323,17 +323,28 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     return sm_contact_output_recent(&c->contacts, &c->flow, &at, rate, detail, motion);
 }
 
+/* Outputs after a step. If the motion cannot be computed, its outputs are NaN. */
+static sm_status read_row(sm_component *c, double *row) {
+    const sm_status status = sm_component_outputs(c, row);
+    if (status == SM_OK) return status;
+    for (size_t k = 0; k < sm_component_output_count(c); k++) row[k] = NAN;
+    (void)sm_component_slow_outputs(c, row);
+    return status;
+}
+
 sm_status sm_component_run(sm_component *c, size_t steps, const double *durations,
                            const sm_inputs *inputs, double *outputs, size_t *done) {
     if (!c || !durations || !inputs || !outputs || !done) return SM_BAD_ARGUMENT;
     const size_t width = sm_component_output_count(c);
-    for (*done = 0; *done < steps; ++*done) {
-        sm_status status = sm_component_set_inputs(c, &inputs[*done]);
+    sm_status status = SM_OK;
+    for (*done = 0; status == SM_OK && *done < steps;) {
+        status = sm_component_set_inputs(c, &inputs[*done]);
         if (status == SM_OK) status = sm_component_step(c, durations[*done]);
-        if (status == SM_OK) status = sm_component_outputs(c, outputs + *done * width);
         if (status != SM_OK) return status;
+        status = read_row(c, outputs + *done * width);
+        ++*done;
     }
-    return SM_OK;
+    return status;
 }
 
 /* The next internal step, were it not cut short. */
@@ -347,36 +358,39 @@ static double own_step(sm_component *c) {
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
     const double least = 1e-3 / c->inputs.frequency[0]; /* a thousandth of a radian of mode A */
-    const sm_status status = sm_check_positive(left);
+    sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
+    const double step = c->slow.step;
     for (double h = own_step(c); h > least; h = c->slow.step) {
         *taken = h < left * (1.0 - 1e-12) ? h : left;
         if (advance(c, *taken, 1) == SM_OK) return SM_OK;
         c->slow.step = 0.25 * *taken; /* more was too much, or led out of the table */
     }
     *taken = fmin(least, left);
-    return advance(c, *taken, MAX_TRIES);
+    status = advance(c, *taken, MAX_TRIES);
+    if (status != SM_OK) c->slow.step = step;
+    return status;
 }
 
 sm_status sm_component_trace(sm_component *c, size_t steps, const double *durations,
                              const sm_inputs *inputs, sm_trace *t) {
     if (!c || !durations || !inputs || !t || !t->outputs) return SM_BAD_ARGUMENT;
     const size_t width = sm_component_output_count(c);
-    for (t->count = 0; t->count < t->capacity && t->done < steps; t->count++) {
+    sm_status status = SM_OK;
+    for (t->count = 0; status == SM_OK && t->count < t->capacity && t->done < steps; t->count++) {
         const double left = durations[t->done] - t->elapsed;
         double taken;
-        sm_status status = SM_OK;
         if (t->elapsed == 0.0) status = sm_component_set_inputs(c, &inputs[t->done]);
         if (status == SM_OK) status = sm_component_advance(c, left, &taken);
-        if (status == SM_OK) status = sm_component_outputs(c, t->outputs + t->count * width);
         if (status != SM_OK) return status;
+        status = read_row(c, t->outputs + t->count * width);
         t->elapsed += taken;
         if (taken == left) {
             t->done++;
             t->elapsed = 0.0;
         }
     }
-    return SM_OK;
+    return status;
 }
 
 size_t sm_component_state_count(const sm_component *c) {
