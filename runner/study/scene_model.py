@@ -218,7 +218,7 @@ def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationReso
     corners = np.array([(a, b) for a in ends[0] for b in ends[1]])
     first, second = np.array(list(pairs_of(range(4), 2))).T
     even = plan.excited.reduced.even
-    return combination_resonances(corners[first], corners[second], even=even)
+    return combination_resonances(corners[first], corners[second], even=even, transient=True)
 
 
 _last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []
