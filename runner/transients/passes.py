@@ -175,10 +175,8 @@ class SlowPass(Pass):
         self._report_stretches(over=True)
         largest = self._errors.finding()
         recorder.event(self._now, largest.level, largest.reason)
-        if largest.level == "warning" and not any(
-            each.subject == largest.subject and each.level == "warning" for each in plan.decisions
-        ):
-            _log.warning("%s", largest.line())  # the plan has a coarse table, or no dry run
+        if plan.scene.model.amplitude is not None and largest.level == "warning":
+            _log.warning("%s", largest.line())  # the plan does not know it
         self._report_friction()
 
     def _report_friction(self) -> None:
