@@ -136,7 +136,7 @@ class Foreman:
             self._shared[group] = [submit(SceneModel.of, self._samples, of_group)]
         futures = self._shared[group]
         while len(futures) < work.step + 2:
-            futures.append(submit(_model, futures[0], len(futures) - 1))
+            futures.append(submit(SceneModel.model, futures[0], len(futures) - 1))
         future = submit(_compute, futures[0], futures[work.step + 1], part, numbers)
         self._at_work[future.key] = work
         return future
@@ -183,10 +183,6 @@ def _noted(function: Callable[..., Any], *arguments: Any) -> _Noted:
         value = function(*(each.value if isinstance(each, _Noted) else each for each in arguments))
     before = (each.warnings for each in arguments if isinstance(each, _Noted))
     return _Noted(value, frozenset(each.getMessage() for each in kept.buffer).union(*before))
-
-
-def _model(shared: SceneModel, step: int) -> Model:
-    return shared.model(step)
 
 
 def _compute_mistuned(samples: Samples, design: Design) -> tuple[Batch, bool]:

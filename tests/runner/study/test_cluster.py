@@ -79,7 +79,7 @@ class NoWork:
         return {"a": 1, "b": 1}
 
     def submit(self, _noted, function, *arguments, pure):
-        if function.__name__ == "_model":
+        if function.__name__ == "model":
             self.steps += 1
             return self.Future("model", arguments[1])
         if function.__name__ != "_compute":
