@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats, check_count, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, warn
+from slipmode.rom.frequencies import mode_frequency_findings
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
 from slipmode.rom.short_repr import frozen
@@ -135,6 +136,12 @@ def modes(
     SlipmodeError
         If n is below 1, the law is not elastic, or all DOFs are contact DOFs of a rigid law.
 
+    Warns
+    -----
+    ValidityWarning
+        If a natural frequency other than 0 is outside 0.001 Hz to 1 MHz: mass and stiffness may
+        be swapped, or in other units.
+
     Examples
     --------
     >>> rom.modes(rom.two_mass(), n=2).states["bonded"].frequency
@@ -169,6 +176,8 @@ def modes(
     similarity = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
     similar = np.argmax(similarity, axis=1)
     omega = chosen.frequency
+    vibrating = np.flatnonzero(omega > 0.0)
+    warn(mode_frequency_findings(vibrating.astype(str).tolist(), omega[vibrating])[:1])
     ratio = np.divide(free.frequency[similar], omega, out=np.ones(count), where=omega > 0)
     stiffness_share = np.clip(1.0 - ratio**2, 0.0, 1.0)
     contact = free.contact[similar] if law is None else chosen.contact

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sized
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
+from scipy.sparse import issparse
 
 _Class = TypeVar("_Class")
 
@@ -51,7 +52,8 @@ def _names(record: object) -> list[str]:
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, np.ndarray) and value.size != 1:
+    is_sparse: bool = issparse(value)
+    if is_sparse or (isinstance(value, np.ndarray) and value.size != 1):
         return f"<{value.dtype} {' x '.join(map(str, value.shape))}>"
     if isinstance(value, Sized) and not isinstance(value, str) and len(value) > _MOST:
         return f"<{type(value).__name__} of {len(value)}>"

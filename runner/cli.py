@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from slipmode.rom import __version__
-from slipmode.rom.errors import SlipmodeError, ValidityWarning
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table import disk_cache
 from slipmode.runner.commands import OUTPUT, SCENE, Argument, overview, print_next
@@ -24,6 +23,7 @@ from slipmode.runner.commands.recordings import add_recording_commands
 from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.explore.command import add_explore_command
 from slipmode.runner.fmi.command import add_fmu_command
+from slipmode.runner.messages import warnings_to
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.run import run
@@ -69,18 +69,9 @@ def _warnings_shown() -> Iterator[None]:
         shown.add(record.msg)
         return not known
 
-    def show(message: Warning | str, *_where: object, **_more: object) -> None:
-        _log.warning("%s", " ".join(str(message).split()))
-
     handler.addFilter(is_new)
-    _log.addHandler(handler)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("always", ValidityWarning)
-            warnings.showwarning = show
-            yield
-    finally:
-        _log.removeHandler(handler)
+    with warnings_to(handler):
+        yield
 
 
 def _fail(message: str) -> int:

@@ -41,6 +41,10 @@ _ADVICE = (
     (r"\bgive unit=$", "give --unit"),
     (r"\bgive force_unit=$", "give --force-unit"),
     (r"\bby channels=", "by --channels"),
+    (
+        r"MistunedDisk\.response without local includes the resonance",
+        "Compare with slipmode validate",
+    ),
     (r"identify with law='power'", "identify with --law power"),
     (r"\bgive its file: mass=", "give its file: --mass (in scenes mass)"),
     (r'names=\{"(\w+)": (".*?")\}', r"--\1-name \2 (in scenes \1_name)"),

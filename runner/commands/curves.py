@@ -10,6 +10,7 @@ import numpy as np
 
 from slipmode import rom
 from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
@@ -64,6 +65,8 @@ def _curve(options: Namespace) -> int:
     check_pictures()
     scene = load_scene(options.scene)
     span = options.span
+    if span is not None and not span[0] < span[1]:
+        raise SlipmodeError("span: FROM must be below TO, got {:g} {:g}".format(*span))
     if span is not None and (options.vary or "frequency").startswith("frequency"):
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)

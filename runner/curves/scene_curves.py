@@ -71,6 +71,11 @@ def scene_response_curve(
         natural = float(excited.reduced.frequency["AB".index(which[-1])])
         span = [0.95 * natural, 1.05 * natural]
 
+    combinations: tuple[rom.CombinationResonance, ...] = ()
+    if forcing.plan.combinations:  # those of the run are more
+        ends = forcing.plan.schedule.frequencies(excited.modes)
+        combinations = rom.combination_resonances(*ends, even=excited.reduced.even)
+
     def curve_of(model: rom.Model) -> rom.ResponseCurve:
         phase = tuple(forcing.phase)
         return rom.response_curve(model, forcing.frequency, forcing.force, which, span, phase)
@@ -80,7 +85,7 @@ def scene_response_curve(
         model, _ = excited.model(
             amplitude.tolist(),
             tolerance,
-            combinations=forcing.plan.combinations,
+            combinations=combinations,
             detuning=which.startswith("frequency"),
             progress=progress,
         )

@@ -19,9 +19,9 @@ from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
+    TRANSIENT_SEPARATION,
     CombinationResonance,
     combination_resonances,
-    separation,
 )
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
@@ -299,7 +299,7 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         reduced = replace(reduced, force_patterns=np.array(excited.force_patterns))
         excited = replace(excited, reduced=reduced).started(schedule)
         start, end = schedule.frequencies(excited.modes)
-        combinations = combination_resonances(start, end, even=reduced.even)
+        combinations = combination_resonances(start, end, even=reduced.even, transient=True)
     seen: DryRun | None = None
     if scene.model.amplitude is None:
         seen = dry_run(excited, schedule, combinations, progress=progress)
@@ -451,9 +451,8 @@ def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list
     if not combinations:
         reason = "no combination frequency comes near a mode"
         return [Finding("combination resonances", "none", reason)]
-    found = []
+    found, within = [], percentage(TRANSIENT_SEPARATION)
     for term in combinations:
-        within = percentage(separation((term.n, term.m)))
         mode = MODES[term.mode]
         reason = f"comes within {within} of mode {mode}; the slow flow of mode {mode} includes it"
         found.append(Finding("combination resonance", str(term), reason))

@@ -6,6 +6,7 @@ table that holds it, so that its result depends on the study alone, not on other
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations as pairs_of
@@ -22,6 +23,7 @@ from slipmode.rom.reduction.combination import CombinationResonance, combination
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
+from slipmode.rom.validity import warn
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.recording.record import one_line
@@ -33,6 +35,8 @@ from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Outputs
 from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
+
+_log = logging.getLogger("slipmode.study")
 
 Frequencies = dict[str, tuple[float, float]]
 
@@ -107,6 +111,8 @@ class SceneModel:
         """
         contents, frequencies = _representatives(samples, design)
         plan = _first_plan(samples, contents)
+        for line in plan.warnings:
+            _log.warning("%s", line)
         model = plan.scene.model
         detuned = any(mode in frequencies for mode in plan.excited.modes)
         combinations = plan.combinations if samples.outputs.runs else ()
@@ -137,6 +143,7 @@ class SceneModel:
             combinations=self.combinations,
             detuning=self.detuned,
         )
+        warn(model.accuracy.findings())
         return model
 
 
@@ -211,7 +218,7 @@ def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationReso
     corners = np.array([(a, b) for a in ends[0] for b in ends[1]])
     first, second = np.array(list(pairs_of(range(4), 2))).T
     even = plan.excited.reduced.even
-    return combination_resonances(corners[first], corners[second], even=even)
+    return combination_resonances(corners[first], corners[second], even=even, transient=True)
 
 
 _last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []

@@ -13,7 +13,6 @@ from tqdm import tqdm
 from slipmode.rom.arrays import check_count
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
@@ -99,9 +98,6 @@ def run_study(
     if workers is not None:
         check_count("workers", workers)
     study = load_study(path)
-    if study.outputs.mistuned:
-        for warning in plan_scene(study.scene).warnings:
-            _log.warning("%s", warning)
     if scheduler is None:
         prepare_workers()
     folder = Path(output)
@@ -134,6 +130,9 @@ def run_study(
                     bar.update(task.stop - task.start)
             finally:
                 results.flush()
+        for line, count in foreman.warnings:
+            more = f" ({count} samples have such a warning; this is the first)"
+            _log.warning("%s", line + more if count > 1 else line)
         if foreman.lost:
             words = f"{design.samples - results.done} samples have no results: {foreman.lost}"
             words += "; repeat the command to compute them"

@@ -117,3 +117,25 @@ def test_contacts_by_node_on_the_command_line(tmp_path, capsys):
     assert "node 99: is not in the structure" in capsys.readouterr().err
     assert main([*command, "up"]) == 1
     assert "--contact: must be DOFs" in capsys.readouterr().err
+
+
+def test_swapped_mass_and_stiffness_are_named(tmp_path, capsys):
+    """Steel bars have 1 kHz; the inverse of the squares of their frequencies are below 1 mHz."""
+    stiffness, mass = 1e8 * np.asarray(beam().stiffness), np.eye(10)
+    swapped = rom.Structure(stiffness, mass, 0.0, contact=[4])
+    with pytest.warns(rom.ValidityWarning, match="whether mass and stiffness are swapped") as seen:
+        table = rom.modes(swapped, n=5)
+    assert len(seen) == 1  # of all modes
+    assert table.states["bonded"].hertz[0] < 1e-3
+    swapped.save(tmp_path / "swapped.npz")
+    assert main(["modes", str(tmp_path / "swapped.npz")]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("slipmode: warning: mode 0 has an implausible frequency")
+
+
+def test_rigid_body_modes_are_plausible(recwarn):
+    chain = 1e4 * (2.0 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1))
+    chain[0, 0] = chain[-1, -1] = 1e4
+    table = rom.modes(rom.Structure(np.eye(5), chain, 0.0, contact=[2]), n=3)
+    assert table.states["free"].frequency[0] == 0.0
+    assert not recwarn.list

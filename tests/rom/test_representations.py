@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import scipy.sparse
 
 from slipmode import fmu, rom, runner
 from slipmode.rom.short_repr import percentage, short_repr
@@ -99,6 +100,7 @@ class Pair(NamedTuple):
         (Pair(1, 2), "Pair(first=1, large=2)"),
         (Pair(1, "x" * 50), "Pair(...)"),
         (None, "None"),
+        (scipy.sparse.eye_array(5), "<float64 5 x 5>"),
     ],
     ids=lambda value: value if isinstance(value, str) and len(value) < 40 else "",
 )
@@ -130,6 +132,14 @@ def test_models_of_many_contacts_and_of_one_mode(one_mode_model):
     assert check(repr(law)) == "Tanh(limit=<tuple of 300>, alpha=0.1)"
     check(repr(dataclasses.replace(one_mode_model, law=law)))
     assert "1 mode, 2 contacts" in check(repr(one_mode_model))
+
+
+def test_a_wave_is_a_line():
+    """Its matrices are sparse."""
+    wave = rom.travelling_wave(rom.lumped_disk(12, 1e-5), rom.Jenkins(1.0, 5e4), 3)
+    assert "12 sectors" in check(str(wave))
+    for state in wave.steady_states(0.99 * wave.frequency, {2: 4.0}):
+        check(str(state))
 
 
 def test_a_run_is_a_few_lines(tmp_path):

@@ -5,6 +5,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import sysconfig
 import time
 from importlib.metadata import version
@@ -341,3 +342,16 @@ def wait_for(condition, timeout=90.0):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize("reached", ["numpy.version", "scipy.sparse", "slipmode.rom.errors"])
+def test_a_command_is_interrupted_in_one_line_while_it_imports(reached):
+    command = [sys.executable, "-X", "importtime", SLIPMODE, "scenes"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as running:
+        for line in running.stderr:
+            if line.split()[-1] == reached:
+                running.send_signal(signal.SIGINT)
+                break
+        printed = [line for line in running.stderr if not line.startswith("import time:")]
+    assert running.returncode == 130
+    assert printed == ["slipmode: interrupted\n"]

@@ -26,6 +26,7 @@ def test_a_backbone_has_no_warning_about_its_own_table(tmp_path, capsys):
         ),
         (["curve", "--vary", "force_B", "--span", "0", "1"], "--vary: the scene does not force"),
         (["curve", "--vary", "frequency_A", "--span", "0.1", "1"], "--span: must be 0.62"),
+        (["curve", "--span", "1.1", "0.9"], "--span: FROM must be below TO, got 1.1 0.9"),
         (["curve", "--dof", "9"], "--dof: must be 0 to 3"),
         (["backbone", "--other", "0.1"], "--other: must be 0 in a model of one mode"),
         (["design", "--mode", "B"], "--mode: must be one that the scene forces, A"),

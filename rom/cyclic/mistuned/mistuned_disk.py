@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
+from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
@@ -85,6 +86,7 @@ class MistunedDisk:
         force: Mapping[int, complex] | ArrayLike,
         *,
         local: bool = False,
+        progress: bool = False,
     ) -> DiskResponse:
         """Return the steady states of all disks along a sequence of frequencies.
 
@@ -102,6 +104,8 @@ class MistunedDisk:
             Neglect the coupling of contacts at higher harmonics, which makes many patterns ten
             times faster. Errors on lumped disks were 0.01 to 0.6 % of the amplitude of a blade,
             and up to 11 % at internal resonances (tests/rom/cyclic/test_internal_resonance.py).
+        progress : bool, default False
+            Show the number of frequencies and the remaining time on standard error.
 
         Returns
         -------
@@ -136,7 +140,10 @@ class MistunedDisk:
             self._check_harmonics(engine_order, omega)
         x: Complexes | None = None
         found = []
-        for each in omega.tolist():
+        each_frequency = tqdm(
+            omega.tolist(), "response", unit=" frequencies", delay=1.0, disable=not progress
+        )
+        for each in each_frequency:
             at = self._modes.at(each, excited)
             balance = DiskBalance(at, contacts, self._springs)
             x, y = balance.with_local_contacts(x)

@@ -132,7 +132,7 @@ export class Chart {
   range(name, least, most) {
     if (!(least <= most)) return [0, 1];
     const margin = 0.06 * (most - least) || 0.05 * Math.abs(most) || 1;
-    if (name === "x") return most > least ? [least, most] : [least - margin, most + margin];
+    if (name === "x") return most > least ? [least, most] : [least, least + margin];
     return this.fromZero ? [0, most + 0.08 * most || 1] : [least - margin, most + margin];
   }
 }

@@ -1,7 +1,10 @@
 /* What the page shows of the core: the run, a response curve, the motion over a beat. */
+import { isCut, line } from "page/branches";
 import { Chart } from "page/chart";
 
-const PER_CYCLE = 40; // samples of the faster mode: steps in which contacts are marched
+// Samples per cycle of the faster mode: steps in which contacts are marched. A beat of one mode is
+// one cycle; in coarser ones corners of loops were up to 2.5 % off (lap-joint).
+const PER_CYCLE = { 1: 160, 2: 40 };
 const SHOWN_ROWS = 1500; // of the run
 export const MODAL = "√kg m"; // the unit of modal amplitudes
 
@@ -67,9 +70,9 @@ export class Views {
 
   /** Draws the motion of a contact and of the DOFs over a beat from now on. */
   drawBeat(contact) {
-    const { contacts, dofs, displacement } = this.content;
+    const { modes, contacts, dofs, displacement } = this.content;
     if (!dofs.length) return;
-    const beat = this.core.beat(PER_CYCLE);
+    const beat = this.core.beat(PER_CYCLE[modes.length]);
     const time = column(beat, 0);
     this.displacement.draw(dofs.map(({ slot }) => [time, column(beat, slot, displacement.per)]));
     if (!contacts.length) return;
@@ -82,28 +85,20 @@ export class Views {
   /** Computes and draws the response curve against the frequency of a mode. */
   drawCurve(swept) {
     const { modes, inputs } = this.content;
-    const { least, most } = inputs.find((input) => input.name === `frequency_${modes[swept]}`);
+    const of = (mode) => inputs.find((input) => input.name === `frequency_${mode}`);
+    const { least, most } = of(modes[swept]);
     const points = this.core.curve(swept, least, most, modes.length);
-    this.lines = modes.map((_, mode) => [this.line(points, mode, 1), this.line(points, mode, 0)]);
-    this.drawOperatingPoint(swept);
-  }
-
-  /** Returns the stable or unstable parts of all branches, with gaps between them. */
-  line({ rows, width, count }, mode, stable) {
-    const [xs, ys] = [[], []];
-    for (let k = 0; k < count; k++) {
-      const at = k * width;
-      const [stability, branch] = [at + width - 2, at + width - 1];
-      const follows = k > 0 && rows[branch] === rows[branch - width];
-      const shown = rows[stability] === stable || (follows && rows[stability - width] === stable);
-      if (!follows) {
-        xs.push(rows[at] / this.content.frequency.per);
-        ys.push(NaN);
-      }
-      xs.push(rows[at] / this.content.frequency.per);
-      ys.push(shown ? rows[at + 1 + mode] : NaN);
+    const { per } = this.content.frequency;
+    this.lines = modes.map((_, mode) => [line(points, mode, 1, per), line(points, mode, 0, per)]);
+    const span = [least, most];
+    if (modes.length === 2) { // the curve stays on its side of the other frequency
+      const names = [modes[swept], modes[1 - swept]].map((mode) => `frequency_${mode}`);
+      const [[own], [other]] = this.history.latest(names, 1);
+      if (own < other) span[1] = Math.min(most, other);
+      else span[0] = Math.max(least, other);
     }
-    return [xs, ys];
+    document.getElementById("cut").hidden = !isCut(points, span);
+    this.drawOperatingPoint(swept);
   }
 
   /** Draws the response curve with the present amplitudes on it. */

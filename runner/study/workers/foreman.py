@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from logging.handlers import BufferingHandler
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
+from slipmode.runner.messages import warnings_to
 from slipmode.runner.recording.record import one_line
 from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
@@ -76,6 +79,14 @@ class _Work:
     step: int = 0  # The friction table that they are computed on, see `SceneModel.model`
 
 
+@dataclass(frozen=True, eq=False)
+class _Noted:
+    """The value of a function, and the warnings that it issued."""
+
+    value: Any
+    warnings: frozenset[str]
+
+
 class Foreman:
     """Hands out tasks, repeats samples on larger friction tables, and passes on what is done."""
 
@@ -87,6 +98,12 @@ class Foreman:
         self._shared: dict[tuple[int, int], list[Any]] = {}
         self._at_work: dict[str, _Work] = {}
         self.lost = ""  # Why a task has no results, if that may be otherwise in another run
+        self._warned: dict[str, tuple[str, int]] = {}
+
+    @property
+    def warnings(self) -> Iterable[tuple[str, int]]:
+        """The first warning of each kind, and the number of samples with such a warning."""
+        return self._warned.values()
 
     def work_on(self, tasks: Iterable[Task]) -> Iterator[tuple[Task, Batch]]:
         """Yield each task with its results, as the `distributed.Client` completes them.
@@ -110,7 +127,7 @@ class Foreman:
             yield from self._collect(completed)
 
     def _submit(self, work: _Work) -> Any:
-        submit, group = partial(self._client.submit, pure=False), work.task.group
+        submit, group = partial(self._client.submit, _noted, pure=False), work.task.group
         numbers = work.task.start + np.array(work.places)
         part = self._design.part(numbers)
         if self._samples.outputs.mistuned:
@@ -133,7 +150,8 @@ class Foreman:
         work = self._at_work.pop(future.key)
         outside: list[int] = []
         if future.status == "finished":
-            found, may_grow = future.result()
+            noted = future.result()
+            found, may_grow = noted.value
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
             if not may_grow or work.step >= 10:  # the range is then 1024 times that of the plan
@@ -142,6 +160,7 @@ class Foreman:
                     own = f"{work.batch.reason[place]}; leave out model.amplitude to find it"
                     work.batch.reason[place] = f"forcing: {why}" if may_grow else own
                 outside = []
+            self._count(noted.warnings, len(work.places) - len(outside))
         elif future.status == "error":
             error, distributed = future.exception(), extra("distributed", "study")
             if isinstance(error, OSError | MemoryError | distributed.KilledWorker):
@@ -156,6 +175,21 @@ class Foreman:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
             yield work.task, work.batch
+
+    def _count(self, warnings: Iterable[str], samples: int) -> None:
+        """Add warnings of samples. Those of one kind begin with the same words before a colon."""
+        for kind, line in {each.split(": ")[0]: each for each in sorted(warnings)}.items():
+            first, count = self._warned.get(kind, (line, 0))
+            self._warned[kind] = first, count + samples
+
+
+def _noted(function: Callable[..., Any], *arguments: Any) -> _Noted:
+    """Return the value of a function with its warnings, and with those of its arguments."""
+    kept = BufferingHandler(sys.maxsize)
+    with warnings_to(kept):
+        value = function(*(each.value if isinstance(each, _Noted) else each for each in arguments))
+    before = (each.warnings for each in arguments if isinstance(each, _Noted))
+    return _Noted(value, frozenset(each.getMessage() for each in kept.buffer).union(*before))
 
 
 def _compute_mistuned(samples: Samples, design: Design) -> tuple[Batch, bool]:

@@ -86,6 +86,17 @@ def test_many_patterns_stay_below_whitehead_s_bound():
     assert 1.2 < np.median(factor) < 1.5  # measured 1.33
 
 
+def test_a_long_response_shows_its_progress(capfd):
+    disk, law = rom.lumped_disk(24, 1e-5), rom.Jenkins(1.0, 2e4)
+    disks = rom.MistunedDisk(disk, law, np.zeros(24), HIGHEST)
+    near = rom.travelling_wave(disk, law, ORDER).frequency
+    omega = near * np.linspace(0.97, 1.02, 60)
+    disks.response(omega, ORDER, FORCE, progress=True)
+    assert "60/60" in capfd.readouterr().err
+    disks.response(omega[:2], ORDER, FORCE)
+    assert not capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("changed", "message"),
     [

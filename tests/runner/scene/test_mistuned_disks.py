@@ -93,10 +93,10 @@ def test_validation_compares_all_blades_with_all_sectors(tmp_path):
     text = changed(*short, *without) + "\n[log]\nrerun = false\n"
     found = validate(parse_scene(text, "."), tmp_path)
     (compared,) = found.comparisons
-    assert compared.subject == "DOF 2 of all blades"
-    # measured 2.0e-3, in cycles 20 to 40 from rest, and 5.6e-5
-    assert compared.error < 2.5e-3
-    assert compared.reference_error < 1e-4
+    assert compared.subject == "DOF 2 of the worst blade"
+    # measured 3.3e-3, in cycles 20 to 40 from rest, and 1.1e-4; over all blades 2.0e-3, 5.6e-5
+    assert 2.5e-3 < compared.error < 3.6e-3
+    assert compared.reference_error < 1.2e-4
     (window,) = found.windows
     assert (window.end, found.coordinates) == (0.2, 72)
     assert window.end - window.start == pytest.approx(20 / 195.0, rel=1e-6)

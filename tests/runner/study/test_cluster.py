@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -77,7 +78,7 @@ class NoWork:
     def nthreads(self):
         return {"a": 1, "b": 1}
 
-    def submit(self, function, *arguments, pure):
+    def submit(self, _noted, function, *arguments, pure):
         if function.__name__ == "model":
             self.steps += 1
             return self.Future("model", arguments[1])
@@ -87,7 +88,7 @@ class NoWork:
         (samples, _), model, _, numbers = arguments
         batch = Batch.empty(samples.outputs, samples.modes, numbers.size)
         batch.outside[:] = model.result() < self.outside
-        return self.Future(self.tasks, (batch, True))
+        return self.Future(self.tasks, SimpleNamespace(value=(batch, True), warnings=()))
 
 
 class Completed:

@@ -1,6 +1,9 @@
 """Studies of mistuned disks: amplification factors against `rom.MistunedDisk`, and refusals."""
 
 import re
+import shutil
+import subprocess
+import sysconfig
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from slipmode.runner.study.study import run_study
 from slipmode.runner.study.study_file import load_study
 from slipmode.runner.study.summary.amplifications import amplifications
 
+SLIPMODE = shutil.which("slipmode", path=sysconfig.get_path("scripts"))
 SCENE = 'scene = "mistuned-disk"'
 SEEDS = '[[vary]]\nkey = "mistuning.seed"\nfrom = 0\nto = {last}\npoints = {points}\n'
 CURVE = '[outputs]\ncurve = {mode = "A", from = 190.0, to = 204.0, points = 10}\n'
@@ -79,3 +83,16 @@ def test_other_outputs_are_refused(study_file, text, said):
 def test_seeds_are_integers(study_file):
     with pytest.raises(SlipmodeError, match=r"vary\[0\].points: must give integers"):
         load_study(study_file(SEEDS.format(last=4, points=4) + CURVE, SCENE))
+
+
+def test_warnings_of_samples_are_one_line_with_their_number(study_file, tmp_path):
+    """The workers are processes of their own, as by default."""
+    text = 'set = {"structure.blade_stiffnesses" = [1e6, 2e6]}\n'
+    text += SEEDS.format(last=59, points=60) + CURVE.replace("points = 10", "points = 3")
+    command = ["study", str(study_file(text, SCENE)), "-o", str(tmp_path), "--workers", "2"]
+    done = subprocess.run([SLIPMODE, *command], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert "ValidityWarning" not in done.stderr
+    (line,) = (each for each in done.stderr.splitlines() if "internal resonance" in each)
+    assert line.startswith("slipmode: warning: internal resonance 1:3 is neglected")
+    assert "(60 samples have such a warning" in line
