@@ -1,0 +1,328 @@
+"""Text files of numbers as loggers, oscilloscopes and other programs write them.
+
+The numbers are a block of lines. Its lines have as many cells of the same kinds: separated by tab,
+semicolon, comma or blanks, with decimal points or commas, in quotes or not. Names and units stand
+in the lines above the block, other lines above and below it are descriptions.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from slipmode.rom.arrays import Floats
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
+from slipmode.rom.physical_units import parse_unit
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.text import read_text
+
+_SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike the first is taken.
+# Lines from the middle of a file in which the form of its numbers is found.
+_SAMPLE = 2000
+_DESCRIBED = 50  # first rows of a block, beside which some oscilloscopes write descriptions
+_MISSING = ("", "nan", "-nan", "n/a", "na", "#n/a", "-", "--", "---")
+_INFINITE = {"∞": np.inf, "+∞": np.inf, "-∞": -np.inf}
+_CLOCK = re.compile(r"(?:[\d./-]+[ T])?(\d{1,2}):(\d\d):(\d\d(?:\.\d*)?)")
+_MEASURED = re.compile(r"[-+]?\d*[.,]\d+(?:[eE][-+]?\d+)?|.*\d:\d\d.*")  # no names
+_SEPARATED = re.compile(r"\d[;,\t]|[;,\t][-+.\d]")
+_COMMENT = re.compile(r"comment|remark|note|kommentar|bemerkung", re.IGNORECASE)
+_UNIT_LABEL = re.compile(r"(?:y_?)?units?(?:_label)?|einheit(?:en)?", re.IGNORECASE)
+# What lines beside the numbers may state, in cells that are joined by tabs.
+_STATED = {
+    key: re.compile(
+        rf"\W*(?:{words})\b(?P<unit>[^\d\t:=]*)[\t:=\s]+(?P<value>[-+]?[\d.,]*\d(?:[eE][-+]?\d+)?)"
+        r"\s*(?P<after>[^\d\s]*)",
+        re.IGNORECASE,
+    )
+    for key, words in {
+        "rate": r"(?:sampl\w*|scan|acquisition|abtast)[\s_]?(?:rate|freq\w*)|abtastrate|fs",
+        "step": r"(?:sampl\w*|abtast)[\s_]?(?:interval\w*|period|time|step)|delta[\s_]?[xt]|dt",
+        "length": r"(?:(?:number|no\.?)\sof\s)?(?:samples|points)|record\slength",
+    }.items()
+}
+
+
+@frozen
+class Line:
+    """A line of a file that is not blank, and its number from 1."""
+
+    number: int
+    text: str
+
+
+@frozen
+class Form:
+    """How numbers are written: separator of columns (None for blanks) and decimal mark."""
+
+    separator: str | None
+    mark: str
+
+    def cells(self, text: str) -> list[str]:
+        """Return the cells of a line."""
+        if self.separator is None:
+            return text.replace('"', " ").split()
+        if '"' in text:
+            cells = next(csv.reader([text.lstrip()], delimiter=self.separator), [])
+        else:
+            cells = text.split(self.separator)
+        return [cell.strip() for cell in cells]
+
+    def number(self, cell: str) -> float | None:
+        """Return the number in a cell, NaN if it is empty, None for text."""
+        if self.mark == ",":
+            if "." in cell or cell.endswith(","):
+                return None
+            cell = cell.replace(",", ".")
+        try:
+            return None if "_" in cell else float(cell)
+        except ValueError:
+            pass
+        if cell.lower() in _MISSING or cell.startswith("1.#"):
+            return np.nan
+        clock = _CLOCK.fullmatch(cell)
+        if clock:
+            return 3600.0 * int(clock[1]) + 60.0 * int(clock[2]) + float(clock[3])
+        if re.fullmatch(r"[-+]?[\d.]+[dD][-+]?\d+", cell):
+            return float(re.sub("[dD]", "e", cell))
+        return _INFINITE.get(cell)
+
+    def kinds(self, line: Line) -> str:
+        """Return n for a number or an empty cell, t for text, of each cell up to the last full.
+
+        Nothing is returned if a text contains numbers between other separators.
+        """
+        cells = self.cells(line.text)
+        while cells and not cells[-1]:
+            cells.pop()
+        kinds = "".join("t" if self.number(cell) is None else "n" for cell in cells)
+        texts = (cell for cell, kind in zip(cells, kinds, strict=True) if kind == "t")
+        return "" if any(map(_SEPARATED.search, texts)) else kinds
+
+    def rounding(self, cells: Sequence[str], values: Floats) -> Floats:
+        """Return half of the last printed digit of values, of which some are in `cells`."""
+        decimals, digits = 0, 1
+        for cell in cells:
+            found = re.search(rf"(\d*)\{self.mark}?(\d*)(?:[eEdD]([-+]?\d+))?$", cell)
+            if found and found[0]:
+                decimals = max(decimals, len(found[2]) - int(found[3] or 0))
+                digits = max(digits, len((found[1] + found[2]).lstrip("0")))
+        if ":" in cells[0]:
+            digits = 17
+        with np.errstate(divide="ignore"):
+            last = np.floor(np.log10(np.abs(values))) + 1.0 - digits
+        return np.asarray(0.5 * np.power(10.0, np.maximum(last, -decimals)))
+
+    def longest_run(self, lines: Sequence[Line]) -> tuple[int, int, list[Line]]:
+        """Return the most lines in a row of one kind with numbers, their number and columns."""
+        runs = ((kinds, list(run)) for kinds, run in groupby(lines, self.kinds) if "n" in kinds)
+        found = [(len(run), kinds.count("n"), run) for kinds, run in runs]
+        return max(found, key=lambda each: each[:2], default=(0, 0, []))
+
+
+@frozen
+class Block:
+    """Lines of a file that are rows of numbers.
+
+    Attributes
+    ----------
+    form : Form
+    columns : sequence of int
+        Columns with numbers; others have text, or nothing.
+    width : int
+        Number of all columns.
+    """
+
+    form: Form
+    columns: Sequence[int]
+    width: int
+
+    def row(self, line: Line) -> list[float] | None:
+        """Return the numbers of a line, None if it is no row."""
+        cells = self.form.cells(line.text)
+        if len(cells) <= self.columns[-1] or not any(cells[k] for k in self.columns):
+            return None
+        if any(cell and self.form.number(cell) is not None for cell in cells[self.width :]):
+            return None
+        row = [self.form.number(cells[k]) for k in self.columns]
+        return None if None in row else [each for each in row if each is not None]
+
+    def starts(self, line: Line) -> bool:
+        """Return whether a line begins as a row."""
+        cells = self.form.cells(line.text)
+        first = cells[self.columns[0]] if len(cells) > self.columns[0] else ""
+        return bool(first) and self.form.number(first) is not None
+
+    def header(self, line: Line) -> list[str] | None:
+        """Return the cells of a line above the block, None if they are not as many as columns."""
+        plain = re.sub(r"^[#%!*/]+\s*", "", line.text.strip())
+        ways = [self.form.cells(plain)]
+        if self.form.separator is None:
+            with_brackets = r'"[^"]*"|[^\s"\[({]+(?:\s*[\[({][^\])}]*[\])}])?'
+            ways += [re.findall(with_brackets, plain), re.split(r"\s{2,}|\t", plain)]
+        ways += [Form(separator, ".").cells(plain) for separator in "\t;,"]
+        stated = _stated(self.form, line) or plain.startswith("sep=")
+        for cells in ways:
+            while cells and not cells[-1]:
+                cells.pop()
+            fits = self.columns[-1] < len(cells) <= self.width or (
+                len(cells) > self.width and all(map(_COMMENT.match, cells[self.width :]))
+            )
+            if fits and not stated and not any(map(_MEASURED.fullmatch, cells)):
+                return [cells[k] for k in self.columns]
+        return None
+
+    def names_and_units(self, above: Sequence[Line]) -> list[tuple[str, str]]:
+        """Return name and unit of each column from the lines above the block."""
+        labels: list[list[str]] = []  # nearest line first
+        for line in reversed(above):
+            cells = self.header(line)
+            if cells is None:
+                break
+            labels.append(cells)
+        of_row = next((k for k, cells in enumerate(labels[:2]) if _are_units(cells)), None)
+        texts = next((cells for k, cells in enumerate(labels) if k != of_row), [""] * self.width)
+        found = [name_and_unit(text) for text in texts[: len(self.columns)]]
+        units = labels[of_row] if of_row is not None else [""] * len(found)
+        for line in above:  # a line of units of all columns but the times
+            first, *others = self.form.cells(line.text)
+            if _UNIT_LABEL.fullmatch(first) and len(others) >= len(found) - 1 > 0:
+                units = ["", *others]
+        return [
+            (name, _unit_name(text) or own)
+            for (name, own), text in zip(found, units, strict=False)
+        ]
+
+
+def read_text_table(path: Path) -> Group:
+    """Return the columns of a text file by name; refuse, naming a line, what is ambiguous."""
+    lines = [
+        Line(k, text)
+        for k, text in enumerate(read_text(path).split("\n"), 1)
+        if text.strip(" \t,;")
+    ]
+    form, run = _form(path, lines)
+    rows = [form.cells(line.text) for line in run]
+    width = max(map(len, rows))
+    numbers = [[form.number(row[k]) for row in rows if row[k:] and row[k]] for k in range(width)]
+    columns = [k for k, each in enumerate(numbers) if each and None not in each]
+    block = Block(form, columns, width)
+    at = lines.index(run[0])
+    found: dict[int, list[float]] = {}
+    for places in (range(at, len(lines)), range(at - 1, -1, -1)):
+        for k in places:
+            row = block.row(lines[k])
+            if row is None:
+                break
+            found[k] = row
+    start, end = min(found), max(found) + 1
+    above, below = lines[:start], lines[end:]
+    notes = _check_lines(path, block, above, below)
+    stated = [_stated(form, line) for line in (*above, *lines[start : start + _DESCRIBED])]
+    rate, length = (next((e[k] for e in stated if e.get(k)), None) for k in ("rate", "length"))
+    if length and length > len(found):
+        notes.append(f"it states {length:.0f} samples and has {len(found)}")
+    table = np.array([found[k] for k in range(start, end)]).T
+    seen = [form.cells(line.text) for line in lines[start : end : len(found) // _SAMPLE + 1]]
+    fields = []
+    for k, values, (name, unit) in zip(
+        block.columns, table, block.names_and_units(above), strict=True
+    ):
+        cells = [row[k] for row in seen]
+        if ":" in cells[0]:  # times of day
+            unit, values = "s", values + 86400.0 * np.cumsum(np.diff(values, prepend=values[0]) < -43200.0)
+        fields.append(Field(name, values, unit, form.rounding(cells, values)))
+    return Group("", fields, rate, tuple(notes))
+
+
+def _form(path: Path, lines: Sequence[Line]) -> tuple[Form, list[Line]]:
+    """Return the form of the numbers, and lines in a row that have it; refuse doubtful commas."""
+    first = max(len(lines) - _SAMPLE, 0) // 2
+    sample = lines[first : first + _SAMPLE]
+    forms = [Form(separator, mark) for mark in ".," for separator in _SEPARATORS]
+    runs = [form.longest_run(sample) for form in forms]
+    best = max(range(len(forms)), key=lambda k: runs[k][:2])
+    count, columns, run = runs[best]
+    if not count:
+        raise SlipmodeError(f"{path}: has no columns of numbers")
+    form = forms[best]
+    if form.separator != "," or columns < 2 or any("." in line.text for line in run):
+        return form, run
+    # Integers between commas: columns, or numbers with decimal commas
+    above = [line for line in lines[:1] if line is not run[0]]
+    if lines.index(run[0]):
+        above = [lines[lines.index(run[0]) - 1]]
+    names = [Block(form, range(columns), columns).header(line) for line in above]
+    padded = any(re.search(r"(?<![\d.])0\d", line.text) for line in run)
+    if columns == 2 and (padded or names == [None]):
+        return Form("\t", ","), run
+    if padded or names == [None] or (columns == 2 and not above):
+        raise SlipmodeError(
+            f"{path}: line {run[0].number}: commas may be decimal marks or separate columns; "
+            "write decimal points, or semicolons between columns"
+        )
+    return form, run
+
+
+def _check_lines(
+    path: Path, block: Block, above: Sequence[Line], below: Sequence[Line]
+) -> list[str]:
+    """Return notes of the lines around a block; refuse those that are damaged rows."""
+    notes = []
+    wrong = next((lines[0] for lines in (above[::-1], below) if any(map(block.row, lines))), None)
+    if below and wrong is None and block.starts(below[0]):
+        cells = block.form.cells(below[0].text)
+        whole = [cell for cell in cells[:-1] if block.form.number(cell) is None]
+        if len(below) == 1 and not whole and re.fullmatch(r"[-+\d.,eE]*", cells[-1]):
+            notes.append(f"its last line, {below[0].number}, is incomplete and was left out")
+        else:
+            wrong = below[0]
+    if above and wrong is None and block.starts(above[-1]) and block.header(above[-1]) is None:
+        if len(block.form.cells(above[-1].text)) >= block.width > 1:
+            wrong = above[-1]
+    if wrong is not None:
+        raise SlipmodeError(
+            f"{path}: line {wrong.number} must have one number a column, as other lines have in "
+            f"{len(block.columns)} columns; a file must have one table"
+        )
+    return notes
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Return whether the cells of a line are units, as "s", "[m/s^2]" or "(EU)"."""
+    given = [cell for cell in cells if cell.strip("-")]
+    units = [parse_unit(cell) is not None for cell in given]
+    return any(units) and all(u or cell[0] in "[({" for u, cell in zip(units, given, strict=True))
+
+
+def _unit_name(text: str) -> str:
+    unit = parse_unit(text)
+    return unit.name if unit else text.strip("[](){}- ")
+
+
+def _stated(form: Form, line: Line) -> dict[str, float]:
+    """Return the rate [Hz] or number of samples that a line states."""
+    text = "\t".join(form.cells(line.text))
+    for key, pattern in _STATED.items():
+        found = pattern.match(text)
+        value = found and _number(found["value"])
+        if not found or not value:
+            continue
+        if key == "length":
+            return {"length": value}
+        unit = parse_unit(found["unit"]) or parse_unit(found["after"])
+        words = unit.quantity if unit else ""
+        if key == "rate":
+            return {"rate": value * (unit.size / (2.0 * np.pi) if words == "frequency" else 1.0)}
+        return {"rate": 1.0 / (value * (unit.size if words == "time" else 1.0))}
+    return {}
+
+
+def _number(text: str) -> float | None:
+    """Return a number with either decimal mark, None if it is none."""
+    return Form(None, ".").number(text.replace(",", "."))
