@@ -106,11 +106,13 @@ class Group:
 def name_and_unit(text: str) -> tuple[str, str]:
     """Return the parts of "force [N]", "t/s", "Zeit in ms" or "time_us"; the unit may be empty."""
     text = text.strip().strip("\"'").strip()
-    bracket = re.fullmatch(r"(.*?)[\s/_]*([\[({])(.*)[\])}]", text)
-    if bracket:
-        unit = parse_unit(bracket[3])
-        if unit or (bracket[2] == "[" and bracket[1]):
-            return bracket[1], unit.name if unit else bracket[3].strip()
+    for inside in (r".*", r"[^\[({]*"):  # of the first bracket that ends the text, of the last
+        bracket = re.fullmatch(rf"(.*?)[\s/_]*([\[({{])({inside})[\])}}]", text)
+        unit = parse_unit(bracket[3]) if bracket else None
+        if bracket and unit:
+            return bracket[1], unit.name
+    if bracket and bracket[1] and bracket[2] == "[" and not bracket[3].isdecimal():
+        return bracket[1], bracket[3].strip()
     whole = parse_unit(text)
     if whole and "/" in text:
         return "", whole.name
@@ -123,9 +125,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
     return text, ""
 
 
-def signals(
-    path: Path, group: Group, given: Any
-) -> tuple[list[Field], float, tuple[str, ...]]:
+def signals(path: Path, group: Group, given: Any) -> tuple[list[Field], float, tuple[str, ...]]:
     """Return the arrays that are signals, their sampling rate [Hz], and notes.
 
     The rate is `given`, or follows from times or from a stated rate. A SlipmodeError names what is

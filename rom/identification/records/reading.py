@@ -109,7 +109,9 @@ def _records(
     groups: Sequence[tuple[Path, Group]], channels: Sequence[str | int] | None
 ) -> Iterator[tuple[Path, Group]]:
     """Yield the records of files, each a group of (samples,) arrays."""
-    names = [name for _, group in groups if group.arrays for name in {f.name for f in _data(group)}]
+    names = [
+        name for _, group in groups if group.arrays for name in {f.name for f in _data(group)}
+    ]
     repeated = {name for name in names if names.count(name) > 1}
     for path, group in groups:
         if not group.arrays:

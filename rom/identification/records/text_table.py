@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -26,25 +26,30 @@ _SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike th
 # Lines from the middle of a file in which the form of its numbers is found.
 _SAMPLE = 2000
 _DESCRIBED = 50  # first rows of a block, beside which some oscilloscopes write descriptions
-_MISSING = ("", "nan", "-nan", "n/a", "na", "#n/a", "-", "--", "---")
+_MISSING = ("", "n/a", "na", "#n/a")
 _INFINITE = {"∞": np.inf, "+∞": np.inf, "-∞": -np.inf}
 _CLOCK = re.compile(r"(?:[\d./-]+[ T])?(\d{1,2}):(\d\d):(\d\d(?:\.\d*)?)")
 _MEASURED = re.compile(r"[-+]?\d*[.,]\d+(?:[eE][-+]?\d+)?|.*\d:\d\d.*")  # no names
-_SEPARATED = re.compile(r"\d[;,\t]|[;,\t][-+.\d]")
+_SEPARATED = re.compile(r"\d[;,\t]|[;,\t][-+.\d]|^[-+\d.eE]+(?:\s+[-+\d.eE]+)+$")
+_DIGIT = re.compile(r"\d")
+_DESCRIPTION = re.compile(r"[^:]*:(?:\s|$)|sep=|.*\*\*\*")  # lines that are no names
 _COMMENT = re.compile(r"comment|remark|note|kommentar|bemerkung", re.IGNORECASE)
 _UNIT_LABEL = re.compile(r"(?:y_?)?units?(?:_label)?|einheit(?:en)?", re.IGNORECASE)
-# What lines beside the numbers may state, in cells that are joined by tabs.
+# What lines beside the numbers may state, with decimal points or commas.
 _STATED = {
-    key: re.compile(
-        rf"\W*(?:{words})\b(?P<unit>[^\d\t:=]*)[\t:=\s]+(?P<value>[-+]?[\d.,]*\d(?:[eE][-+]?\d+)?)"
-        r"\s*(?P<after>[^\d\s]*)",
-        re.IGNORECASE,
-    )
-    for key, words in {
-        "rate": r"(?:sampl\w*|scan|acquisition|abtast)[\s_]?(?:rate|freq\w*)|abtastrate|fs",
-        "step": r"(?:sampl\w*|abtast)[\s_]?(?:interval\w*|period|time|step)|delta[\s_]?[xt]|dt",
-        "length": r"(?:(?:number|no\.?)\sof\s)?(?:samples|points)|record\slength",
-    }.items()
+    mark: {
+        key: re.compile(
+            rf"\W*(?:{words})\b(?P<unit>[^\d\t:=,;]*)[\t:=,;\s]+"
+            rf"(?P<value>[-+]?[\d{mark}]*\d(?:[eE][-+]?\d+)?)\s*(?P<after>[^\d\s]*)",
+            re.IGNORECASE,
+        )
+        for key, words in {
+            "rate": r"(?:sampl\w*|scan|acquisition|abtast)[\s_]?(?:rate|freq\w*)|abtastrate|fs",
+            "step": r"(?:sampl\w*|abtast)[\s_]?(?:interval\w*|period|time)|delta[\s_]?[xt]|dt",
+            "length": r"(?:(?:number|no\.?)\sof\s)?(?:samples|points)|record\slength",
+        }.items()
+    }
+    for mark in (".", ".,")
 }
 
 
@@ -93,16 +98,18 @@ class Form:
         return _INFINITE.get(cell)
 
     def kinds(self, line: Line) -> str:
-        """Return n for a number or an empty cell, t for text, of each cell up to the last full.
+        """Return the kind of each cell up to the last full one.
 
-        Nothing is returned if a text contains numbers between other separators.
+        It is n for a number or an empty cell, d for text with digits, such as a date, and t for
+        other text. Nothing is returned if all are missing, or a text has numbers between other separators.
         """
         cells = self.cells(line.text)
         while cells and not cells[-1]:
             cells.pop()
-        kinds = "".join("t" if self.number(cell) is None else "n" for cell in cells)
-        texts = (cell for cell, kind in zip(cells, kinds, strict=True) if kind == "t")
-        return "" if any(map(_SEPARATED.search, texts)) else kinds
+        texts = [cell if self.number(cell) is None else "" for cell in cells]
+        if any(map(_SEPARATED.search, texts)) or all(cell.lower() in _MISSING for cell in cells):
+            return ""
+        return "".join("n" if not text else "d" if _DIGIT.search(text) else "t" for text in texts)
 
     def rounding(self, cells: Sequence[str], values: Floats) -> Floats:
         """Return half of the last printed digit of values, of which some are in `cells`."""
@@ -118,11 +125,16 @@ class Form:
             last = np.floor(np.log10(np.abs(values))) + 1.0 - digits
         return np.asarray(0.5 * np.power(10.0, np.maximum(last, -decimals)))
 
-    def longest_run(self, lines: Sequence[Line]) -> tuple[int, int, list[Line]]:
-        """Return the most lines in a row of one kind with numbers, their number and columns."""
+    def longest_run(self, lines: Sequence[Line]) -> tuple[int, int, int, list[Line]]:
+        """Return the most lines in a row of one kind, and how well they fit.
+
+        These are their number, less their columns of text, and their columns of numbers.
+        """
         runs = ((kinds, list(run)) for kinds, run in groupby(lines, self.kinds) if "n" in kinds)
-        found = [(len(run), kinds.count("n"), run) for kinds, run in runs]
-        return max(found, key=lambda each: each[:2], default=(0, 0, []))
+        found = [
+            (len(run), kinds.count("n") - len(kinds), kinds.count("n"), run) for kinds, run in runs
+        ]
+        return max(found, key=lambda each: each[:3], default=(0, 0, 0, []))
 
 
 @frozen
@@ -134,47 +146,71 @@ class Block:
     form : Form
     columns : sequence of int
         Columns with numbers; others have text, or nothing.
+    dated : mapping of int to set of str
+        Columns of texts with digits, such as dates, and their shapes.
     width : int
         Number of all columns.
     """
 
     form: Form
     columns: Sequence[int]
+    dated: Mapping[int, set[str]]
     width: int
+
+    @classmethod
+    def of(cls, form: Form, run: Sequence[Line]) -> Block:
+        """Return the block that some of its lines in a row belong to."""
+        rows = [form.cells(line.text) for line in run]
+        width = max(map(len, rows))
+        columns, dated = [], {}
+        for k in range(width):
+            cells = [row[k] for row in rows if row[k:] and row[k]]
+            if cells and all(form.number(cell) is not None for cell in cells):
+                columns.append(k)
+            elif cells and all(_DIGIT.search(cell) for cell in cells):
+                dated[k] = {_shape(cell) for cell in cells}
+        return cls(form, columns, dated, width)
 
     def row(self, line: Line) -> list[float] | None:
         """Return the numbers of a line, None if it is no row."""
         cells = self.form.cells(line.text)
-        if len(cells) <= self.columns[-1] or not any(cells[k] for k in self.columns):
+        if len(cells) <= self.columns[-1]:
+            return None
+        if all(cells[k].lower() in _MISSING for k in self.columns):
             return None
         if any(cell and self.form.number(cell) is not None for cell in cells[self.width :]):
+            return None
+        if not all(_shape(cells[k]) in own for k, own in self.dated.items() if any(cells[k:])):
             return None
         row = [self.form.number(cells[k]) for k in self.columns]
         return None if None in row else [each for each in row if each is not None]
 
     def starts(self, line: Line) -> bool:
         """Return whether a line begins as a row."""
-        cells = self.form.cells(line.text)
-        first = cells[self.columns[0]] if len(cells) > self.columns[0] else ""
-        return bool(first) and self.form.number(first) is not None
+        first = self.form.cells(line.text)[0]
+        return bool(_DIGIT.search(first)) and (
+            0 in self.dated or self.form.number(first) is not None
+        )
 
     def header(self, line: Line) -> list[str] | None:
         """Return the cells of a line above the block, None if they are not as many as columns."""
         plain = re.sub(r"^[#%!*/]+\s*", "", line.text.strip())
         ways = [self.form.cells(plain)]
         if self.form.separator is None:
-            with_brackets = r'"[^"]*"|[^\s"\[({]+(?:\s*[\[({][^\])}]*[\])}])?'
-            ways += [re.findall(with_brackets, plain), re.split(r"\s{2,}|\t", plain)]
-        ways += [Form(separator, ".").cells(plain) for separator in "\t;,"]
-        stated = _stated(self.form, line) or plain.startswith("sep=")
+            with_brackets = r'"[^"]*"|[^\s"\[({]*\s*[\[({][^\])}]*[\])}]|[^\s"]+'
+            ways += [re.findall(with_brackets, plain), re.split(r"\s{2,}", plain)]
+            others = "\t;," if self.form.mark == "." else "\t;"
+            ways += [Form(separator, ".").cells(plain) for separator in others]
+        stated = _stated(self.form, line) or _DESCRIPTION.match(plain)
         for cells in ways:
             while cells and not cells[-1]:
                 cells.pop()
             fits = self.columns[-1] < len(cells) <= self.width or (
                 len(cells) > self.width and all(map(_COMMENT.match, cells[self.width :]))
             )
-            if fits and not stated and not any(map(_MEASURED.fullmatch, cells)):
-                return [cells[k] for k in self.columns]
+            values = any(_MEASURED.fullmatch(c) or _SEPARATED.search(c) for c in cells)
+            if fits and not stated and not values:
+                return [cells[k].strip('"') for k in self.columns]
         return None
 
     def names_and_units(self, above: Sequence[Line]) -> list[tuple[str, str]]:
@@ -199,6 +235,11 @@ class Block:
         ]
 
 
+def _shape(text: str) -> str:
+    """Return a text with 9 for each number and a for each word."""
+    return re.sub(r"[^\W\d_]+", "a", re.sub(r"\d+", "9", text))
+
+
 def read_text_table(path: Path) -> Group:
     """Return the columns of a text file by name; refuse, naming a line, what is ambiguous."""
     lines = [
@@ -207,11 +248,7 @@ def read_text_table(path: Path) -> Group:
         if text.strip(" \t,;")
     ]
     form, run = _form(path, lines)
-    rows = [form.cells(line.text) for line in run]
-    width = max(map(len, rows))
-    numbers = [[form.number(row[k]) for row in rows if row[k:] and row[k]] for k in range(width)]
-    columns = [k for k, each in enumerate(numbers) if each and None not in each]
-    block = Block(form, columns, width)
+    block = Block.of(form, run)
     at = lines.index(run[0])
     found: dict[int, list[float]] = {}
     for places in (range(at, len(lines)), range(at - 1, -1, -1)):
@@ -235,7 +272,10 @@ def read_text_table(path: Path) -> Group:
     ):
         cells = [row[k] for row in seen]
         if ":" in cells[0]:  # times of day
-            unit, values = "s", values + 86400.0 * np.cumsum(np.diff(values, prepend=values[0]) < -43200.0)
+            unit, values = (
+                "s",
+                values + 86400.0 * np.cumsum(np.diff(values, prepend=values[0]) < -43200.0),
+            )
         fields.append(Field(name, values, unit, form.rounding(cells, values)))
     return Group("", fields, rate, tuple(notes))
 
@@ -246,21 +286,26 @@ def _form(path: Path, lines: Sequence[Line]) -> tuple[Form, list[Line]]:
     sample = lines[first : first + _SAMPLE]
     forms = [Form(separator, mark) for mark in ".," for separator in _SEPARATORS]
     runs = [form.longest_run(sample) for form in forms]
-    best = max(range(len(forms)), key=lambda k: runs[k][:2])
-    count, columns, run = runs[best]
-    if not count:
+    best = max(range(len(forms)), key=lambda k: runs[k][:3])
+    *_, columns, run = runs[best]
+    if not run:
         raise SlipmodeError(f"{path}: has no columns of numbers")
     form = forms[best]
-    if form.separator != "," or columns < 2 or any("." in line.text for line in run):
+    if (
+        (form.separator, form.mark) != (",", ".")
+        or columns < 2
+        or any("." in line.text for line in run)
+    ):
         return form, run
     # Integers between commas: columns, or numbers with decimal commas
     above = [line for line in lines[:1] if line is not run[0]]
     if lines.index(run[0]):
         above = [lines[lines.index(run[0]) - 1]]
-    names = [Block(form, range(columns), columns).header(line) for line in above]
+    names = [Block.of(form, run).header(line) for line in above]
     padded = any(re.search(r"(?<![\d.])0\d", line.text) for line in run)
-    if columns == 2 and (padded or names == [None]):
-        return Form("\t", ","), run
+    column = Form("\t", ",")
+    if columns == 2 and (padded or names == [None]) and column.longest_run(run)[0] == len(run):
+        return column, run
     if padded or names == [None] or (columns == 2 and not above):
         raise SlipmodeError(
             f"{path}: line {run[0].number}: commas may be decimal marks or separate columns; "
@@ -297,7 +342,9 @@ def _are_units(cells: Sequence[str]) -> bool:
     """Return whether the cells of a line are units, as "s", "[m/s^2]" or "(EU)"."""
     given = [cell for cell in cells if cell.strip("-")]
     units = [parse_unit(cell) is not None for cell in given]
-    return any(units) and all(u or cell[0] in "[({" for u, cell in zip(units, given, strict=True))
+    return (any(units) or not given) and all(
+        u or cell[0] in "[({" for u, cell in zip(units, given, strict=True)
+    )
 
 
 def _unit_name(text: str) -> str:
@@ -307,22 +354,20 @@ def _unit_name(text: str) -> str:
 
 def _stated(form: Form, line: Line) -> dict[str, float]:
     """Return the rate [Hz] or number of samples that a line states."""
-    text = "\t".join(form.cells(line.text))
-    for key, pattern in _STATED.items():
+    text = line.text.replace('"', "")
+    for key, pattern in _STATED["." if form.mark == "." else ".,"].items():
         found = pattern.match(text)
-        value = found and _number(found["value"])
+        value = Form(None, ".").number(found["value"].replace(",", ".")) if found else None
         if not found or not value:
             continue
         if key == "length":
             return {"length": value}
         unit = parse_unit(found["unit"]) or parse_unit(found["after"])
-        words = unit.quantity if unit else ""
+        measured = unit.quantity if unit else ""
         if key == "rate":
-            return {"rate": value * (unit.size / (2.0 * np.pi) if words == "frequency" else 1.0)}
-        return {"rate": 1.0 / (value * (unit.size if words == "time" else 1.0))}
+            return {
+                "rate": value
+                * (unit.size / (2.0 * np.pi) if unit and measured == "frequency" else 1.0)
+            }
+        return {"rate": 1.0 / (value * (unit.size if unit and measured == "time" else 1.0))}
     return {}
-
-
-def _number(text: str) -> float | None:
-    """Return a number with either decimal mark, None if it is none."""
-    return Form(None, ".").number(text.replace(",", "."))

@@ -60,7 +60,9 @@ class _Signal:
         lines = {f"id{k}": _text(each, f"id{k}") for k in range(1, 6)}
         # By convention line 2 is the run. Without numbers of nodes it may name the sensor.
         of_run = [
-            key for key, text in lines.items() if _TIME_STAMP.search(text) or (node and key == "id2")
+            key
+            for key, text in lines.items()
+            if _TIME_STAMP.search(text) or (node and key == "id2")
         ]
         words = [_text(each, "ordinate_axis_lab"), _text(each, "rsp_ent_name")]
         words += [text for key, text in lines.items() if key not in of_run]
