@@ -16,7 +16,7 @@ _MARKS = {
 
 
 def read_text(path: Path, *, only_unicode: bool = False) -> str:
-    """Return the text of a file without byte order mark, with line breaks as "\\n".
+    """Return the text of a file without byte order mark, and with plain line breaks.
 
     Text without a mark is UTF-8, UTF-16 if it has zero bytes, or else cp1252 (Windows, Western
     Europe), which `only_unicode` refuses. A SlipmodeError names a file that is no such text.

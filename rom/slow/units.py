@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import PER_UNIT, FrequencyUnit
+from slipmode.rom.physical_units import parse_unit
 
 if TYPE_CHECKING:
     from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -38,7 +39,10 @@ class Units:
 
     def __post_init__(self) -> None:
         for name, allowed in (("frequency", FrequencyUnit), ("displacement", LengthUnit)):
-            if getattr(self, name) not in get_args(allowed):
+            unit = parse_unit(str(getattr(self, name)))
+            if unit and unit.name in get_args(allowed):  # other spellings
+                object.__setattr__(self, name, unit.name)
+            else:
                 raise SlipmodeError(
                     f"units.{name}: must be one of {', '.join(get_args(allowed))}, got "
                     f"{getattr(self, name)!r}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import scipy.sparse
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.formats import abaqus_mass_file, read_matrix_market
 from slipmode.rom.structure.labels import Labels
+from slipmode.rom.text import read_text
 
 _REQUIRED = ("mass", "stiffness", "contact")
 _NAMES = (*_REQUIRED, "damping")
@@ -125,7 +127,7 @@ def _read_part(file: Path) -> Any:
     """Return a Matrix Market matrix, or the integers of a text file."""
     try:
         if file.suffix == ".txt":
-            return np.loadtxt(file, dtype=np.intp, ndmin=1)
+            return np.loadtxt(StringIO(read_text(file)), dtype=np.intp, ndmin=1)
         return read_matrix_market(file)
     except Exception as error:
         raise SlipmodeError(f"{file}: cannot be read: {' '.join(str(error).split())}") from error

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.structure.labels import Labels
+from slipmode.rom.text import read_text
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,7 @@ def read_matrix_market(path: Path) -> Any:
     from scipy.io import mmread
 
     # scipy's parser reads past the end of a damaged last line that has no line break.
-    return mmread(BytesIO(path.read_bytes() + b"\n"), spmatrix=False)
+    return mmread(BytesIO(f"{read_text(path)}\n".encode()), spmatrix=False)
 
 
 def abaqus_mass_file(path: Path) -> Path:
@@ -60,7 +61,7 @@ def _read_mtx(path: Path) -> Named:
     boundary conditions hold have 1E36 on the diagonal.
     """
     with path.open("rb") as file:
-        if file.read(14) == b"%%MatrixMarket":
+        if b"%%MatrixMarket" in file.read(17):  # after a byte order mark
             return Named(read_matrix_market(path))
     numbers = _read_numbers(path, (3, 5), "Abaqus matrix file")
     if numbers.shape[1] == 3:
@@ -77,7 +78,7 @@ def _read_calculix(path: Path) -> Named:
     dof_file = path.with_suffix(".dof")
     if not dof_file.is_file():
         return Named(_symmetric(numbers[:, :2], numbers[:, 2]))
-    words = dof_file.read_text(encoding="ascii").split()
+    words = read_text(dof_file).split()
     try:
         pairs = np.array([word.split(".") for word in words], dtype=np.int64)
     except ValueError as error:
@@ -166,7 +167,7 @@ READERS: dict[str, Callable[[Path], Named | dict[str, Any]]] = {
 def _read_numbers(path: Path, columns: tuple[int, ...], kind: str) -> NDArray[np.float64]:
     """Return the rows of a text file (rows, columns); lines that begin with * are comments."""
     try:
-        text = path.read_text(encoding="ascii").replace(",", " ").replace("D", "E")
+        text = read_text(path).replace(",", " ").replace("D", "E")
         numbers = np.loadtxt(StringIO(text), comments="*", ndmin=2)
     except (ValueError, OSError) as error:
         reason = " ".join(str(error).split())

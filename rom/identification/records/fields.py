@@ -199,14 +199,14 @@ class _Grid:
     ----------
     rate : float
         [Hz]
-    allowed : float
-        Largest distance of a time from the grid by rounding, and `UNEVEN` steps [s].
+    coarse : bool
+        Whether times are rounded to more than half a step, so that lost samples do not show.
     worst : tuple of (int, float) or None
         A time that is farther from the grid than allowed: its number from 0 and distance [s].
     """
 
     rate: float
-    allowed: float
+    coarse: bool
     worst: tuple[int, float] | None
 
     @classmethod
@@ -222,8 +222,9 @@ class _Grid:
             return None
         allowed = times.rounding + UNEVEN * step
         distance = np.abs(t - step * k)
+        coarse = bool(distance.max() > UNEVEN * step and np.max(allowed) > 0.5 * step)
         if (distance <= allowed).all():
-            return cls(1.0 / step, float(np.max(allowed)), None)
+            return cls(1.0 / step, coarse, None)
 
         def excess(slope: float) -> float:  # convex; at most 0 if a grid is near all times
             away = t - slope * k
@@ -239,9 +240,9 @@ class _Grid:
             options={"xatol": 1e-4 * UNEVEN * step / t.size},
         )
         if best.fun <= 0.0:
-            return cls(1.0 / float(best.x), float(np.max(allowed)), None)
+            return cls(1.0 / float(best.x), coarse, None)
         farthest = int(np.argmax(distance - allowed))
-        return cls(1.0 / step, float(np.max(allowed)), (farthest, float(distance[farthest])))
+        return cls(1.0 / step, coarse, (farthest, float(distance[farthest])))
 
 
 def rate_of_times(path: Path, times: Sequence[Field]) -> tuple[float, bool]:
@@ -259,7 +260,7 @@ def rate_of_times(path: Path, times: Sequence[Field]) -> tuple[float, bool]:
             )
     grid = _Grid.of(first)
     if grid is not None and grid.worst is None:
-        return grid.rate, grid.allowed > 0.5 / grid.rate
+        return grid.rate, grid.coarse
     reason = "they do not rise"
     if grid is not None and grid.worst is not None:
         number, distance = grid.worst

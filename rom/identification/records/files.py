@@ -102,8 +102,10 @@ def _groups(name: str, given: Any) -> Iterator[Group]:
     elif isinstance(given, np.ndarray) and given.dtype.kind in "OV":  # cells, structures
         for k, each in enumerate(given.ravel(), 1):
             number = f"_{k}" if given.size > 1 else ""
-            fields = dict(zip(given.dtype.names, each, strict=True)) if given.dtype.names else each
-            yield from _groups(name + number, fields)
+            names = given.dtype.names
+            yield from _groups(
+                name + number, dict(zip(names, each, strict=True)) if names else each
+            )
 
 
 def _fields(arrays: Mapping[str, Any]) -> list[Field]:

@@ -170,7 +170,8 @@ def _chosen(read: _Read, channels: Sequence[str | int] | None) -> list[Field]:
     if channels is None:
         return usual
     by_name: dict[str | int, Field] = {each.name: each for each in every}
-    by_name |= dict(enumerate(usual)) | {k - len(usual): f for k, f in enumerate(usual)}
+    for k, each in enumerate(usual):
+        by_name |= {k: each, k - len(usual): each}
     for key in channels:
         if key not in by_name:
             raise SlipmodeError(

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import groupby
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,7 @@ from slipmode.rom.text import read_text
 _SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike the first is taken.
 # Lines from the middle of a file in which the form of its numbers is found.
 _SAMPLE = 2000
+_DAY = 86400.0  # [s]
 _DESCRIBED = 50  # first rows of a block, beside which some oscilloscopes write descriptions
 _MISSING = ("", "n/a", "na", "#n/a")
 _INFINITE = {"∞": np.inf, "+∞": np.inf, "-∞": -np.inf}
@@ -53,16 +56,7 @@ _STATED = {
 }
 
 
-@frozen
-class Line:
-    """A line of a file that is not blank, and its number from 1."""
-
-    number: int
-    text: str
-
-
-@frozen
-class Form:
+class Form(NamedTuple):
     """How numbers are written: separator of columns (None for blanks) and decimal mark."""
 
     separator: str | None
@@ -71,11 +65,11 @@ class Form:
     def cells(self, text: str) -> list[str]:
         """Return the cells of a line."""
         if self.separator is None:
-            return text.replace('"', " ").split()
+            return text.replace('"', " ").split() or [""]
+        cells = text.split(self.separator)
         if '"' in text:
-            cells = next(csv.reader([text.lstrip()], delimiter=self.separator), [])
-        else:
-            cells = text.split(self.separator)
+            with suppress(csv.Error):  # longer than its limit
+                cells = next(csv.reader([text.lstrip()], delimiter=self.separator), [])
         return [cell.strip() for cell in cells]
 
     def number(self, cell: str) -> float | None:
@@ -97,13 +91,14 @@ class Form:
             return float(re.sub("[dD]", "e", cell))
         return _INFINITE.get(cell)
 
-    def kinds(self, line: Line) -> str:
+    def kinds(self, line: str) -> str:
         """Return the kind of each cell up to the last full one.
 
         It is n for a number or an empty cell, d for text with digits, such as a date, and t for
-        other text. Nothing is returned if all are missing, or a text has numbers between other separators.
+        other text. Nothing is returned if all are missing, or if a text has numbers between other
+        separators.
         """
-        cells = self.cells(line.text)
+        cells = self.cells(line)
         while cells and not cells[-1]:
             cells.pop()
         texts = [cell if self.number(cell) is None else "" for cell in cells]
@@ -121,20 +116,22 @@ class Form:
                 digits = max(digits, len((found[1] + found[2]).lstrip("0")))
         if ":" in cells[0]:
             digits = 17
-        with np.errstate(divide="ignore"):
+        with np.errstate(all="ignore"):
             last = np.floor(np.log10(np.abs(values))) + 1.0 - digits
         return np.asarray(0.5 * np.power(10.0, np.maximum(last, -decimals)))
 
-    def longest_run(self, lines: Sequence[Line]) -> tuple[int, int, int, list[Line]]:
+    def longest_run(self, lines: Iterable[str]) -> tuple[int, int, int, list[str]]:
         """Return the most lines in a row of one kind, and how well they fit.
 
         These are their number, less their columns of text, and their columns of numbers.
         """
-        runs = ((kinds, list(run)) for kinds, run in groupby(lines, self.kinds) if "n" in kinds)
-        found = [
-            (len(run), kinds.count("n") - len(kinds), kinds.count("n"), run) for kinds, run in runs
-        ]
-        return max(found, key=lambda each: each[:3], default=(0, 0, 0, []))
+        best: tuple[int, int, int, list[str]] = (0, 0, 0, [])
+        for kinds, group in groupby(lines, self.kinds):
+            if "n" in kinds:
+                run, numbers = list(group), kinds.count("n")
+                found = (len(run), numbers - len(kinds), numbers, run)
+                best = max(best, found, key=lambda each: each[:3])
+        return best
 
 
 @frozen
@@ -158,9 +155,9 @@ class Block:
     width: int
 
     @classmethod
-    def of(cls, form: Form, run: Sequence[Line]) -> Block:
+    def of(cls, form: Form, run: Sequence[str]) -> Block:
         """Return the block that some of its lines in a row belong to."""
-        rows = [form.cells(line.text) for line in run]
+        rows = [form.cells(line) for line in run]
         width = max(map(len, rows))
         columns, dated = [], {}
         for k in range(width):
@@ -171,9 +168,9 @@ class Block:
                 dated[k] = {_shape(cell) for cell in cells}
         return cls(form, columns, dated, width)
 
-    def row(self, line: Line) -> list[float] | None:
+    def row(self, line: str) -> list[float] | None:
         """Return the numbers of a line, None if it is no row."""
-        cells = self.form.cells(line.text)
+        cells = self.form.cells(line)
         if len(cells) <= self.columns[-1]:
             return None
         if all(cells[k].lower() in _MISSING for k in self.columns):
@@ -185,16 +182,16 @@ class Block:
         row = [self.form.number(cells[k]) for k in self.columns]
         return None if None in row else [each for each in row if each is not None]
 
-    def starts(self, line: Line) -> bool:
+    def starts(self, line: str) -> bool:
         """Return whether a line begins as a row."""
-        first = self.form.cells(line.text)[0]
+        first = self.form.cells(line)[0]
         return bool(_DIGIT.search(first)) and (
             0 in self.dated or self.form.number(first) is not None
         )
 
-    def header(self, line: Line) -> list[str] | None:
+    def header(self, line: str) -> list[str] | None:
         """Return the cells of a line above the block, None if they are not as many as columns."""
-        plain = re.sub(r"^[#%!*/]+\s*", "", line.text.strip())
+        plain = re.sub(r"^[#%!*/]+\s*", "", line.strip())
         ways = [self.form.cells(plain)]
         if self.form.separator is None:
             with_brackets = r'"[^"]*"|[^\s"\[({]*\s*[\[({][^\])}]*[\])}]|[^\s"]+'
@@ -213,7 +210,7 @@ class Block:
                 return [cells[k].strip('"') for k in self.columns]
         return None
 
-    def names_and_units(self, above: Sequence[Line]) -> list[tuple[str, str]]:
+    def names_and_units(self, above: Sequence[str]) -> list[tuple[str, str]]:
         """Return name and unit of each column from the lines above the block."""
         labels: list[list[str]] = []  # nearest line first
         for line in reversed(above):
@@ -226,7 +223,7 @@ class Block:
         found = [name_and_unit(text) for text in texts[: len(self.columns)]]
         units = labels[of_row] if of_row is not None else [""] * len(found)
         for line in above:  # a line of units of all columns but the times
-            first, *others = self.form.cells(line.text)
+            first, *others = self.form.cells(line)
             if _UNIT_LABEL.fullmatch(first) and len(others) >= len(found) - 1 > 0:
                 units = ["", *others]
         return [
@@ -242,97 +239,93 @@ def _shape(text: str) -> str:
 
 def read_text_table(path: Path) -> Group:
     """Return the columns of a text file by name; refuse, naming a line, what is ambiguous."""
-    lines = [
-        Line(k, text)
-        for k, text in enumerate(read_text(path).split("\n"), 1)
-        if text.strip(" \t,;")
-    ]
-    form, run = _form(path, lines)
+    lines = read_text(path).split("\n")
+    full = [k for k, line in enumerate(lines) if line.strip(" \t,;")]
+    form, run, at = _form(path, lines, full)
     block = Block.of(form, run)
-    at = lines.index(run[0])
-    found: dict[int, list[float]] = {}
-    for places in (range(at, len(lines)), range(at - 1, -1, -1)):
-        for k in places:
-            row = block.row(lines[k])
-            if row is None:
-                break
-            found[k] = row
-    start, end = min(found), max(found) + 1
-    above, below = lines[:start], lines[end:]
-    notes = _check_lines(path, block, above, below)
-    stated = [_stated(form, line) for line in (*above, *lines[start : start + _DESCRIBED])]
+    table = np.empty((len(full), len(block.columns)))
+    start = end = at
+    for step in (1, -1):
+        k = at if step == 1 else at - 1
+        while 0 <= k < len(full) and (row := block.row(lines[full[k]])) is not None:
+            table[k] = row
+            start, end = min(start, k), max(end, k + 1)
+            k += step
+    notes = _check_lines(path, block, lines, full[:start], full[end:])
+    above = [lines[k] for k in full[:start]]
+    stated = [
+        _stated(form, line)
+        for line in (*above, *(lines[k] for k in full[start : start + _DESCRIBED]))
+    ]
     rate, length = (next((e[k] for e in stated if e.get(k)), None) for k in ("rate", "length"))
-    if length and length > len(found):
-        notes.append(f"it states {length:.0f} samples and has {len(found)}")
-    table = np.array([found[k] for k in range(start, end)]).T
-    seen = [form.cells(line.text) for line in lines[start : end : len(found) // _SAMPLE + 1]]
+    if length and length > end - start:
+        notes.append(f"it states {length:.0f} samples and has {end - start}")
+    seen = [form.cells(lines[k]) for k in full[start : end : (end - start) // _SAMPLE + 1]]
     fields = []
-    for k, values, (name, unit) in zip(
-        block.columns, table, block.names_and_units(above), strict=True
-    ):
-        cells = [row[k] for row in seen]
+    labels = block.names_and_units(above)
+    for k, column, (name, unit) in zip(block.columns, table[start:end].T, labels, strict=True):
+        cells, values = [row[k] for row in seen], column
         if ":" in cells[0]:  # times of day
-            unit, values = (
-                "s",
-                values + 86400.0 * np.cumsum(np.diff(values, prepend=values[0]) < -43200.0),
-            )
+            nights = np.cumsum(np.diff(column, prepend=column[0]) < -0.5 * _DAY)
+            unit, values = "s", column + _DAY * nights
         fields.append(Field(name, values, unit, form.rounding(cells, values)))
     return Group("", fields, rate, tuple(notes))
 
 
-def _form(path: Path, lines: Sequence[Line]) -> tuple[Form, list[Line]]:
-    """Return the form of the numbers, and lines in a row that have it; refuse doubtful commas."""
-    first = max(len(lines) - _SAMPLE, 0) // 2
-    sample = lines[first : first + _SAMPLE]
+def _form(path: Path, lines: Sequence[str], full: Sequence[int]) -> tuple[Form, list[str], int]:
+    """Return the form of the numbers, lines in a row that have it, and where these begin.
+
+    `full` has the positions of lines that are not blank. Doubtful commas are refused.
+    """
+    first = max(len(full) - _SAMPLE, 0) // 2
+    sample = [lines[k] for k in full[first : first + _SAMPLE]]
     forms = [Form(separator, mark) for mark in ".," for separator in _SEPARATORS]
     runs = [form.longest_run(sample) for form in forms]
     best = max(range(len(forms)), key=lambda k: runs[k][:3])
-    *_, columns, run = runs[best]
+    form, (*_, columns, run) = forms[best], runs[best]
     if not run:
         raise SlipmodeError(f"{path}: has no columns of numbers")
-    form = forms[best]
-    if (
-        (form.separator, form.mark) != (",", ".")
-        or columns < 2
-        or any("." in line.text for line in run)
-    ):
-        return form, run
-    # Integers between commas: columns, or numbers with decimal commas
-    above = [line for line in lines[:1] if line is not run[0]]
-    if lines.index(run[0]):
-        above = [lines[lines.index(run[0]) - 1]]
-    names = [Block.of(form, run).header(line) for line in above]
-    padded = any(re.search(r"(?<![\d.])0\d", line.text) for line in run)
+    at = first + next(k for k in range(len(sample)) if sample[k] is run[0])
+    if form != Form(",", ".") or columns < 2 or any("." in line for line in run):
+        return form, run, at
+    # Integers between commas are columns, or whole and decimal parts: of two cells for each name.
+    halves = at > 0 and 2 * len(form.cells(lines[full[at - 1]])) == columns
+    padded = any(re.search(r"(?<![\d.])0\d", line) for line in run)
     column = Form("\t", ",")
-    if columns == 2 and (padded or names == [None]) and column.longest_run(run)[0] == len(run):
-        return column, run
-    if padded or names == [None] or (columns == 2 and not above):
+    is_column = columns == 2 and column.longest_run(run)[0] == len(run)
+    if is_column and (halves or padded):
+        return column, run, at
+    if halves or padded or (is_column and at == 0):
         raise SlipmodeError(
-            f"{path}: line {run[0].number}: commas may be decimal marks or separate columns; "
+            f"{path}: line {full[at] + 1}: commas may be decimal marks or separate columns; "
             "write decimal points, or semicolons between columns"
         )
-    return form, run
+    return form, run, at
 
 
 def _check_lines(
-    path: Path, block: Block, above: Sequence[Line], below: Sequence[Line]
+    path: Path, block: Block, lines: Sequence[str], above: Sequence[int], below: Sequence[int]
 ) -> list[str]:
     """Return notes of the lines around a block; refuse those that are damaged rows."""
-    notes = []
-    wrong = next((lines[0] for lines in (above[::-1], below) if any(map(block.row, lines))), None)
-    if below and wrong is None and block.starts(below[0]):
-        cells = block.form.cells(below[0].text)
-        whole = [cell for cell in cells[:-1] if block.form.number(cell) is None]
-        if len(below) == 1 and not whole and re.fullmatch(r"[-+\d.,eE]*", cells[-1]):
-            notes.append(f"its last line, {below[0].number}, is incomplete and was left out")
+    notes, wrong = [], None
+    for places in (above[::-1], below):
+        if any(block.row(lines[k]) for k in places):
+            wrong = places[0]
+    if wrong is None and below and block.starts(lines[below[0]]):
+        *whole, last = block.form.cells(lines[below[0]])
+        cut = re.fullmatch(r"[-+\d.,eE]*", last) and None not in map(block.form.number, whole)
+        if len(below) == 1 and cut:
+            notes.append(f"its last line, {below[0] + 1}, is incomplete and was left out")
         else:
             wrong = below[0]
-    if above and wrong is None and block.starts(above[-1]) and block.header(above[-1]) is None:
-        if len(block.form.cells(above[-1].text)) >= block.width > 1:
+    elif wrong is None and above and block.width > 1:
+        line = lines[above[-1]]
+        has_width = len(block.form.cells(line)) >= block.width
+        if has_width and block.starts(line) and block.header(line) is None:
             wrong = above[-1]
     if wrong is not None:
         raise SlipmodeError(
-            f"{path}: line {wrong.number} must have one number a column, as other lines have in "
+            f"{path}: line {wrong + 1} must have one number a column, as other lines have in "
             f"{len(block.columns)} columns; a file must have one table"
         )
     return notes
@@ -352,9 +345,9 @@ def _unit_name(text: str) -> str:
     return unit.name if unit else text.strip("[](){}- ")
 
 
-def _stated(form: Form, line: Line) -> dict[str, float]:
+def _stated(form: Form, line: str) -> dict[str, float]:
     """Return the rate [Hz] or number of samples that a line states."""
-    text = line.text.replace('"', "")
+    text = line.replace('"', "")
     for key, pattern in _STATED["." if form.mark == "." else ".,"].items():
         found = pattern.match(text)
         value = Form(None, ".").number(found["value"].replace(",", ".")) if found else None

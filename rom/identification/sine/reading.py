@@ -118,11 +118,11 @@ def _columns(path: Path, group: Group, channels: Sequence[str] | None) -> dict[s
     """Return frequency, force, response and phase, or force and response; empty for others."""
     fields = {each.name.lower(): each for each in renamed(group.fields)}
     if channels is not None:
-        found = [fields.get(name.lower()) for name in channels]
-        if None in found and path.suffix.lower() in UNIVERSAL:
-            missing = channels[found.index(None)]
-            raise SlipmodeError(f"channels: {path} has {short_list(fields)}, not {missing!r}")
-        return {} if None in found else dict(zip(_ARGUMENTS, found, strict=True))
+        missing = [name for name in channels if name.lower() not in fields]
+        if missing and path.suffix.lower() in UNIVERSAL:
+            raise SlipmodeError(f"channels: {path} has {short_list(fields)}, not {missing[0]!r}")
+        chosen = zip(_ARGUMENTS, channels, strict=True)
+        return {} if missing else {key: fields[name.lower()] for key, name in chosen}
     by_kind = {each.kind: each for each in reversed(group.fields)} | fields
     if all(key in by_kind for key in COLUMNS):
         return {"response" if key == "amplitude" else key: by_kind[key] for key in COLUMNS}
@@ -190,4 +190,4 @@ def _test(
             "or phase [rad]"
         )
     response = response * np.exp(1j * phase)
-    return replace(checked(SineTest(name, frequency, force, response)), notes=group.notes)
+    return checked(SineTest(name, frequency, force.astype(complex), response, notes=group.notes))

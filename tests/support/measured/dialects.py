@@ -76,7 +76,7 @@ def write_drawn(path, seed):
         "rate": draw(*RATES),
         "start": draw(0.0, -0.25, 3.0),
     }
-    s, mark = d["separator"], d["mark"]
+    s = d["separator"]
     blanks = s.strip(" ") == ""
     if blanks:
         d["trailing"] = d["clock"] = False
@@ -170,7 +170,6 @@ def _write(path, d, rng, columns, heads, units, values, printed):
     encoding = d["encoding"]
     path.write_bytes(text.encode(encoding))
     labelled = label != "none" and d["unit"] is not None
-    single = sum(map(len, columns[:1])) and len(columns) == 1
     return Written(
         names=tuple(heads[-len(values) :])
         if d["names"]
