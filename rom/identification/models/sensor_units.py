@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.slow_laws import SlowLaw
-from slipmode.rom.physical_units import parse_unit
+from slipmode.rom.slow.units import parse_unit
 
 QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
 

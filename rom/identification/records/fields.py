@@ -13,8 +13,8 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
-from slipmode.rom.physical_units import parse_unit
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.units import parse_unit
 
 _NAMES = {
     "time": ("times", "t", "x_value", "zeit", "temps", "tiempo", "tempo", "elapsed time"),

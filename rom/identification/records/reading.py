@@ -13,8 +13,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
 from slipmode.rom.identification.records.files import distinct_names, found_files, read_groups
 from slipmode.rom.identification.records.measurement import Measurement, Record
-from slipmode.rom.physical_units import parse_unit
 from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.text import checked_line
 
 
@@ -141,6 +141,7 @@ def _records(
         for field in data:
             rows = [replace(row, name="") for row in _rows(field, others, False)]
             yield path, replace(group, name=field.name, fields=[*others, *rows], notes=notes)
+            notes = group.notes  # one record says it for all
 
 
 def _data(group: Group) -> list[Field]:

@@ -20,8 +20,8 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
-from slipmode.rom.physical_units import parse_unit
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.text import read_text
 
 _SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike the first is taken.

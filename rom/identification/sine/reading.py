@@ -22,8 +22,8 @@ from slipmode.rom.identification.records.files import (
 )
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
-from slipmode.rom.physical_units import Unit, parse_unit
 from slipmode.rom.short_repr import short_list
+from slipmode.rom.slow.units import Unit, parse_unit
 
 COLUMNS: Final = ("frequency", "force", "amplitude", "phase")
 _ARGUMENTS: Final = {"force": "force_unit", "response": "unit"}
