@@ -68,7 +68,10 @@ def read_groups(path: Path) -> list[Group]:
         return read_universal(path)
     if suffix in TEXTS:
         return [read_text_table(path)]
-    return list(_groups("", _npz_arrays(path) if suffix == ".npz" else _mat_arrays(path)))
+    groups = list(_groups("", _npz_arrays(path) if suffix == ".npz" else _mat_arrays(path)))
+    if not groups:
+        raise SlipmodeError(f"{path}: has no arrays of numbers")
+    return groups
 
 
 def _npz_arrays(path: Path) -> dict[str, Any]:

@@ -119,16 +119,13 @@ def _records(
             continue
         data = _data(group)
         own = [field.name for field in data]
-        if not data:
-            raise SlipmodeError(
-                f"{path}: has no signals: arrays of (samples,) or (channels, samples)"
-            )
         shared = any(name in repeated for name in own) or set(own) <= set(channels or ())
         others = [field for field in group.fields if field not in data]
         notes = group.notes
         alike = len({re.sub(r"\d+", "", name) for name in own}) < len(own)
-        many = alike or len({field.values.shape for field in data}) > 1 or data[0].values.ndim > 1
-        if len(data) > 1 and not shared and len({field.values.shape for field in data}) == 1:
+        shapes = {field.values.shape for field in data}
+        many = alike or len(shapes) > 1 or any(len(shape) > 1 for shape in shapes)
+        if len(data) > 1 and not shared and len(shapes) == 1:
             means = "records" if many else "channels of one record"
             notes = (
                 f"the arrays {short_list(own)} are {means}; if they are not, store an array "
@@ -167,6 +164,8 @@ def _rows(field: Field, others: Sequence[Field], named: bool) -> list[Field]:
 def _chosen(read: _Read, channels: Sequence[str | int] | None) -> list[Field]:
     """Return the chosen channels, by default all but forces."""
     every = renamed(read.channels)
+    if not every:
+        raise SlipmodeError(f"{read.path}: has no signals besides the times")
     usual = [each for each in every if each.kind != "force"] or every
     if channels is None:
         return usual
