@@ -30,6 +30,7 @@ _USUAL = {name: key for key, names in _NAMES.items() for name in (key, *names)}
 # Largest distance of times from an even grid besides rounding, and of two rates that are one,
 # relative to a step and to a rate. Records of 1000 periods lose a third of a period by it.
 UNEVEN = 1e-3
+_COUNTS = ([0.0, 1.0], [1.0, 2.0])  # first numbers of samples
 _FEWEST = 8  # values of a first column without name that rises evenly: no signal does
 
 
@@ -114,7 +115,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
     if bracket and bracket[1] and bracket[2] == "[" and not bracket[3].isdecimal():
         return bracket[1], bracket[3].strip()
     whole = parse_unit(text)
-    if whole and "/" in text:
+    if whole and whole.quantity and "/" in text:
         return "", whole.name
     for pattern in (r"(.+?)(?:\s+in\s+|\s*,\s*|\s*/\s*)(.+)", r"(.+)[_\s](\S+)"):
         split = re.fullmatch(pattern, text)
@@ -136,15 +137,13 @@ def signals(path: Path, group: Group, given: Any) -> tuple[list[Field], float, t
     notes = list(group.notes)
     fields, stated = _without_rates(path, group)
     times = [each for each in fields if each.kind == "time"]
-    if len(fields) > 1 and _is_even(fields[0]):
-        first = fields[0]
-        if first.values[0] in (0.0, 1.0) and first.values[1] == first.values[0] + 1.0:
-            fields.remove(first)
-            notes.append(f"its first column, {first.name or 'without name'}, numbers the samples")
-        elif not times:
-            times = [first]
-            if first.name:
-                notes.append(f"its first column, {first.name}, is taken as the time [s]")
+    if len(fields) > 1 and _is_even(fields[0]) and fields[0].values[:2].tolist() in _COUNTS:
+        first = fields.pop(0)
+        notes.append(f"its first column, {first.name or 'without name'}, numbers the samples")
+    if not times and len(fields) > 1 and _is_even(fields[0]):
+        times = fields[:1]
+        if times[0].name:
+            notes.append(f"its first column, {times[0].name}, is taken as the time [s]")
     fields = [each for each in fields if each not in times]
     try:
         rate, coarse = rate_of_times(path, times) if times else (stated, False)

@@ -31,7 +31,7 @@ _DAY = 86400.0  # [s]
 _DESCRIBED = 50  # first rows of a block, beside which some oscilloscopes write descriptions
 _MISSING = ("", "n/a", "na", "#n/a")
 _INFINITE = {"∞": np.inf, "+∞": np.inf, "-∞": -np.inf}
-_CLOCK = re.compile(r"(?:[\d./-]+[ T])?(\d{1,2}):(\d\d):(\d\d(?:\.\d*)?)")
+_CLOCK = re.compile(r"(?:[\d./-]+[ T])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d*)?)")
 _MEASURED = re.compile(r"[-+]?\d*[.,]\d+(?:[eE][-+]?\d+)?|.*\d:\d\d.*")  # no names
 _SEPARATED = re.compile(r"\d[;,\t]|[;,\t][-+.\d]|^[-+\d.eE]+(?:\s+[-+\d.eE]+)+$")
 _DIGIT = re.compile(r"\d")
@@ -74,6 +74,10 @@ class Form(NamedTuple):
 
     def number(self, cell: str) -> float | None:
         """Return the number in a cell, NaN if it is empty, None for text."""
+        clock = _CLOCK.fullmatch(cell) if ":" in cell else None
+        if clock:
+            seconds = float(clock[3].replace(",", "."))
+            return 3600.0 * int(clock[1]) + 60.0 * int(clock[2]) + seconds
         if self.mark == ",":
             if "." in cell or cell.endswith(","):
                 return None
@@ -84,9 +88,6 @@ class Form(NamedTuple):
             pass
         if cell.lower() in _MISSING or cell.startswith("1.#"):
             return np.nan
-        clock = _CLOCK.fullmatch(cell)
-        if clock:
-            return 3600.0 * int(clock[1]) + 60.0 * int(clock[2]) + float(clock[3])
         if re.fullmatch(r"[-+]?[\d.]+[dD][-+]?\d+", cell):
             return float(re.sub("[dD]", "e", cell))
         return _INFINITE.get(cell)
