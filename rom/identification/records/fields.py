@@ -28,7 +28,7 @@ _NAMES = {
 }
 _USUAL = {name: key for key, names in _NAMES.items() for name in (key, *names)}
 # Largest distance of times from an even grid besides rounding, and of two rates that are one,
-# relative to a step and to a rate. Records of 1000 periods lose a third of a period by it.
+# relative to a step and to a rate.
 UNEVEN = 1e-3
 _COUNTS = ([0.0, 1.0], [1.0, 2.0])  # first numbers of samples
 _FEWEST = 8  # values of a first column without name that rises evenly: no signal does

@@ -68,8 +68,8 @@ def read_sine_tests(
         Sampling rate of time signals [Hz]. It overrides the files. Required if the files have
         neither a rate nor times.
     channels : sequence of two str, optional
-        Names of the time signals of force and response. Default: "force" and "response". In
-        universal files: the channel of an excitation force, and the other channel.
+        Names of the time signals of force and response. Default: "force" and "response", or the
+        only force, by its unit or kind of channel, and the only other signal.
 
     Returns
     -------

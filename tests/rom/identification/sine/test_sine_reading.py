@@ -144,9 +144,13 @@ def test_time_signals_are_read(tmp_path):
     timed = {"time": TIMES, "F1": FORCE_SIGNAL, "v2": VELOCITY, "units": "s, N, m/s"}
     scipy.io.savemat(tmp_path / "c.mat", {"data": {"up": fields}})
     scipy.io.savemat(tmp_path / "d.mat", timed)
+    header = "t [ms];F [kN];v [mm/s]"  # the force is known by its unit
+    scaled = table * [1e3, 1e-3, 1e3]
+    np.savetxt(tmp_path / "e.csv", scaled, "%.9g", ";", header=header, comments="")
     units = {"unit": "m/s", "force_unit": "N"}
     for found in (
         rom.read_sine_tests(tmp_path / "a.csv"),
+        rom.read_sine_tests(tmp_path / "e.csv"),
         rom.read_sine_tests(tmp_path / "b.npz", **units),
         rom.read_sine_tests(tmp_path / "c.mat", **units),
         rom.read_sine_tests(tmp_path / "d.mat", channels=("F1", "v2")),
