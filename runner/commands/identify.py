@@ -20,7 +20,7 @@ LONG = 20_000  # samples that take about a second
 
 def add_identify_command(add: AddCommand) -> None:
     """Add the command."""
-    files = "measured decays or sine tests: .csv, .npz, .mat, universal files; may have wildcards"
+    files = "measured decays or sine tests: text, .npz, .mat, universal files; may have wildcards"
     sine = "the files are sine tests: sweeps or steps of force and response, or steady responses"
     channels = "by name, or by position from 0 (all); of sine tests force and response, by name"
     band = "a band [Hz] with one mode alone; twice for two modes, the lower one first"
@@ -46,8 +46,8 @@ def add_identify_command(add: AddCommand) -> None:
         ),
         Argument("--sine", action="store_true", help=sine),
         Argument("--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"),
-        Argument("--force-unit", help="of sine tests: N (the one in the file)"),
-        Argument("--sample-rate", type=float, metavar="HZ", help="if the files do not state it"),
+        Argument("--force-unit", help="of sine tests: N, kN, ... (the one in the file)"),
+        Argument("--sample-rate", type=float, metavar="HZ", help="(that of the files)"),
         Argument("--channels", nargs="+", type=_key, help=channels),
         Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
         Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),

@@ -64,6 +64,8 @@ def _levels(found: SineIdentification) -> str:
     for each in found.held_out:
         line = f"{each.test.name:{width}}  held out: error {percentage(each.error)} of the peak"
         lines.append(f"{line}, peak {100 * each.peak_error:+.2g} %")
+    tests = [*found.tests, *(each.test for each in found.held_out)]
+    lines += [f"{test.name}: {note}" for test in tests for note in test.notes]
     return "\n".join(lines)
 
 

@@ -40,6 +40,7 @@ from slipmode.runner.scene.values import (
     pairs_of_integers,
     script,
     text,
+    unit_choice,
 )
 
 RIGID_LAWS = ("tanh", "coulomb")
@@ -269,9 +270,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
         Key("rerun", boolean(), "-", True, "Write an .rrd file with views for Rerun."),
     )),
     Section("units", "Units of forcing frequencies, and of curves and studies.", (
-        Key("frequency", choice(*get_args(FrequencyUnit)), "-", "rad/s",
+        Key("frequency", unit_choice(*get_args(FrequencyUnit)), "-", "rad/s",
             "Unit of forcing frequencies in this file, and of frequencies in curves and studies."),
-        Key("displacement", choice(*get_args(LengthUnit)), "-", "m",
+        Key("displacement", unit_choice(*get_args(LengthUnit)), "-", "m",
             "Unit of displacements of DOFs in curves and plots."),
     )),
 ))

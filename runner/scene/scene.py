@@ -18,6 +18,7 @@ from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.slow.units import Units
+from slipmode.rom.text import read_text
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (
@@ -98,20 +99,10 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
                 f"{str(scene)!r}: no such scene file; shipped scenes: {', '.join(shipped)}"
             )
         path = shipped[str(scene)]
-    text = read_text(path)
+    text = read_text(path, only_unicode=True)
     with naming(path):
         parsed = parse_scene(text, path.parent)
     return replace(parsed, path=path, name=path.stem)
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a file; SlipmodeError if it cannot be read or is not UTF-8."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise SlipmodeError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise SlipmodeError(f"{path}: must be UTF-8 text") from error
 
 
 def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:

@@ -10,6 +10,7 @@ from typing import Any
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
+from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.text import checked_line
 from slipmode.runner.scene.script import Script
 
@@ -59,6 +60,18 @@ def choice(*allowed: str) -> Kind:
         return str(value)
 
     return Kind("string", listed, read)
+
+
+def unit_choice(*allowed: str) -> Kind:
+    """Return the kind of a unit out of a few, in any spelling."""
+    of_name = choice(*allowed)
+
+    def read(name: str, value: Any) -> str:
+        found = parse_unit(value) if isinstance(value, str) else None
+        usual: str = of_name.read(name, found.name if found else value)
+        return usual
+
+    return Kind(of_name.words, of_name.allowed, read)
 
 
 def anything() -> Kind:

@@ -19,7 +19,8 @@ from slipmode.rom.code_digest import code_digest
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.structure.files import source_files
-from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene, read_text
+from slipmode.rom.text import read_text
+from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.toml_table import Key, Section, Table
 from slipmode.runner.scene.values import (
@@ -201,7 +202,7 @@ def load_study(path: str | PathLike[str]) -> Study:
     path = Path(path)
     if not path.exists():
         raise SlipmodeError(f"{path}: no such study file")
-    text = read_text(path)
+    text = read_text(path, only_unicode=True)
     with naming(path):
         return _study(text, path)
 

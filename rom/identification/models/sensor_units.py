@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
@@ -10,24 +9,19 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.slow_laws import SlowLaw
+from slipmode.rom.slow.units import parse_unit
 
-STANDARD_GRAVITY = 9.80665  # [m/s^2], of accelerometers in g
 QUANTITIES = ("displacement", "velocity", "acceleration")  # by the number of time derivatives
-_PREFIXES = {"": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}
-_UNIT = re.compile(r"([munµμ]?)m(/s(?:(?:\^|\*\*)?2|²)?)?")
 
 
 def sensor_unit(unit: str) -> tuple[str, float]:
     """Return the quantity of a unit, and the unit in m, m/s or m/s^2; refuse other units."""
-    found = _UNIT.fullmatch(unit.strip())
-    if unit.strip() == "g":
-        return "acceleration", STANDARD_GRAVITY
-    if found is None:
+    found = parse_unit(unit)
+    if found is None or found.quantity not in QUANTITIES:
         raise SlipmodeError(
             f"unit = {unit!r}: must be m, m/s, m/s^2 (also with prefix m, u or n) or g"
         )
-    derivatives = 0 if found[2] is None else 1 if found[2] == "/s" else 2
-    return QUANTITIES[derivatives], _PREFIXES[found[1]]
+    return found.quantity, found.size
 
 
 def shape_at_sensor(modes: int, modal_mass: Any, mode_shape: Any) -> Floats:

@@ -1,22 +1,25 @@
-"""Measured arrays in files: .csv, .npz and .mat, and sampling rates."""
+"""Measured arrays in files: text, .npz, .mat and universal files."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
+from slipmode.rom.identification.records.text_table import read_text_table
+from slipmode.rom.identification.records.universal import read_universal
+from slipmode.rom.short_repr import short_list
 from slipmode.rom.stored_arrays import open_npz
 
-TEXTS, UNIVERSAL = (".csv", ".txt"), (".uff", ".unv")  # suffixes
-_RATES = ("sample_rate", "sampling_rate", "fs")
-_TIMES = ("time", "times", "t")
-UNEVEN = 1e-3  # largest deviation of a time step, relative to the mean step
+TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".prn")
+UNIVERSAL = (".uff", ".unv", ".uf")
+_SUFFIXES = (*TEXTS, ".npz", ".mat", *UNIVERSAL)
 
 
 def found_files(files: str | Path | Sequence[str | Path]) -> list[Path]:
@@ -30,14 +33,13 @@ def found_files(files: str | Path | Sequence[str | Path]) -> list[Path]:
             raise SlipmodeError(f"files: there is no file {name}")
         paths += sorted(matches, key=_natural)
     for path in paths:
-        if path.suffix.lower() not in (*_ARRAYS, *UNIVERSAL):
-            allowed = ", ".join((*_ARRAYS, *UNIVERSAL))
-            raise SlipmodeError(f"{path}: the name must end in {allowed}")
+        if path.suffix.lower() not in _SUFFIXES:
+            raise SlipmodeError(f"{path}: the name must end in {', '.join(_SUFFIXES)}")
     return paths
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:
-    """Return a key by which hit10 comes after hit9."""
+    """Return a key by which hit2 comes before hit10."""
     return [
         (int(part), "") if part.isdigit() else (-1, part)
         for part in re.split(r"(\d+)", str(path))
@@ -45,86 +47,32 @@ def _natural(path: Path) -> list[tuple[int, str]]:
     ]
 
 
-def sampling_rate(path: Path, stated: float | None, given: Any) -> float:
-    """Return the sampling rate [Hz] that a file states or that is given; refuse contradictions."""
-    if given is not None and not (np.ndim(given) == 0 and 0 < given < np.inf):
-        raise SlipmodeError(f"sample_rate = {in_one_line(given)}: must be > 0 [Hz]")
-    if stated is None and given is None:
-        raise SlipmodeError(
-            f"sample_rate: {path} has neither a sampling rate nor times; give sample_rate= [Hz]"
-        )
-    if stated is not None and given is not None and abs(given / stated - 1.0) > UNEVEN:
-        raise SlipmodeError(f"sample_rate = {given:g} Hz: must be {stated:g} Hz, as {path} states")
-    return float(given if stated is None else stated)
+def distinct_names(named: Sequence[tuple[Path, str]]) -> list[str]:
+    """Return the names of records in files: their own, or with the file if these repeat."""
+    names = [name or path.stem for path, name in named]
+    if len(set(names)) < len(names):
+        paths = [path for path, _ in named]
+        names = [
+            path.stem if paths.count(path) == 1 else f"{path.stem}_{name}"
+            for path, name in zip(paths, names, strict=True)
+        ]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise SlipmodeError(f"files: records {short_list(repeated)} occur more than once")
+    return names
 
 
-def stated_rate(path: Path, name: str, array: Floats) -> float | None:
-    """Return the sampling rate [Hz] by an array that is a rate or times; None if it is neither."""
-    plain = re.split(r"[ \[(]", name.lower())[0]
-    if plain in _RATES and array.ndim == 0:
-        rate = float(array)
-        if not 0.0 < rate < np.inf:
-            raise SlipmodeError(f"{path}: sample_rate = {rate:g}: must be > 0 [Hz]")
-        return rate
-    return rate_of_times(path, array) if plain in _TIMES and array.ndim == 1 else None
-
-
-def _rises_evenly(times: Floats) -> bool:
-    steps = np.diff(times)
-    step = float(np.mean(steps)) if steps.size else 0.0
-    return bool(np.isfinite(step) and step > 0.0 and np.abs(steps - step).max() <= UNEVEN * step)
-
-
-def rate_of_times(path: Path, times: Floats) -> float:
-    """Return the sampling rate [Hz] of times [s] in equal steps; refuse others."""
-    if not _rises_evenly(times):
-        raise SlipmodeError(
-            f"{path}: times must rise in equal steps [s]; resample the signal to a constant rate"
-        )
-    return float((times.size - 1) / (times[-1] - times[0]))
-
-
-def read_arrays(path: Path) -> dict[str, Any]:
-    """Return the columns of a .csv file, or the arrays of an .npz or .mat file, by name."""
+def read_groups(path: Path) -> list[Group]:
+    """Return the arrays of a file that belong together: a table, structures, blows."""
     suffix = path.suffix.lower()
-    if suffix not in _ARRAYS:
-        raise SlipmodeError(f"{path}: the name must end in {', '.join(_ARRAYS)}")
-    return _ARRAYS[suffix](path)
-
-
-def _csv_columns(path: Path) -> dict[str, Any]:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise SlipmodeError(f"{path}: cannot be read as text") from error
-    lines = [line for line in lines if line.strip() and not line.startswith("#")]
-    separator = next((c for c in ",;\t" if lines and c in lines[-1]), None)
-    rows = [line.split(separator) for line in lines]
-    header = rows.pop(0) if rows and not _are_numbers(rows[0]) else None
-    try:
-        table = np.array(rows, dtype=float).T  # "nan" and empty cells: see below
-    except ValueError:
-        wrong = next((k for k, row in enumerate(rows) if not _are_numbers(row)), len(rows))
-        raise SlipmodeError(
-            f"{path}: line {wrong + 1 + (header is not None)} must have one number a column, "
-            "decimal points, and columns separated by comma, semicolon, tab or blank"
-        ) from None
-    if table.ndim != 2 or table.shape[1] < 2:
-        raise SlipmodeError(f"{path}: has no samples")
-    names = [name.strip().strip('"') for name in header] if header else []
-    if len(set(names)) != len(table):
-        timed = len(table) > 1 and _rises_evenly(table[0])
-        names = [f"channel {k}" for k in range(len(table) - timed)]
-        names = ["time", *names] if timed else names
-    return dict(zip(names, table, strict=True))
-
-
-def _are_numbers(row: Sequence[str]) -> bool:
-    try:
-        np.array(row, dtype=float)
-    except ValueError:
-        return False
-    return True
+    if suffix in UNIVERSAL:
+        return read_universal(path)
+    if suffix in TEXTS:
+        return [read_text_table(path)]
+    groups = list(_groups("", _npz_arrays(path) if suffix == ".npz" else _mat_arrays(path)))
+    if not groups:
+        raise SlipmodeError(f"{path}: has no arrays of numbers")
+    return groups
 
 
 def _npz_arrays(path: Path) -> dict[str, Any]:
@@ -148,8 +96,43 @@ def _mat_arrays(path: Path) -> dict[str, Any]:
     return {k: v for k, v in arrays.items() if not k.startswith("__")}
 
 
-_ARRAYS: dict[str, Callable[[Path], dict[str, Any]]] = {
-    **dict.fromkeys(TEXTS, _csv_columns),
-    ".npz": _npz_arrays,
-    ".mat": _mat_arrays,
-}
+def _groups(name: str, given: Any) -> Iterator[Group]:
+    """Yield the structures with arrays of numbers at any depth, numbered from 1 in arrays."""
+    if isinstance(given, Mapping):
+        fields = _fields(given)
+        if any(field.values.size > 1 for field in fields):
+            yield Group(name, fields, arrays=True)
+        for key, each in given.items():
+            yield from _groups(str(key), each)
+    elif isinstance(given, np.ndarray) and given.dtype.kind in "OV":  # cells, structures
+        for k, each in enumerate(given.ravel(), 1):
+            number = f"_{k}" if given.size > 1 else ""
+            names = given.dtype.names
+            yield from _groups(
+                name + number, dict(zip(names, each, strict=True)) if names else each
+            )
+
+
+def _fields(arrays: Mapping[str, Any]) -> list[Field]:
+    """Return the arrays of numbers, with units of their names or of a text `units`."""
+    found, units = [], []
+    for key, given in arrays.items():
+        array = np.squeeze(np.asarray(given))
+        name, unit = name_and_unit(str(key))
+        if name in ("unit", "units") and array.dtype.kind == "U" and array.size:
+            units = [each.strip() for each in str(array.ravel()[0]).split(",")]
+        elif array.dtype.kind in "fiu":
+            values = array.astype(float)
+            # of single precision also where it was stored with more
+            single = np.array_equal(values, values.astype(np.float32), equal_nan=True)
+            largest = np.nanmax(np.abs(values), initial=0.0)
+            rounding = np.spacing(largest.astype(np.float32) if single else largest)
+            found.append(Field(name, values, unit, float(rounding)))
+    signals = [field for field in found if field.values.ndim]
+    if len(units) == 1:
+        signals = [field for field in signals if field.kind != "time"]
+        units *= len(signals)
+    if len(units) == len(signals):
+        stated = {id(f): name_and_unit(f"x [{u}]")[1] for f, u in zip(signals, units, strict=True)}
+        found = [replace(field, unit=stated.get(id(field), field.unit)) for field in found]
+    return found

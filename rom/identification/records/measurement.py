@@ -29,11 +29,14 @@ class Record:
         Signals [sensor unit].
     sample_rate : float
         Sampling rate [Hz].
+    notes : tuple of str
+        What was found when the record was read, one line each.
     """
 
     name: str
     signal: Floats
     sample_rate: float
+    notes: tuple[str, ...] = ()
 
     @property
     def samples(self) -> int:

@@ -152,7 +152,7 @@ def prepare(record: Record, plan: Plan) -> Prepared:
 def _checked(record: Record, bands: Bands) -> Prepared:
     """Return a whole record without padding, excluded if its samples have defects."""
     whole, notes = without_padding(record)
-    found = Prepared(record.name, whole, 0.0, whole.duration, 0.0, notes)
+    found = Prepared(record.name, whole, 0.0, whole.duration, 0.0, (*record.notes, *notes))
     width = min(high - low for low, high in bands)
     if whole.duration * width < SHORTEST:
         return found.excluded(f"{whole.duration:.3g} s are too short for bands of {width:g} Hz")

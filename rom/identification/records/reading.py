@@ -1,36 +1,32 @@
-"""Files with measured records: .csv, .npz, .mat and universal files (.uff, .unv)."""
+"""Files with measured records: text, .npz, .mat and universal files."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.identification.records.files import (
-    TEXTS,
-    UNIVERSAL,
-    found_files,
-    read_arrays,
-    sampling_rate,
-    stated_rate,
-)
+from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
+from slipmode.rom.identification.records.files import distinct_names, found_files, read_groups
 from slipmode.rom.identification.records.measurement import Measurement, Record
-from slipmode.rom.identification.records.universal import read_universal
 from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.text import checked_line
 
 
 @frozen
-class _Content:
-    """Records of a file: signals by channel, each of (samples,)."""
+class _Read:
+    """A record as it is in a file: signals of (samples,) by channel."""
 
-    records: Mapping[str, Mapping[str, Floats]]
-    sample_rate: float | None
-    unit: str | None = None
+    path: Path
+    name: str
+    channels: Sequence[Field]
+    sample_rate: float
+    notes: tuple[str, ...]
 
 
 def read_measurement(
@@ -48,131 +44,175 @@ def read_measurement(
     files : str, Path, or sequence of these
         Names of files, also with wildcards ("hit*.csv"):
 
-        - A .csv file is one record: numbers separated by comma, semicolon or blank, with at most
-          one header line. It has one column per channel and an optional column of times [s], named
-          `time` or `t`. Without a header line, a first column that rises in equal steps is the
-          time.
-        - In a .npz or .mat file each (samples,) array is a record of one channel, and each
-          (channels, samples) array is a record of several channels. `sample_rate` [Hz] or `time`
-          [s] may be in the file.
+        - A text file (.csv, .txt, .tsv, .dat, .asc, .lvm, .prn) is one record, with a column per
+          channel and an optional column of times, named `time` or `t` or in a unit of time.
+          Separator, decimal mark, encoding, names, and units (in brackets or in a line of their
+          own) are found, and lines above and below the numbers are allowed. A first column without
+          name that rises in equal steps is the time.
+        - A .npz or .mat file has arrays of (samples,) or (channels, samples), and `time` [s] or
+          `sample_rate` [Hz]. If several files have the same names of arrays, or the names differ
+          by more than numbers, a file is one record and its arrays are channels. Otherwise each
+          array is a record. Structures are records.
         - In a universal file (.uff, .unv; needs `slipmode[uff]`) the time signals of data sets 58
-          are read. A node and direction that repeats starts a new record.
+          are read. Channels are distinguished by node, direction, entity, label and ID. A channel
+          that repeats, or another time stamp, starts a new record.
     quantity : str
         Measured quantity, such as "velocity".
     unit : str, optional
-        Unit of all signals, such as "m/s". Required unless the files state it.
+        Unit of all signals, such as "m/s". It overrides units in the files. Default: as the files
+        state.
     channels : sequence of str or int, optional
-        Channels to keep, by name or by position from 0. Default: all.
+        Channels to keep, by name or by position from 0. Default: all but forces.
     sample_rate : float, optional
-        Sampling rate [Hz]. Required if the files have neither a rate nor times.
+        Sampling rate [Hz]. It overrides times and rates in the files. Required if the files have
+        neither.
 
     Returns
     -------
     Measurement
-        Records of all files.
+        Records of all files. Their notes say what was ambiguous, missing or overridden.
 
     Raises
     ------
     SlipmodeError
-        If a file does not exist or cannot be read, the unit or the sampling rate is missing or
-        contradicts the file, or the records have different channels.
+        If a file does not exist or cannot be read, the unit or the sampling rate is missing, or
+        the records have different channels.
     """
     checked_line("quantity", quantity)
-    records: list[Record] = []
-    names: tuple[str, ...] | None = None
-    for path in found_files(files):
-        content = _read(path)
-        if unit is not None and content.unit is not None and unit != content.unit:
-            raise SlipmodeError(f"unit = {unit!r}: must be {content.unit!r}, as {path} states")
-        unit = content.unit if unit is None else unit
-        if unit is None:
-            raise SlipmodeError(f"unit: {path} does not state one; give unit=, such as 'm/s'")
-        rate = sampling_rate(path, content.sample_rate, sample_rate)
-        for name, signals in content.records.items():
-            kept = _chosen(path, tuple(signals), channels)
-            if names is None:
-                names = kept
-            if kept != names:
-                raise SlipmodeError(
-                    f"{path}: record {name} has channels {short_list(kept)}, the first record "
-                    f"has {short_list(names)}; choose common ones by channels="
-                )
-            lengths = {signals[channel].size for channel in kept}
-            if len(lengths) > 1:
-                raise SlipmodeError(f"{path}: channels of record {name} differ in length")
-            signal = np.stack([signals[channel] for channel in kept])
-            records.append(Record(name, signal, rate))
-    if not records or names is None or unit is None:
+    groups = [(path, group) for path in found_files(files) for group in read_groups(path)]
+    kept = [
+        replace(each, channels=_chosen(each, channels))
+        for path, group in _records(groups, channels)
+        for each in [_Read(path, group.name, *signals(path, group, sample_rate))]
+    ]
+    if not kept:
         raise SlipmodeError("files: contain no record")
-    repeated = sorted({r.name for r in records if sum(r.name == s.name for s in records) > 1})
-    if repeated:
-        raise SlipmodeError(f"files: records {short_list(repeated)} occur more than once")
-    return Measurement(records, quantity, checked_line("unit", unit), names)
+    names = [field.name for field in kept[0].channels]
+    for each in kept:
+        own = [field.name for field in each.channels]
+        if own != names:
+            raise SlipmodeError(
+                f"{each.path}: record {each.name} has channels {short_list(own)}, the first "
+                f"record has {short_list(names)}; choose common ones by channels="
+            )
+        if len({field.values.size for field in each.channels}) > 1:
+            raise SlipmodeError(f"{each.path}: channels of record {each.name} differ in length")
+    common = _unit(kept, unit)
+    records = [
+        _record(each, name, common, unit)
+        for each, name in zip(kept, distinct_names([(e.path, e.name) for e in kept]), strict=True)
+    ]
+    return Measurement(records, quantity, common, tuple(names))
 
 
-def _chosen(
-    path: Path, names: tuple[str, ...], channels: Sequence[str | int] | None
-) -> tuple[str, ...]:
-    if channels is None:
-        return names
-    kept = []
-    for channel in channels:
-        if isinstance(channel, int) and -len(names) <= channel < len(names):
-            kept.append(names[channel])
-        elif channel in names:
-            kept.append(str(channel))
-        else:
-            raise SlipmodeError(f"channels: {path} has {short_list(names)}, not {channel!r}")
-    if not kept or len(set(kept)) < len(kept):
-        raise SlipmodeError("channels: must name at least one channel, each once")
-    return tuple(kept)
-
-
-def _content(path: Path, arrays: Mapping[str, Any], one_record: bool = False) -> _Content:
-    """Return the records among named arrays, and the rate that is with them."""
-    rate: float | None = None
-    records: dict[str, dict[str, Floats]] = {}
-    columns: dict[str, Floats] = {}
-    for name, given in arrays.items():
-        array = np.asarray(given)
-        if array.dtype.kind not in "fiu":
+def _records(
+    groups: Sequence[tuple[Path, Group]], channels: Sequence[str | int] | None
+) -> Iterator[tuple[Path, Group]]:
+    """Yield the records of files, each a group of (samples,) arrays."""
+    names = [
+        name for _, group in groups if group.arrays for name in {f.name for f in _data(group)}
+    ]
+    repeated = {name for name in names if names.count(name) > 1}
+    for path, group in groups:
+        if not group.arrays:
+            yield path, group
             continue
-        array = np.squeeze(array).astype(float)
-        stated = stated_rate(path, name, array)
-        if stated is not None:
-            rate = stated
-        elif one_record:
-            columns[name] = array
-        elif array.ndim == 1 and array.size > 1:
-            records[name] = {"channel 0": array}
-        elif array.ndim == 2:
-            records[name] = {f"channel {k}": row for k, row in enumerate(array)}
-    if one_record:
-        records = {path.stem: columns}
-    if not any(records.values()):
-        raise SlipmodeError(f"{path}: has no signals: arrays of (samples,) or (channels, samples)")
-    return _Content(records, rate)
+        data = _data(group)
+        own = [field.name for field in data]
+        shared = any(name in repeated for name in own) or set(own) <= set(channels or ())
+        others = [field for field in group.fields if field not in data]
+        notes = group.notes
+        alike = len({re.sub(r"\d+", "", name) for name in own}) < len(own)
+        shapes = {field.values.shape for field in data}
+        many = alike or len(shapes) > 1 or any(len(shape) > 1 for shape in shapes)
+        if len(data) > 1 and not shared and len(shapes) == 1:
+            means = "records" if many else "channels of one record"
+            notes = (
+                f"the arrays {short_list(own)} are {means}; if they are not, store an array "
+                "(channels, samples) for each blow, or one file",
+            )
+        if shared or (len(data) > 1 and not many):
+            rows = [row for field in data for row in _rows(field, others, len(data) > 1)]
+            yield path, replace(group, fields=[*others, *rows], notes=notes)
+            continue
+        for field in data:
+            rows = [replace(row, name="") for row in _rows(field, others, False)]
+            yield path, replace(group, name=field.name, fields=[*others, *rows], notes=notes)
+            notes = group.notes  # one record says it for all
 
 
-def _read(path: Path) -> _Content:
-    if path.suffix.lower() in UNIVERSAL:
-        return _read_universal(path)
-    return _content(path, read_arrays(path), one_record=path.suffix.lower() in TEXTS)
+def _data(group: Group) -> list[Field]:
+    """Return the arrays of a group that are not times."""
+    return [f for f in group.fields if f.values.ndim in (1, 2) and f.kind != "time"]
 
 
-def _read_universal(path: Path) -> _Content:
-    read, rate = read_universal(path)
-    records = {
-        name: {key: channel for key, channel in record.items() if not channel.is_force}
-        for name, record in read.items()
-    }
-    units = {channel.unit for record in records.values() for channel in record.values()}
-    if len(units) > 1:
-        raise SlipmodeError(
-            f"{path}: all time signals must have one unit, got {short_list(sorted(units))}"
-        )
-    signals = {
-        name: {key: channel.signal for key, channel in record.items()}
-        for name, record in records.items()
-    }
-    return _Content(signals, rate, units.pop() or None)
+def _rows(field: Field, others: Sequence[Field], named: bool) -> list[Field]:
+    """Return the channels of an array, of which the time vector says which axis is time."""
+    if field.values.ndim == 1:
+        return [field]
+    samples = next((each.values.size for each in others if each.kind == "time"), None)
+    rows = field.values
+    size = rows.shape
+    if size[0] > size[1] if samples is None else size[0] == samples != size[1]:
+        rows = rows.T
+    return [
+        replace(field, name=f"{field.name} {k}" if named else "", values=row)
+        for k, row in enumerate(rows)
+    ]
+
+
+def _chosen(read: _Read, channels: Sequence[str | int] | None) -> list[Field]:
+    """Return the chosen channels, by default all but forces."""
+    every = renamed(read.channels)
+    if not every:
+        raise SlipmodeError(f"{read.path}: has no signals besides the times")
+    usual = [each for each in every if each.kind != "force"] or every
+    if channels is None:
+        return usual
+    by_name: dict[str | int, Field] = {each.name: each for each in every}
+    for k, each in enumerate(usual):
+        by_name |= {k: each, k - len(usual): each}
+    for key in channels:
+        if key not in by_name:
+            raise SlipmodeError(
+                f"channels: {read.path} has {short_list(f.name for f in every)}, not {key!r}"
+            )
+    kept = [by_name[key] for key in channels]
+    if not kept or len({each.name for each in kept}) < len(kept):
+        raise SlipmodeError("channels: must name at least one channel, each once")
+    return kept
+
+
+def _unit(read: Sequence[_Read], given: str | None) -> str:
+    """Return the unit of all records; refuse units that are missing or of several quantities."""
+    if given is not None:
+        unit = parse_unit(given)
+        return unit.name if unit else checked_line("unit", given)
+    first = read[0].channels[0].unit
+    for each in read:
+        for channel in each.channels:
+            if not channel.unit:
+                raise SlipmodeError(
+                    f"unit: {each.path} does not state one; give unit=, such as 'm/s'"
+                )
+            units = parse_unit(first), parse_unit(channel.unit)
+            same = units[0] and units[1] and units[0].quantity == units[1].quantity != ""
+            if channel.unit != first and not same:
+                raise SlipmodeError(
+                    f"{each.path}: all signals must have one unit, got {first} and "
+                    f"{channel.unit} for {channel.name}; choose channels of one quantity by "
+                    "channels="
+                )
+    return checked_line("unit", first)
+
+
+def _record(read: _Read, name: str, unit: str, given: str | None) -> Record:
+    """Return a record in the unit of the measurement."""
+    notes, rows = list(read.notes), []
+    for channel in read.channels:
+        own, common = parse_unit(channel.unit), parse_unit(unit)
+        scale = own.size / common.size if own and common and given is None else 1.0
+        rows.append(scale * channel.values)
+        if given is not None and channel.unit not in ("", unit):
+            notes.append(f"{channel.name} is in {unit} as given; the file states {channel.unit}")
+    return Record(name, np.stack(rows), read.sample_rate, tuple(notes))

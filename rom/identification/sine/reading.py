@@ -1,58 +1,38 @@
-"""Files with sine tests: .csv, .npz, .mat and universal files (.uff, .unv)."""
+"""Files with sine tests: text, .npz, .mat and universal files."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import pi
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from slipmode.rom.arrays import as_floats, in_one_line
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.arrays import in_one_line
+from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.rom.identification.models.sensor_units import QUANTITIES
+from slipmode.rom.identification.records.fields import Field, Group, renamed, signals
 from slipmode.rom.identification.records.files import (
     UNIVERSAL,
+    distinct_names,
     found_files,
-    read_arrays,
-    sampling_rate,
-    stated_rate,
+    read_groups,
 )
-from slipmode.rom.identification.records.universal import read_universal
 from slipmode.rom.identification.sine.responses import ORDERS, SineTest, SineTests, checked
 from slipmode.rom.identification.sine.signals import demodulate_sine_test
-from slipmode.rom.short_repr import frozen, short_list
+from slipmode.rom.short_repr import short_list
+from slipmode.rom.slow.units import Unit, parse_unit
 
 COLUMNS: Final = ("frequency", "force", "amplitude", "phase")
-_ALLOWED: Final[Mapping[str, tuple[str, ...]]] = {  # units
-    "response": tuple(ORDERS),
-    "force": ("N",),
-    "frequency": ("Hz",),
-    "phase": ("rad",),
+_ARGUMENTS: Final = {"force": "force_unit", "response": "unit"}
+_ALLOWED: Final = {
+    "response": "m, m/s, m/s^2 (also with prefix m, u or n) or g",
+    "force": "N (also with prefix m, u, k or M) or lbf",
 }
-_ARGUMENTS: Final = {"response": "unit", "force": "force_unit"}
-
-
-@frozen
-class _Content:
-    """One test in a file.
-
-    It has the columns `frequency`, `force`, `response` of steady responses, or the signals `force`
-    and `response` with a sampling rate [Hz], None if the file does not state it.
-    """
-
-    name: str
-    columns: Mapping[str, Any]
-    units: Mapping[str, str]
-    sample_rate: float | None = None
-
-    def test(self, path: Path, sample_rate: float | None) -> SineTest:
-        """Return the test; `sample_rate` [Hz] is that of signals if the file does not state it."""
-        force, response = self.columns["force"], self.columns["response"]
-        if "frequency" in self.columns:
-            return checked(SineTest(self.name, self.columns["frequency"], force, response))
-        rate = sampling_rate(path, self.sample_rate, sample_rate)
-        return demodulate_sine_test(self.name, force, response, rate)
+# Largest phase without a unit that may be in radians: two turns.
+_LARGEST_PHASE = 4.0 * pi
 
 
 def read_sine_tests(
@@ -70,159 +50,144 @@ def read_sine_tests(
     files : str, Path, or sequence of these
         Names of files, also with wildcards ("level*.csv"):
 
-        - A .csv or .npz file is one test. Time signals are the columns or arrays `force` [N] and
-          `response` [sensor unit], with `time` [s] or `sample_rate` [Hz]. Steady responses are
-          `frequency` [Hz], `force` [N], `amplitude` [sensor unit] and `phase` relative to the
-          force [rad]. A unit may follow the name of a column, as in `force [N]`.
+        - A text file or .npz file is one test. Time signals are the columns or arrays `force` and
+          `response`, with `time` [s] or `sample_rate` [Hz]. Steady responses are `frequency` [Hz],
+          `force`, `amplitude` and `phase` relative to the force [rad]. A unit may follow the name,
+          as in `force [kN]`, or stand in a line of its own. Text is read as by
+          `rom.read_measurement`.
         - A .mat file has these arrays, or any number of structures with these fields.
         - A universal file (.uff, .unv; needs `slipmode[uff]`) has time signals in data sets 58. A
-          node and direction that repeats starts a new test.
-    unit : {"m", "m/s", "m/s^2"}, optional
-        Sensor unit of the response. Required unless the files state it.
-    force_unit : {"N"}, optional
-        Unit of the force. Required unless the files state it.
+          channel that repeats starts a new test.
+    unit : str, optional
+        Unit of the response, such as "m/s^2", "mm/s" or "g". It overrides the files. Required
+        unless the files state it.
+    force_unit : str, optional
+        Unit of the force, such as "N" or "kN". It overrides the files. Required unless the files
+        state it.
     sample_rate : float, optional
-        Sampling rate of time signals [Hz]. Required if the files have neither a rate nor times.
+        Sampling rate of time signals [Hz]. It overrides the files. Required if the files have
+        neither a rate nor times.
     channels : sequence of two str, optional
-        Names of the time signals of force and response. Default: "force" and "response". In
-        universal files: the channel of an excitation force, and the other channel.
+        Names of the time signals of force and response. Default: "force" and "response", or the
+        only force, by its unit or kind of channel, and the only other signal.
 
     Returns
     -------
     SineTests
-        All tests; time signals are demodulated by `rom.demodulate_sine_test`.
+        All tests in N and m, m/s or m/s^2; time signals are demodulated by
+        `rom.demodulate_sine_test`.
 
     Raises
     ------
     SlipmodeError
         If a file does not exist or cannot be read, or has no force. If a unit or the sampling rate
-        is missing, contradicts the file or is not allowed, or signals are no sine tests.
+        is missing or not allowed, or signals are no sine tests.
     """
-    stated: dict[str, str | None] = {"response": unit, "force": force_unit}
     if channels is not None and (isinstance(channels, str) or len(channels) != 2):
         raise SlipmodeError(
             f"channels = {in_one_line(channels)}: must be the names of force and response"
         )
-    tests = []
+    given = {"force": force_unit, "response": unit}
+    found = []
     for path in found_files(files):
-        read = _of_universal if path.suffix.lower() in UNIVERSAL else _of_arrays
-        for content in read(path, channels):
-            _check_units(path, content.units, stated)
-            tests.append(content.test(path, sample_rate))
-    return SineTests(tests, str(stated["response"]))
-
-
-def _check_units(path: Path, units: Mapping[str, str], stated: dict[str, str | None]) -> None:
-    """Refuse units that are missing, contradict `stated` ones, or are not allowed; add others."""
-    for key, own in units.items():
-        if key in stated and stated[key] not in (None, own):
-            raise SlipmodeError(
-                f"{_ARGUMENTS[key]} = {stated[key]!r}: must be {own!r}, as {path} states"
-            )
-        if own not in _ALLOWED[key]:
-            raise SlipmodeError(
-                f"{path}: {key} is in {own!r}: must be {' or '.join(_ALLOWED[key])}"
-            )
-    for key, argument in _ARGUMENTS.items():
-        given = stated[key] = stated[key] or units.get(key)
-        if given is None:
-            raise SlipmodeError(f"{argument}: {path} does not state one; give {argument}=")
-        if given not in _ALLOWED[key]:
-            allowed = ", ".join(_ALLOWED[key])
-            raise SlipmodeError(f"{argument} = {given!r}: must be {allowed}")
-
-
-def _of_universal(path: Path, channels: Sequence[str] | None) -> Iterator[_Content]:
-    """Yield the time signals of each record of a universal file."""
-    records, rate = read_universal(path)
-    for name, record in records.items():
-        forces = [key for key, each in record.items() if each.is_force]
-        others = [key for key in record if key not in forces]
-        if channels is None and (len(forces) != 1 or len(others) != 1):
-            raise SlipmodeError(
-                f"{path}: {name} has the forces {short_list(forces) or 'none'} and the responses "
-                f"{short_list(others) or 'none'}; choose one of each by channels="
-            )
-        chosen = channels or (forces[0], others[0])
-        if missing := [key for key in chosen if key not in record]:
-            raise SlipmodeError(f"channels: {path} has {short_list(record)}, not {missing[0]!r}")
-        found = dict(zip(("force", "response"), (record[key] for key in chosen), strict=True))
-        units = {key: each.unit for key, each in found.items() if each.unit}
-        yield _Content(name, {key: each.signal for key, each in found.items()}, units, rate)
-
-
-def _of_arrays(path: Path, channels: Sequence[str] | None) -> Iterator[_Content]:
-    """Yield the tests of a .csv, .npz or .mat file."""
-    arrays = read_arrays(path)
-    signals = ("force", "response") if channels is None else tuple(channels)
-    allowed = [COLUMNS, signals] if channels is None else [signals]
-    structures = list(_structures(arrays, "", allowed))
-    if not structures:
-        needed = ", or the time signals ".join(", ".join(each) for each in allowed)
-        raise SlipmodeError(
-            f"{path}: must have {needed}, got {short_list(arrays)}; the force must be measured"
+        groups = read_groups(path)
+        chosen = [(g, columns) for g in groups if (columns := _columns(path, g, channels))]
+        if not chosen:
+            raise _missing(path, groups[0], channels)
+        found += [(path, *each) for each in chosen]
+    names = distinct_names([(path, group.name) for path, group, _ in found])
+    tests, quantities = [], {}
+    for name, (path, group, columns) in zip(names, found, strict=True):
+        units = {key: _unit(path, key, columns[key], each) for key, each in given.items()}
+        quantities[units["response"].quantity] = path
+        test = _test(path, name, group, columns, units, sample_rate)
+        overridden = tuple(
+            f"{columns[key].name} is in {units[key].name} as given; the file states {own}"
+            for key in _ARGUMENTS
+            if (own := columns[key].unit) not in ("", units[key].name)
         )
-    for name, fields in structures:
-        plain = {_name_and_unit(key)[0]: key for key in fields}
-        names = next(each for each in allowed if set(each) <= set(plain))
-        columns: dict[str, Any] = {
-            key: np.ravel(as_floats(f"{path}: {key}", fields[plain[key]])) for key in names
-        }
-        if len({each.size for each in columns.values()}) > 1:
-            raise SlipmodeError(f"{path}: {', '.join(names)} must have one length")
-        if names is COLUMNS:
-            kinds = {key: "response" if key == "amplitude" else key for key in COLUMNS}
-            columns["response"] = columns["amplitude"] * np.exp(1j * columns["phase"])
-        else:
-            kinds = dict(zip(signals, ("force", "response"), strict=True))
-            columns = {kinds[key]: each for key, each in columns.items()}
-        units = {kinds[key]: unit for key, unit in _units(fields, names).items()}
-        yield _Content(name or path.stem, columns, units, _rate(path, fields))
+        tests.append(replace(test, notes=(*test.notes, *overridden)))
+    if len(quantities) > 1:
+        one = " and ".join(f"{path} has a {key}" for key, path in quantities.items())
+        raise SlipmodeError(f"files: must have responses of one quantity, but {one}")
+    (quantity,) = quantities
+    return SineTests(tests, list(ORDERS)[QUANTITIES.index(quantity)])
 
 
-def _units(fields: Mapping[str, Any], names: Sequence[str]) -> dict[str, str]:
-    """Return the units of columns that follow their names, or are in a text `units`."""
-    units = dict(map(_name_and_unit, fields))
-    if "units" in fields:  # of the fields in their order, as one text
-        text = str(np.ravel(fields["units"])[0])
-        order = [plain for plain in units if plain in (*names, "time")]
-        units = dict(zip(order, (each.strip() for each in text.split(",")), strict=False))
-    return {plain: unit for plain, unit in units.items() if plain in names and unit}
+def _columns(path: Path, group: Group, channels: Sequence[str] | None) -> dict[str, Field]:
+    """Return frequency, force, response and phase, or force and response; empty for others."""
+    fields = {each.name.lower(): each for each in renamed(group.fields)}
+    if channels is not None:
+        missing = [name for name in channels if name.lower() not in fields]
+        if missing and path.suffix.lower() in UNIVERSAL:
+            raise SlipmodeError(f"channels: {path} has {short_list(fields)}, not {missing[0]!r}")
+        chosen = zip(_ARGUMENTS, channels, strict=True)
+        return {} if missing else {key: fields[name.lower()] for key, name in chosen}
+    by_kind = {each.kind: each for each in reversed(group.fields)} | fields
+    if all(key in by_kind for key in COLUMNS):
+        return {"response" if key == "amplitude" else key: by_kind[key] for key in COLUMNS}
+    if "force" in fields and "response" in fields:
+        return {key: fields[key] for key in _ARGUMENTS}
+    forces, others = _by_force(group)
+    return {"force": forces[0], "response": others[0]} if len(forces) == len(others) == 1 else {}
 
 
-def _rate(path: Path, fields: Mapping[str, Any]) -> float | None:
-    """Return the sampling rate [Hz] that the fields of a test state."""
-    for key, given in fields.items():
-        array = np.squeeze(np.asarray(given))
-        if array.dtype.kind in "fiu":
-            rate = stated_rate(path, key, array.astype(float))
-            if rate is not None:
-                return rate
-    return None
+def _by_force(group: Group) -> tuple[list[Field], list[Field]]:
+    """Return the forces of a group, and its other signals."""
+    fields = renamed(group.fields)
+    return [e for e in fields if e.kind == "force"], [e for e in fields if e.kind == ""]
 
 
-def _name_and_unit(key: str) -> tuple[str, str]:
-    """Return the parts of `force [N]`; the unit may be empty."""
-    name, _, unit = re.sub(r"[(\])]", "[", key).partition("[")
-    return name.strip(), unit.strip(" [")
+def _missing(path: Path, group: Group, channels: Sequence[str] | None) -> SlipmodeError:
+    """Return the refusal of a file without the columns of a sine test."""
+    if path.suffix.lower() in UNIVERSAL:
+        forces, others = (short_list(e.name for e in each) for each in _by_force(group))
+        return SlipmodeError(
+            f"{path}: {group.name or path.stem} has the forces {forces or 'none'} and the "
+            f"responses {others or 'none'}; choose one of each by channels="
+        )
+    allowed = [COLUMNS, tuple(_ARGUMENTS)] if channels is None else [channels]
+    needed = ", or the time signals ".join(", ".join(each) for each in allowed)
+    names = short_list(each.name for each in renamed(group.fields))
+    return SlipmodeError(f"{path}: must have {needed}, got {names}; the force must be measured")
 
 
-def _structures(
-    given: Any, name: str, allowed: Sequence[Sequence[str]]
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the structures with all of some columns, and their names with numbers from 1.
+def _unit(path: Path, key: str, field: Field, given: str | None) -> Unit:
+    """Return the unit of force or response, which is `given` or that of the file."""
+    text = field.unit if given is None else given
+    argument = _ARGUMENTS[key]
+    if not text:
+        raise SlipmodeError(f"{argument}: {path} does not state one; give {argument}=")
+    unit, allowed = parse_unit(text), ("force",) if key == "force" else QUANTITIES
+    if unit is None or unit.quantity not in allowed:
+        what = f"{path}: {key} is in {text!r}" if given is None else f"{argument} = {text!r}"
+        raise SlipmodeError(f"{what}: must be {_ALLOWED[key]}")
+    return unit
 
-    They may be at any depth; `allowed` has the sets of columns.
-    """
-    if isinstance(given, np.ndarray) and given.dtype.kind in "OV":  # cells, structures
-        for k, each in enumerate(given.ravel(), 1):
-            number = f"_{k}" if given.size > 1 else ""
-            fields = dict(zip(given.dtype.names, each, strict=True)) if given.dtype.names else each
-            yield from _structures(fields, name + number, allowed)
-    elif isinstance(given, Mapping):
-        names = {_name_and_unit(str(key))[0] for key in given}
-        if any(set(each) <= names for each in allowed):
-            yield name, dict(given)
-            return
-        for key, each in given.items():
-            yield from _structures(each, key, allowed)
+
+def _test(
+    path: Path,
+    name: str,
+    group: Group,
+    columns: Mapping[str, Field],
+    units: Mapping[str, Unit],
+    sample_rate: float | None,
+) -> SineTest:
+    """Return a test of columns, with force and response in units of size 1."""
+    if len({each.values.size for each in columns.values()}) > 1:
+        names = ", ".join(each.name for each in columns.values())
+        raise SlipmodeError(f"{path}: {names} must have one length")
+    force, response = (units[key].size * np.ravel(columns[key].values) for key in _ARGUMENTS)
+    if "frequency" not in columns:
+        _, rate, notes = signals(path, group, sample_rate)
+        return replace(demodulate_sine_test(name, force, response, rate), notes=notes)
+    with naming(path):
+        frequency = np.ravel(columns["frequency"].converted("frequency", 2.0 * pi).values)
+        phase = np.ravel(columns["phase"].converted("angle").values)
+    if not columns["phase"].unit and np.abs(phase).max() > _LARGEST_PHASE:
+        raise SlipmodeError(
+            f"{path}: phase reaches {np.abs(phase).max():.4g} and has no unit; write phase [deg] "
+            "or phase [rad]"
+        )
+    response = response * np.exp(1j * phase)
+    return checked(SineTest(name, frequency, force.astype(complex), response, notes=group.notes))

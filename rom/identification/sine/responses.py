@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -34,6 +35,8 @@ class SineTest:
         responses.
     stepped : bool
         Whether the frequency changed in steps.
+    notes : tuple of str
+        What was found when the test was read, one line each.
     """
 
     name: str
@@ -42,6 +45,7 @@ class SineTest:
     response: Complexes
     change: Floats | None = None
     stepped: bool = False
+    notes: tuple[str, ...] = ()
 
     @property
     def control(self) -> Literal["force", "response"]:
@@ -64,9 +68,13 @@ class SineTest:
             Test with these points.
         """
         keep = (self.frequency >= band[0]) & (self.frequency <= band[1])
-        parts = (self.frequency[keep], self.force[keep], self.response[keep])
-        change = None if self.change is None else self.change[keep]
-        return SineTest(self.name, *parts, change, self.stepped)
+        return replace(
+            self,
+            frequency=self.frequency[keep],
+            force=self.force[keep],
+            response=self.response[keep],
+            change=None if self.change is None else self.change[keep],
+        )
 
 
 @frozen
@@ -149,4 +157,5 @@ def checked(test: SineTest) -> SineTest:
         if not (np.isfinite(each).all() and (each != 0.0).all()):
             raise SlipmodeError(f"tests: {name} of {test.name} must be finite and not 0")
     force, response = (each.astype(np.complex128) for each in arrays[1:])
-    return SineTest(test.name, arrays[0].real, force, response, test.change, test.stepped)
+    frequency = arrays[0].real
+    return replace(test, frequency=frequency, force=force, response=response)

@@ -19,9 +19,9 @@ from slipmode.rom.structure.readers.text import (
     DamagedError,
     has_fortran_exponents,
     numbers,
-    read_text,
     with_plain_exponents,
 )
+from slipmode.rom.text import read_text
 
 _log = logging.getLogger(__name__)
 

@@ -14,7 +14,8 @@ import scipy.sparse
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored
-from slipmode.rom.structure.readers.text import DamagedError, number, read_text
+from slipmode.rom.structure.readers.text import DamagedError, number
+from slipmode.rom.text import read_text
 
 _log = logging.getLogger(__name__)
 

@@ -19,7 +19,8 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from slipmode.rom.structure.readers.named import mirrored
-from slipmode.rom.structure.readers.text import DamagedError, fixed_width, read_text
+from slipmode.rom.structure.readers.text import DamagedError, fixed_width
+from slipmode.rom.text import read_text
 
 _HEADER = re.compile(r"\s*(\d+)\s+(-?\d+)\s+\d+\s+([1-4])\s*([A-Z]\w*)\s*(.*)", re.IGNORECASE)
 _FORMAT = re.compile(r"(\d+)[DEFG](\d+)", re.IGNORECASE)

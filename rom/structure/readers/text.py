@@ -1,16 +1,13 @@
-"""Text of matrix files in any encoding, and numbers as Fortran writes them."""
+"""Numbers in text as Fortran writes them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-
-_UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 #: An exponent of three digits leaves no room for its letter: 1.5-105.
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d)")
@@ -18,17 +15,6 @@ _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d)")
 
 class DamagedError(ValueError):
     """A reason why a file cannot be read; `read_matrix_file` names the file."""
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a file.
-
-    Numbers and names are ASCII, and comments may have any encoding: Latin-1 decodes every byte.
-    """
-    content = path.read_bytes()
-    if content.startswith(_UTF16):
-        return content.decode("utf-16")
-    return content.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
 
 
 def has_fortran_exponents(text: str) -> bool:

@@ -97,17 +97,26 @@ def refused(*arguments, **options):
 
 def test_a_missing_unit_or_rate_is_named(tmp_path):
     write_csv(tmp_path / "a.csv", SIGNALS)
-    assert "give unit=, such as 'm/s'" in refused(tmp_path / "a.csv", unit=None)
+    message = refused(tmp_path / "a.csv", unit=None, sample_rate=RATE)
+    assert "give unit=, such as 'm/s'" in message
     assert "give sample_rate= [Hz]" in refused(tmp_path / "a.csv")
     assert "sample_rate = -1: must be > 0" in refused(tmp_path / "a.csv", sample_rate=-1)
 
 
-def test_contradictions_to_the_file_are_named(tmp_path):
+def test_options_override_the_file_with_a_note(tmp_path):
     np.savez(tmp_path / "a.npz", hit=SIGNALS[0], fs=RATE)
-    assert "must be 2000 Hz, as" in refused(tmp_path / "a.npz", sample_rate=1000.0)
-    write_hits(tmp_path / "a.uff")
-    assert "unit = 'g': " in refused(tmp_path / "a.uff", unit="g")
-    # of node 1 the second time without node 2
+    found = rom.read_measurement(tmp_path / "a.npz", sample_rate=1000.0, **GIVEN)
+    assert found["hit"].sample_rate == 1000.0
+    assert found["hit"].notes == ("the sampling rate is 1000 Hz as given; the file has 2000 Hz",)
+    write_csv(tmp_path / "a.csv", [times(0.1), SIGNALS[0]], ["time [s]", "tip [V]"])
+    found = rom.read_measurement(tmp_path / "a.csv", **GIVEN)
+    assert found.unit == "m/s"
+    assert found[1].notes == ("tip is in m/s as given; the file states V",)
+    assert found[1].signal[0] == pytest.approx(SIGNALS[0], rel=1e-8)
+
+
+def test_records_with_other_channels_are_refused(tmp_path):
+    write_hits(tmp_path / "a.uff")  # of node 1 the second time without node 2
     assert "choose common ones by channels=" in refused(tmp_path / "a.uff")
 
 
@@ -133,7 +142,7 @@ def test_unreadable_files_are_named(tmp_path):
         (tmp_path / name).write_text(text)
         assert str(tmp_path / name) in refused(tmp_path / name, sample_rate=RATE)
     assert "line 3 must have one number a column" in refused(tmp_path / "a.csv")
-    (tmp_path / "t.csv").write_text("time,x\n0,1\n1,2\n3,4\n")
+    (tmp_path / "t.csv").write_text("time,x\n0.0,1\n1.0,2\n3.0,4\n")
     assert "times must rise in equal steps" in refused(tmp_path / "t.csv")
 
 

@@ -75,11 +75,12 @@ def test_time_signals_of_sweeps_are_read(tmp_path, capsys):
         signals = JointedOscillator().signals(*sweep(78.0, 81.4, 0.1, force))
         table = np.stack([np.arange(1, signals[0].size + 1) / RATE, *signals], axis=1)
         file = tmp_path / f"level{k}.csv"
-        np.savetxt(file, table, "%.9g", ",", header="time,F [N],v [m/s]", comments="")
-    options = ["--sine", "--band", "78.2", "81.2", "--channels", "F", "v", "-o", str(tmp_path)]
-    assert main(["identify", str(tmp_path / "level*.csv"), *options]) == 0
+        np.savetxt(file, table, "%.9g", ",", header="time,F,v", comments="")
+    options = ["--sine", "--band", "78.2", "81.2", "--unit", "m/s", "--force-unit", "N"]
+    named = [*options, "--channels", "F", "v", "-o", str(tmp_path)]
+    assert main(["identify", str(tmp_path / "level*.csv"), *named]) == 0
     assert re.search(r"modal_mass +1\.[78]\d+ ", capsys.readouterr().out)
-    assert main(["identify", str(tmp_path / "level*.csv"), *options[:4]]) == 1
+    assert main(["identify", str(tmp_path / "level*.csv"), *options]) == 1
     assert "the force must be measured" in capsys.readouterr().err
 
 

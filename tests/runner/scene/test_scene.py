@@ -382,7 +382,7 @@ def test_refuses_names_that_no_file_can_have(name):
     ("content", "message"),
     [
         (b"[run]\nduration == 3\n", "TOML syntax: .*line 2"),
-        (b"title = '\xff'", "must be UTF-8 text"),
+        (b"title = '\xff'", "must be text in UTF-8"),
         (b"[run]\nlength = 1", "run.length: unknown key"),
         (b"a = " + b"[" * 5000, "TOML syntax"),
         (b"a = 1" + b"0" * 5000, "TOML syntax"),
@@ -436,3 +436,18 @@ def test_no_value_of_a_key_raises_anything_but_a_refusal(number, value):
     except SlipmodeError as refusal:
         assert "TOML syntax" not in str(refusal)
         assert "\n" not in str(refusal)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_scenes_may_begin_with_a_byte_order_mark(encoding, tmp_path):
+    text = shipped_scenes()["one-mode"].read_text(encoding="utf-8")
+    (tmp_path / "bom.toml").write_text(text, encoding=encoding, newline="\r\n")
+    assert load_scene(tmp_path / "bom.toml").run == load_scene("one-mode").run
+
+
+@pytest.mark.parametrize(
+    ("spelled", "usual"), [("hz", "Hz"), ("Hertz", "Hz"), ("RAD/SEC", "rad/s")]
+)
+def test_units_may_have_other_spellings(spelled, usual):
+    scene = parse_scene(f'{MINIMAL}\n[units]\nfrequency = "{spelled}"\ndisplacement = "µm"\n', ".")
+    assert (scene.units.frequency, scene.units.displacement) == (usual, "um")
