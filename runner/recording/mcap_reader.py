@@ -1,7 +1,8 @@
-"""Reading of MCAP files from their beginning, as far as they are whole: chunks become arrays.
+"""The walk over the records of an MCAP file, whole or damaged: chunks become arrays of messages.
 
 The readers of the mcap package take messages one by one: 0.2 million a second, against 3 million
-here, and say nothing of where a damaged file ends. Records other than messages are parsed by it.
+here (`make bench-recordings`), and end at the first damage. Records other than messages are
+parsed by it.
 """
 
 from __future__ import annotations
@@ -9,226 +10,240 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections import Counter
-from collections.abc import Callable, Iterator
+from array import array
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from os import PathLike
 from typing import Any, BinaryIO
 
+import lz4.frame
 import numpy as np
+import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
-from numpy.typing import NDArray
-from zstandard import ZstdError
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
-from slipmode.runner.recording.mcap_writer import (
+from slipmode.runner.recording.mcap_layout import (
     HEADER_BYTES,
     INDEX_ENTRY,
     MESSAGE_PREFIX,
+    DamagedError,
+    MessageIndex,
+    Messages,
     record_bytes,
 )
 
-WALL_CLOCK = 10**18  # [ns], in 2001: later times count from 1970, earlier ones from a run's start
+MIB = 1024 * 1024
+LEAST_MEMORY = 256 * MIB  # what the reader of a small file may allocate
+FILE_SIZES = 10  # what the reader of a large file may allocate, in sizes of the file
+# Memory for each byte of a chunk: shortest messages have 31 bytes, and their offsets, prefixes and
+# index entries, sorted and not, take 3.3 times as much; test_damage.py measures the sum.
+CHUNK_COPIES = 5
 
+_LOOSE_BYTES = MIB  # of messages outside chunks that are read at once
+_LINKS = 3  # records in a row that are believed after damage
+_SEARCH_BYTES = 16  # what the search after damage may parse, in sizes of the file
 _MESSAGE_HEAD = struct.Struct("<BQH")  # opcode, length, channel
+_CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, unpacked size
 _UNREADABLE = (McapError, struct.error, ValueError, OverflowError, MemoryError)
 
 
-class DamagedError(Exception):
-    """Why a part of a file cannot be read."""
+@dataclass(frozen=True)
+class Loose:
+    """Messages outside chunks, one record after the other."""
+
+    raw: bytes = field(repr=False)
+
+
+Record = records.McapRecord | MessageIndex | Loose | None  # None: of a kind that is unknown here
 
 
 @dataclass(frozen=True)
-class MessageIndex:
-    """Where the messages of a channel are in the chunk before it: INDEX_ENTRY items."""
+class Found:
+    """A record, and the bytes of the file in which it is."""
 
-    channel: int
-    entries: NDArray[np.void]
-
-
-Record = records.McapRecord | MessageIndex | None  # None: of a kind that is unknown here
+    start: int
+    end: int
+    record: Record
 
 
 @dataclass(frozen=True)
-class Messages:
-    """Messages of one channel within a chunk, in the order of the file."""
+class Damage:
+    """A part of a file that cannot be read."""
 
-    raw: bytes  # The decompressed chunk
-    offsets: NDArray[np.int64]  # (n,): Where the records of the messages begin
-    prefix: NDArray[np.void]  # (n,): Their MESSAGE_PREFIX, with lengths and times
-
-    @classmethod
-    def at(cls, raw: bytes, starts: list[int]) -> Messages:
-        """Return the messages whose records begin at `starts`."""
-        offsets = np.array(starts, dtype=np.int64)
-        return cls(raw, offsets, _items(raw, offsets, MESSAGE_PREFIX))
-
-    @property
-    def entries(self) -> NDArray[np.void]:
-        """Their INDEX_ENTRY items, shape (n,)."""
-        found = np.empty(len(self.offsets), INDEX_ENTRY)
-        found["log_time"], found["offset"] = self.prefix["log_time"], self.offsets
-        return found
-
-    def disordered(self, before: int) -> bool:
-        """Return whether log times run backwards, also from an earlier one [ns]."""
-        time_ns = self.prefix["log_time"]
-        return int(time_ns[0]) < before or bool(np.any(time_ns[1:] < time_ns[:-1]))
-
-    def data(self) -> NDArray[np.void]:
-        """Return the messages, shape (n,); raise DamagedError if their lengths differ."""
-        if np.ptp(self.prefix["length"]):
-            raise DamagedError("messages of one channel differ in length")
-        size = int(self.prefix["length"][0]) + HEADER_BYTES - MESSAGE_PREFIX.itemsize
-        return _items(self.raw, self.offsets + MESSAGE_PREFIX.itemsize, np.dtype(f"V{size}"))
-
-    def each(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the log time [ns] and the bytes of each message."""
-        ends = self.offsets + HEADER_BYTES + self.prefix["length"].astype(np.int64)
-        starts = self.offsets + MESSAGE_PREFIX.itemsize
-        times = self.prefix["log_time"].tolist()
-        for time_ns, start, end in zip(times, starts.tolist(), ends.tolist(), strict=True):
-            yield time_ns, self.raw[start:end]
+    start: int
+    end: int
+    reason: str
+    first_ns: int = 0  # What the head of a chunk says about its messages
+    last_ns: int = 0
+    size: int = 0  # Bytes before compression
 
 
-@dataclass
-class Inventory:
-    """The records of a file so far; schemas, channels and all about channels by their numbers."""
+def memory_limit(size: int) -> int:
+    """Return how many bytes the reader of a file of `size` bytes may allocate.
 
-    schemas: dict[int, records.Schema] = field(default_factory=dict)
-    channels: dict[int, records.Channel] = field(default_factory=dict)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    attachments: dict[str, bytes] = field(default_factory=dict)
-    counts: Counter[int] = field(default_factory=Counter)  # Messages
-    # Earliest and latest log time of the channels that have messages [ns]
-    first: dict[int, int] = field(default_factory=dict)
-    last: dict[int, int] = field(default_factory=dict)
-    chunks: int = 0
-    # Channels whose log times count from the run's start and whose publish times from 1970
-    published_later: set[int] = field(default_factory=set)
-    damage: str = ""  # Why the file was not read to its end
-
-    def read(self, file: BinaryIO, take: Callable[[int, Messages], None]) -> None:
-        """Read a file to its end or its first damage; `take` gets channel numbers and messages."""
-        try:
-            for _, _, record in scan(file):
-                for channel, messages in self.add(record).items():
-                    take(channel, messages)
-        except DamagedError as error:
-            self.damage = str(error)
-
-    def add(self, record: Record) -> dict[int, Messages]:
-        """Add a record; return its messages by channel.
-
-        Raises DamagedError if a chunk cannot be read, or a channel is not described.
-        """
-        match record:
-            case records.Schema():
-                self.schemas[record.id] = record
-            case records.Channel():
-                self.channels[record.id] = record
-            case records.Metadata():
-                self.metadata[record.name] = record.metadata
-            case records.Attachment():
-                self.attachments[record.name] = record.data
-            case records.Message() as message:
-                return self._count({message.channel_id: Messages.at(record_bytes(message), [0])})
-            case records.Chunk():
-                found, messages = unpack(record)
-                self.chunks += 1
-                for each in found:
-                    self.add(each)
-                return self._count(messages)
-        return {}
-
-    def schema_of(self, number: int) -> records.Schema:
-        """Return the schema of a channel; an empty one if the file has none."""
-        none = records.Schema(id=0, data=b"", encoding="", name="")
-        return self.schemas.get(self.channels[number].schema_id, none)
-
-    def _count(self, found: dict[int, Messages]) -> dict[int, Messages]:
-        for channel in found.keys() - self.channels.keys():
-            raise DamagedError(f"messages on channel {channel}, which the file does not describe")
-        for channel, messages in found.items():
-            log_time, publish_time = (messages.prefix[f"{of}_time"] for of in ("log", "publish"))
-            first, last = int(log_time.min()), int(log_time.max())
-            self.first[channel] = min(first, self.first.get(channel, first))
-            self.last[channel] = max(last, self.last.get(channel, last))
-            self.counts[channel] += log_time.size
-            if np.any((publish_time >= WALL_CLOCK) & (log_time < WALL_CLOCK)):
-                self.published_later.add(channel)
-        return found
-
-    def mixed_clocks(self) -> str:
-        """Return a complaint if some times count from 1970 and others from the run's start."""
-        for channel in self.published_later:
-            clocks = "publish times from 1970, log times from the run's start"
-            return f"mixed clocks: {self.channels[channel].topic} has {clocks}"
-        wall = [channel for channel, last in self.last.items() if last >= WALL_CLOCK]
-        simulated = [channel for channel, first in self.first.items() if first < WALL_CLOCK]
-        if not (wall and simulated):
-            return ""
-        late, early = (self.channels[numbers[0]].topic for numbers in (wall, simulated))
-        return f"mixed clocks: {late} has times from 1970, {early} from the run's start"
-
-
-def scan(file: BinaryIO) -> Iterator[tuple[int, int, Record]]:
-    """Yield first byte, end and content of each record from the file's position to its footer.
-
-    Raises DamagedError if the file ends before its footer, or a record cannot be read.
+    The environment variable SLIPMODE_MEMORY_MIB overrides the default.
     """
-    start = file.tell()
-    size = file.seek(0, os.SEEK_END)
-    file.seek(start)
-    record = None
-    while not isinstance(record, records.Footer):
-        header = file.read(HEADER_BYTES)
-        if len(header) < HEADER_BYTES:
-            raise DamagedError(f"the file ends at byte {size}, before its footer")
-        opcode, length = header[0], int.from_bytes(header[1:], "little")
-        end = start + HEADER_BYTES + length
-        if end > size:
-            raise DamagedError(f"the file ends at byte {size}, within the record at {start}")
+    given = os.environ.get("SLIPMODE_MEMORY_MIB", "")
+    return int(given) * MIB if given.isdecimal() else max(FILE_SIZES * size, LEAST_MEMORY)
+
+
+def scan(file: BinaryIO) -> Iterator[Found | Damage]:
+    """Yield the records of a file from its position to its footer, and the damage between them.
+
+    After damage, the walk continues where several records in a row can be read.
+    """
+    position, size = file.tell(), file.seek(0, os.SEEK_END)
+    patience = [_SEARCH_BYTES * size]
+    while position < size:
         try:
-            record = _parsed(opcode, file.read(length))
-        except _UNREADABLE as error:
-            raise DamagedError(f"the record at byte {start} cannot be read") from error
-        yield start, end, record
-        start = end
-    if file.read() != MCAP0_MAGIC:
-        raise DamagedError(f"the file does not end as MCAP files do, after byte {start}")
+            found = _record_at(file, position, size)
+        except DamagedError as error:
+            end = _resume(file, position, size, patience)
+            yield Damage(position, end, str(error), *_claims(file, position))
+            if end == size:
+                return
+            position = end
+            continue
+        yield found
+        position = found.end
+        if isinstance(found.record, records.Footer):
+            file.seek(position)
+            if file.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
+                reason = f"the file does not end as MCAP files do, after byte {position}"
+                yield Damage(position, size, reason)
+            return
+    yield Damage(size, size, f"the file ends at byte {size}, before its footer")
+
+
+def _record_at(file: BinaryIO, start: int, size: int) -> Found:
+    """Return the record, or the messages outside chunks, that begin at a byte of a file."""
+    file.seek(start)
+    header = file.read(HEADER_BYTES)
+    end = start + HEADER_BYTES + int.from_bytes(header[1:], "little")
+    if len(header) < HEADER_BYTES or (end > size and 0 < header[0] < 16):
+        raise DamagedError(f"the file ends at byte {size}, within the record at {start}")
+    try:
+        if end > size or not header[0]:
+            raise ValueError
+        if header[0] == Opcode.MESSAGE:
+            file.seek(start)
+            raw = file.read(max(_LOOSE_BYTES, end - start))
+            last, end = _loose_end(raw)
+            if start + end < size and not _may_begin(file, start + end):
+                end = last  # a wrong length of the last message may have led there
+            if not end:
+                raise ValueError
+            return Found(start, start + end, Loose(raw[:end]))
+        return Found(start, end, _parsed(header[0], file.read(end - start - HEADER_BYTES)))
+    except _UNREADABLE as error:
+        raise DamagedError(f"the record at byte {start} cannot be read") from error
+
+
+def _loose_end(raw: bytes) -> tuple[int, int]:
+    """Return where the last whole message of a row of messages begins, and where it ends."""
+    start = end = 0
+    while raw[end : end + 1] == bytes([Opcode.MESSAGE]):
+        length = int.from_bytes(raw[end + 1 : end + HEADER_BYTES], "little")
+        following = end + HEADER_BYTES + length
+        if following < end + MESSAGE_PREFIX.itemsize or following > len(raw):
+            break
+        start, end = end, following
+    return start, end
+
+
+def _may_begin(file: BinaryIO, start: int) -> bool:
+    """Return whether the first bytes at a place may be those of a record."""
+    file.seek(start)
+    header = file.read(HEADER_BYTES)
+    return header[0] > 0 and int.from_bytes(header[1:], "little") < 1 << 40
 
 
 def _parsed(opcode: int, body: bytes) -> Record:
-    stream = ReadDataStream(BytesIO(body))
+    """Return a record; raise one of _UNREADABLE if its parts do not fit its length."""
     if opcode == Opcode.MESSAGE_INDEX:  # the mcap package would read it entry by entry
         channel, length = struct.unpack_from("<HI", body)
+        if length % 16 or length > len(body) - 6:
+            raise ValueError
         return MessageIndex(channel, np.frombuffer(body, INDEX_ENTRY, length // 16, 6))
-    if opcode == Opcode.MESSAGE:
-        return records.Message.read(stream, len(body))  # type: ignore[no-any-return]
     if opcode not in list(Opcode):
         return None
     name = Opcode(opcode).name.title().replace("_", "")  # CHUNK_INDEX is read by ChunkIndex
     kind: Any = getattr(records, name)
-    return kind.read(stream)  # type: ignore[no-any-return]
+    record: records.McapRecord = kind.read(ReadDataStream(BytesIO(body)))
+    again = record_bytes(record)[HEADER_BYTES:]
+    if isinstance(record, records.Attachment) and body[-4:] == bytes(4):  # without a check sum
+        again = again[:-4] + bytes(4)
+    if not body.startswith(again):  # later versions may append fields
+        raise ValueError
+    return record
 
 
-def unpack(chunk: records.Chunk) -> tuple[list[Record], dict[int, Messages]]:
-    """Return the schemas and channels of a chunk, and its messages by channel.
+def _resume(file: BinaryIO, start: int, size: int, patience: list[int]) -> int:
+    """Return where the next records are after a record that cannot be read; else the size."""
+    file.seek(start)
+    header = file.read(HEADER_BYTES)
+    end = start + HEADER_BYTES + int.from_bytes(header[1:], "little")
+    if end <= size and _chained(file, end, size, patience):
+        return end
+    for block in range(start + 1, size - HEADER_BYTES, MIB):
+        file.seek(block)
+        raw = file.read(MIB + HEADER_BYTES - 1)
+        count = len(raw) - HEADER_BYTES + 1
+        opcodes = np.frombuffer(raw, np.uint8, count)
+        lengths = np.ndarray((count,), "<u8", raw, 1, (1,))  # at every byte
+        room = (size - block - HEADER_BYTES - np.arange(count)).astype(np.uint64)
+        here = (opcodes > 0) & (opcodes < 16) & (lengths > 0) & (lengths <= room)
+        for place in (block + np.flatnonzero(here)).tolist():
+            if patience[0] > 0 and _chained(file, place, size, patience):
+                return place
+    return size
 
-    Raises DamagedError if the chunk is not what was written.
+
+def _chained(file: BinaryIO, start: int, size: int, patience: list[int]) -> bool:
+    """Return whether records that follow each other begin at a byte of a file."""
+    for number in range(_LINKS):
+        if start == size:
+            return True
+        try:
+            found = _record_at(file, start, size)
+        except DamagedError as error:
+            return number > 0 and "ends" in str(error)
+        patience[0] -= found.end - start
+        if found.record is None:
+            return False
+        if isinstance(found.record, records.Footer):
+            return True
+        start = found.end
+    return True
+
+
+def _claims(file: BinaryIO, start: int) -> tuple[int, int, int]:
+    """Return times [ns] and unpacked size that a chunk at a byte of a file has by its head."""
+    file.seek(start)
+    head = file.read(_CHUNK_HEAD.size)
+    if len(head) < _CHUNK_HEAD.size or head[0] != Opcode.CHUNK:
+        return 0, 0, 0
+    first, last, size = _CHUNK_HEAD.unpack(head)[2:]
+    return first, last, size
+
+
+def unpack(
+    chunk: records.Chunk | Loose, most: int
+) -> tuple[bytes, list[Record], dict[int, Messages]]:
+    """Return the bytes of a chunk, its schemas and channels, and its messages by channel.
+
+    Raises DamagedError if the chunk is not what was written, or has more than `most` bytes.
     """
-    raw = _decompressed(chunk)
-    described: list[Record] = []
-    found: dict[int, list[int]] = {}
+    raw = chunk.raw if isinstance(chunk, Loose) else _decompressed(chunk, most)
+    described: dict[bytes, Record] = {}  # by their bytes: a chunk may repeat them
+    found: dict[int, array[int]] = {}
     start, last = 0, len(raw) - _MESSAGE_HEAD.size
     while start <= last:
         opcode, length, channel = _MESSAGE_HEAD.unpack_from(raw, start)
@@ -238,7 +253,7 @@ def unpack(chunk: records.Chunk) -> tuple[list[Record], dict[int, Messages]]:
         if opcode == Opcode.MESSAGE:
             if size < MESSAGE_PREFIX.itemsize:
                 break
-            starts = found.setdefault(channel, [])
+            starts = found.setdefault(channel, array("q"))
             head = raw[start : start + _MESSAGE_HEAD.size]
             while raw.startswith(head, start):  # neighbours are often of one channel and length
                 starts.append(start)
@@ -247,59 +262,75 @@ def unpack(chunk: records.Chunk) -> tuple[list[Record], dict[int, Messages]]:
                 break
             continue
         if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            body = raw[start : start + size]
             try:
-                described.append(_parsed(opcode, raw[start + HEADER_BYTES : start + size]))
+                described[body] = described.get(body) or _parsed(opcode, body[HEADER_BYTES:])
             except _UNREADABLE as error:
                 raise DamagedError("a record within a chunk cannot be read") from error
         start += size
     if start != len(raw):
         raise DamagedError("the records within a chunk do not fill it")
-    return described, {channel: Messages.at(raw, starts) for channel, starts in found.items()}
+    placed = {channel: np.frombuffer(starts, np.int64) for channel, starts in found.items()}
+    messages = {channel: Messages.at(raw, starts) for channel, starts in placed.items()}
+    return raw, list(described.values()), messages
 
 
-def _decompressed(chunk: records.Chunk) -> bytes:
-    kind = chunk.compression
-    if kind not in ("zstd", "lz4", ""):
-        raise DamagedError(f"a chunk is compressed as {kind!r}, which is not read here")
+def _decompressed(chunk: records.Chunk, most: int) -> bytes:
+    """Return the content of a chunk, of at most `most` bytes, and right by its check sum."""
+    kind, data, claimed = chunk.compression, chunk.data, chunk.uncompressed_size
     try:
-        stream, size = get_chunk_data_stream(chunk, validate_crc=True)
-        raw = stream.read(size)
-    except CRCValidationError as error:
-        raise DamagedError("the check sum of a chunk does not fit its content") from error
-    except (ZstdError, RuntimeError, MemoryError, OverflowError) as error:
+        if kind == "":
+            size = len(data)
+        elif kind == "zstd":
+            size = zstandard.frame_content_size(data)
+        elif kind == "lz4":
+            size = lz4.frame.get_frame_info(data)["content_size"] or -1
+        else:
+            raise DamagedError(f"a chunk is compressed as {kind!r}, which is not read here")
+        size = claimed if size < 0 else size  # not all compressors state it
+        if size > most:
+            limit = f"{most // MIB} MiB that SLIPMODE_MEMORY_MIB allows"
+            raise DamagedError(f"a chunk unpacks to {size / MIB:.0f} MiB, more than the {limit}")
+        if kind == "zstd" and data:
+            data = zstandard.decompress(data, max(size, 1))
+        elif kind == "lz4":
+            data = lz4.frame.LZ4FrameDecompressor().decompress(data, size + 1)
+    except (zstandard.ZstdError, RuntimeError, MemoryError, OverflowError) as error:
         raise DamagedError("a chunk cannot be decompressed") from error
-    if size != chunk.uncompressed_size:
+    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+        raise DamagedError("the check sum of a chunk does not fit its content")
+    if len(data) != size:
         raise DamagedError("a chunk has not the size that it claims")
-    return raw
+    return data
 
 
-def _items(raw: bytes, offsets: NDArray[np.int64], layout: np.dtype[np.void]) -> NDArray[np.void]:
-    """Return copies of the items of a layout that begin at `offsets`."""
-    # Every byte begins an item of this view, so that picking items is one fast copy.
-    count = max(len(raw) - layout.itemsize + 1, 0)
-    overlapping = np.ndarray((count,), np.dtype(f"V{layout.itemsize}"), raw, 0, (1,))
-    return overlapping[offsets].view(layout)
+def read_summary(file: BinaryIO) -> tuple[list[Record], bool]:
+    """Return the records of a file's summary, and whether a check sum guards them.
 
-
-def read_summary(file: BinaryIO) -> list[records.McapRecord]:
-    """Return the records of a file's summary; none if it is missing or damaged."""
+    There are none if the file has no summary, or does not end with a footer. Raises DamagedError
+    if the summary cannot be read.
+    """
     size = file.seek(0, os.SEEK_END)
-    tail = len(record_bytes(records.Footer(0, 0, 0)) + MCAP0_MAGIC)
-    if size < len(MCAP0_MAGIC) + tail:
-        return []
-    file.seek(size - tail)
+    place = size - len(record_bytes(records.Footer(0, 0, 0)) + MCAP0_MAGIC)
     try:
-        ((_, _, footer),) = scan(file)
-        if not isinstance(footer, records.Footer) or not footer.summary_start:
-            return []
-        file.seek(footer.summary_start)
-        checked = file.read(size - len(MCAP0_MAGIC) - 4 - footer.summary_start)
-        if footer.summary_crc not in (0, zlib.crc32(checked)):
-            return []
-        file.seek(footer.summary_start)
-        return [each for _, _, each in scan(file) if isinstance(each, records.McapRecord)]
-    except (DamagedError, ValueError, OverflowError):
-        return []
+        footer = _record_at(file, max(place, 0), size).record
+    except DamagedError:
+        return [], False
+    if not isinstance(footer, records.Footer) or not footer.summary_start:
+        return [], False
+    start = footer.summary_start
+    if not len(MCAP0_MAGIC) <= start <= place:
+        raise DamagedError(f"the footer places the summary at byte {start}, where none can be")
+    file.seek(start)
+    checked = file.read(size - len(MCAP0_MAGIC) - 4 - start)
+    if footer.summary_crc not in (0, zlib.crc32(checked)):
+        raise DamagedError("the check sum of the summary does not fit it")
+    found = []
+    while start < place:
+        each = _record_at(file, start, size)
+        found.append(each.record)
+        start = each.end
+    return found, bool(footer.summary_crc)
 
 
 @contextmanager

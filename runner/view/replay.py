@@ -28,7 +28,7 @@ def replay(
 ) -> list[str]:
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
 
-    A damaged recording is shown up to its damage, of another program's recording the numbers.
+    Of a damaged recording all whole parts are shown, of another program's recording the numbers.
     Returns a line for each part that is not shown. Raises SlipmodeError if `path` cannot be read
     or has no such part, or no viewer can be started; OSError if a file cannot be written.
 
@@ -48,8 +48,7 @@ def replay(
     data = read_external(path) if is_external(path) else read(path)
     notes = []
     if data.damage:
-        rest = "slipmode recover may find more"
-        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
+        notes.append(f"{path}: {data.missing('shown')}")
     if data.left_out:
         notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
     with naming(path):

@@ -1,0 +1,88 @@
+"""Damaged recordings: recover, doctor, load and export agree with the readers of the mcap package."""
+
+import warnings
+
+import numpy as np
+import pytest
+from damage import CHUNKED, UNCHUNKED, messages
+from recordings import HEADER, STEP, damaged, rewritten
+
+from slipmode.runner import load
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.check import doctor, info
+from slipmode.runner.recording.export import export
+from slipmode.runner.recording.load import DamagedRecordingWarning, read
+from slipmode.runner.recording.record import McapSink
+from slipmode.runner.recording.recover import recover
+
+CHANNELS = [channels.modes(), channels.contact(0), channels.elastic(range(80))]
+ROWS = 3500  # in three chunks
+
+
+@pytest.fixture(scope="module")
+def chunked(tmp_path_factory):
+    path = tmp_path_factory.mktemp("chunked") / "run.mcap"
+    rng = np.random.default_rng(5)
+    with McapSink(path, HEADER, CHANNELS) as sink:
+        sink.event(0.0, "info", "started")
+        for start in range(0, ROWS, 100):
+            time = STEP * np.arange(start, start + 100)
+            for channel in CHANNELS:
+                sink.write(channel.topic, time, rng.normal(size=(100, len(channel.fields))))
+    assert info(path).chunks == 3
+    return path
+
+
+@pytest.fixture(scope="module")
+def unchunked(tmp_path_factory):
+    path = tmp_path_factory.mktemp("unchunked") / "run.mcap"
+    return rewritten(path, chunked=False)
+
+
+def check(whole, path, folder):
+    """The readers agree; returns how many messages of the sound recording are left."""
+    assert doctor(path)
+    with pytest.warns(DamagedRecordingWarning, match=r"damaged\.mcap: cut short or damaged: "):
+        left = load(path)
+    assert info(path).damage == read(path).damage != ""
+    found = recover(path, folder / "out.mcap")
+    assert doctor(folder / "out.mcap") == []
+    there, before = messages(folder / "out.mcap"), messages(whole)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        loaded = load(folder / "out.mcap")
+        export(folder / "out.mcap", folder / "out.npz")
+    assert set(loaded) == set(left)
+    kept = 0
+    with np.load(folder / "out.npz") as exported:
+        for topic, signals in loaded.items():
+            times = np.array([time for time, _ in there[topic]])
+            np.testing.assert_array_equal(signals.time, times / 1e9)
+            np.testing.assert_array_equal(signals.time, left[topic].time)
+            np.testing.assert_array_equal(signals.values, left[topic].values)
+            np.testing.assert_array_equal(exported[f"{topic}.time"], signals.time)
+            data = b"".join(data for _, data in there[topic])
+            assert signals.channel.encode(signals.values).tobytes() == data
+            assert set(there[topic]) <= set(before[topic])
+    kept = sum(map(len, there.values()))
+    said = bool(there["/events"]) and b"recovered" in there["/events"][-1][1]
+    assert found.kept == kept - said
+    return found.kept
+
+
+@pytest.mark.parametrize("kind", CHUNKED)
+def test_readers_agree_on_a_damaged_recording(chunked, tmp_path, kind):
+    change, cost = CHUNKED[kind]
+    total = sum(map(len, messages(chunked).values()))
+    kept = check(chunked, damaged(chunked, tmp_path, change), tmp_path)
+    if cost == 0:
+        assert kept >= total
+    else:
+        assert total * (1 - cost / 3) * 0.8 <= kept < total
+
+
+@pytest.mark.parametrize("kind", UNCHUNKED)
+def test_readers_agree_on_damage_outside_chunks(unchunked, tmp_path, kind):
+    change, cost = UNCHUNKED[kind]
+    kept = check(unchunked, damaged(unchunked, tmp_path, change), tmp_path)
+    assert 100 - cost <= kept <= 100
