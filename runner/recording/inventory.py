@@ -67,6 +67,7 @@ class Inventory:
     memory: int = 0  # Bytes that the readers of the file may still allocate
     # Schemas and channels in a summary with the right check sum
     _certain: dict[tuple[type, int], Record] = field(default_factory=dict)
+    _known_chunks: set[tuple[int, int, int]] = field(default_factory=set)  # Check sums and times
 
     __repr__ = short_repr
 
@@ -177,6 +178,13 @@ class Inventory:
         return kept == record
 
     def _unpacked(self, found: Found, chunk: records.Chunk | Loose) -> Iterator[Part]:
+        if isinstance(chunk, records.Chunk) and chunk.uncompressed_crc:
+            same = chunk.uncompressed_crc, chunk.message_start_time, chunk.message_end_time
+            if same in self._known_chunks:
+                self.faults.append(f"chunk at byte {found.start}: repeats an earlier one")
+                yield Part(found, whole=False)
+                return
+            self._known_chunks.add(same)
         try:
             raw, described, messages = unpack(chunk, self.memory // CHUNK_COPIES)
         except DamagedError as error:

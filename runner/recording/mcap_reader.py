@@ -47,11 +47,16 @@ FILE_SIZES = 10  # what the reader of a large file may allocate, in sizes of the
 CHUNK_COPIES = 5
 
 _LOOSE_BYTES = MIB  # of messages outside chunks that are read at once
+_LARGEST = 1 << 40  # bytes of a record; a length beyond is damage
 _LINKS = 3  # records in a row that are believed after damage
 _SEARCH_BYTES = 16  # what the search after damage may parse, in sizes of the file
 _MESSAGE_HEAD = struct.Struct("<BQH")  # opcode, length, channel
 _CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, unpacked size
 _UNREADABLE = (McapError, struct.error, ValueError, OverflowError, MemoryError)
+
+
+class _CutError(DamagedError):
+    """The file ends within a record."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def scan(file: BinaryIO) -> Iterator[Found | Damage]:
     patience = [_SEARCH_BYTES * size]
     while position < size:
         try:
-            found = _record_at(file, position, size)
+            found = _trusted(file, _record_at(file, position, size), size)
         except DamagedError as error:
             end = _resume(file, position, size, patience)
             yield Damage(position, end, str(error), *_claims(file, position))
@@ -127,18 +132,15 @@ def _record_at(file: BinaryIO, start: int, size: int) -> Found:
     file.seek(start)
     header = file.read(HEADER_BYTES)
     end = start + HEADER_BYTES + int.from_bytes(header[1:], "little")
-    if len(header) < HEADER_BYTES or (end > size and 0 < header[0] < 16):
-        raise DamagedError(f"the file ends at byte {size}, within the record at {start}")
+    if len(header) < HEADER_BYTES or (size < end < size + _LARGEST and 0 < header[0] < 16):
+        raise _CutError(f"the file ends at byte {size}, within the record at {start}")
     try:
         if end > size or not header[0]:
             raise ValueError
         if header[0] == Opcode.MESSAGE:
             file.seek(start)
             raw = file.read(max(_LOOSE_BYTES, end - start))
-            last, end = _loose_end(raw)
-            if start + end < size and not _may_begin(file, start + end):
-                end = last  # a wrong length of the last message may have led there
-            if not end:
+            if not (end := _loose_ends(raw)[-1]):
                 raise ValueError
             return Found(start, start + end, Loose(raw[:end]))
         return Found(start, end, _parsed(header[0], file.read(end - start - HEADER_BYTES)))
@@ -146,23 +148,32 @@ def _record_at(file: BinaryIO, start: int, size: int) -> Found:
         raise DamagedError(f"the record at byte {start} cannot be read") from error
 
 
-def _loose_end(raw: bytes) -> tuple[int, int]:
-    """Return where the last whole message of a row of messages begins, and where it ends."""
-    start = end = 0
+def _loose_ends(raw: bytes) -> tuple[int, int]:
+    """Return where the last two whole messages of a row of messages end; 0 without them."""
+    before = end = 0
     while raw[end : end + 1] == bytes([Opcode.MESSAGE]):
         length = int.from_bytes(raw[end + 1 : end + HEADER_BYTES], "little")
         following = end + HEADER_BYTES + length
         if following < end + MESSAGE_PREFIX.itemsize or following > len(raw):
             break
-        start, end = end, following
-    return start, end
+        before, end = end, following
+    return before, end
 
 
-def _may_begin(file: BinaryIO, start: int) -> bool:
-    """Return whether the first bytes at a place may be those of a record."""
-    file.seek(start)
-    header = file.read(HEADER_BYTES)
-    return header[0] > 0 and int.from_bytes(header[1:], "little") < 1 << 40
+def _trusted(file: BinaryIO, found: Found, size: int) -> Found:
+    """Return what was found, without the last of messages outside chunks if nothing follows it.
+
+    Nothing but its length confirms such a message. Raises DamagedError if it was the only one.
+    """
+    if not isinstance(found.record, Loose):
+        return found
+    file.seek(found.end)
+    if file.read(1) == bytes([Opcode.MESSAGE]) or _chained(file, found.end, size, [0], least=0):
+        return found
+    before = _loose_ends(found.record.raw)[0]
+    if not before:
+        raise DamagedError(f"the record at byte {found.start} cannot be read")
+    return Found(found.start, found.start + before, Loose(found.record.raw[:before]))
 
 
 def _parsed(opcode: int, body: bytes) -> Record:
@@ -206,22 +217,25 @@ def _resume(file: BinaryIO, start: int, size: int, patience: list[int]) -> int:
     return size
 
 
-def _chained(file: BinaryIO, start: int, size: int, patience: list[int]) -> bool:
-    """Return whether records that follow each other begin at a byte of a file."""
-    for number in range(_LINKS):
-        if start == size:
+def _chained(file: BinaryIO, start: int, size: int, patience: list[int], least: int = 1) -> bool:
+    """Return whether records follow each other from a byte of a file on.
+
+    If the file ends within one of them, at least `least` must come before it.
+    """
+    links, place = 0, start
+    for _ in range(2 * _LINKS):
+        if links == _LINKS or place == size:
             return True
         try:
-            found = _record_at(file, start, size)
+            found = _record_at(file, place, size)
         except DamagedError as error:
-            return number > 0 and "ends" in str(error)
-        patience[0] -= found.end - start
-        if found.record is None:
-            return False
+            return isinstance(error, _CutError) and links >= least
         if isinstance(found.record, records.Footer):
             return True
-        start = found.end
-    return True
+        links += found.record is not None
+        place = found.end
+        patience[0] -= place - start
+    return False
 
 
 def _claims(file: BinaryIO, start: int) -> tuple[int, int, int]:
@@ -316,9 +330,9 @@ def read_summary(file: BinaryIO) -> tuple[list[Record], bool]:
         footer = _record_at(file, max(place, 0), size).record
     except DamagedError:
         return [], False
-    if not isinstance(footer, records.Footer) or not footer.summary_start:
+    if not isinstance(footer, records.Footer):
         return [], False
-    start = footer.summary_start
+    start = footer.summary_start or place
     if not len(MCAP0_MAGIC) <= start <= place:
         raise DamagedError(f"the footer places the summary at byte {start}, where none can be")
     file.seek(start)

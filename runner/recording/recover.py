@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
-from slipmode.runner.recording.inventory import Inventory, Part
+from slipmode.runner.recording.inventory import Inventory, Part, is_ours
 from slipmode.runner.recording.mcap_reader import Loose, opened, unpack
 from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter, packed_chunk
 from slipmode.runner.recording.record import SCENE_FILE
 
+_UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
 _MESSAGE_BYTES = 64  # of a lost message, where no other is known
 
 
@@ -76,8 +77,9 @@ def _salvage(file: BinaryIO, out: BinaryIO) -> Recovery:
     for part in inventory.read(file):
         record = part.found.record
         if writer is None:
-            known = OWN_HEADER if inventory.ours else records.Header("", "recovered by slipmode")
-            writer = McapWriter(out, record if isinstance(record, records.Header) else known)
+            header = record if isinstance(record, records.Header) else _UNKNOWN_HEADER
+            marked = inventory.ours and not is_ours(header)
+            writer = McapWriter(out, OWN_HEADER if marked else header)
         _describe(inventory, writer, written)
         if part.messages or (isinstance(record, records.Chunk) and part.whole):
             writer.add_chunk(*_copied(part))
