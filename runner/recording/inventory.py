@@ -14,7 +14,7 @@ from mcap import records
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.recording.mcap_layout import DamagedError, Messages
+from slipmode.runner.recording.mcap_layout import DamagedError, Messages, record_bytes
 from slipmode.runner.recording.mcap_reader import (
     CHUNK_COPIES,
     MIB,
@@ -22,6 +22,7 @@ from slipmode.runner.recording.mcap_reader import (
     Found,
     Loose,
     Record,
+    TooLargeError,
     memory_limit,
     read_summary,
     scan,
@@ -30,6 +31,9 @@ from slipmode.runner.recording.mcap_reader import (
 
 WALL_CLOCK = 10**18  # [ns], in 2001: later times count from 1970, earlier ones from a run's start
 UNITS = "units"  # metadata that recordings of slipmode have
+# Memory for each byte of a schema or channel: in the file, parsed, and in a new summary by
+# `recover`; the slow test of test_reader_memory.py measures the sum.
+_DESCRIPTION_COPIES = 8
 _FAULTS_SHOWN = 3  # in one line
 
 
@@ -64,7 +68,8 @@ class Inventory:
     faults: list[str] = field(default_factory=list)  # Why the file is not whole
     lost: list[Damage] = field(default_factory=list)
     expected: int | None = None  # Messages by the statistics of the file
-    memory: int = 0  # Bytes that the readers of the file may still allocate
+    limit: int = 0  # Bytes that the readers of the file may allocate
+    kept: int = 0  # Bytes of them that are in use
     # Schemas and channels in a summary with the right check sum
     _certain: dict[tuple[type, int], Record] = field(default_factory=dict)
     _known_chunks: set[tuple[int, int, int]] = field(default_factory=set)  # Check sums and times
@@ -84,7 +89,7 @@ class Inventory:
         Messages on channels that the file does not describe are left out.
         """
         start = file.tell()
-        self.memory = memory_limit(file.seek(0, os.SEEK_END))
+        self.limit = memory_limit(file.seek(0, os.SEEK_END))
         summary = self._read_summary(file)
         file.seek(start)
         for found in scan(file):
@@ -110,11 +115,11 @@ class Inventory:
 
     def keep(self, size: int) -> None:
         """Account for `size` bytes that a reader keeps in memory; refuse too many."""
-        self.memory -= size
-        if self.memory < 0:
+        self.kept += size
+        if self.kept > self.limit:
             raise SlipmodeError(
-                "needs more memory than ten times its size, or 256 MiB if that is more; the "
-                "environment variable SLIPMODE_MEMORY_MIB sets another limit"
+                f"needs more than {self.limit // MIB} MiB of memory, the larger of ten times its "
+                "size and 256 MiB; the environment variable SLIPMODE_MEMORY_MIB sets another limit"
             )
 
     def schema_of(self, number: int) -> records.Schema:
@@ -171,6 +176,8 @@ class Inventory:
         return True
 
     def _describe(self, known: dict[int, Any], record: records.Schema | records.Channel) -> bool:
+        if record.id not in known:
+            self.keep(_DESCRIPTION_COPIES * len(record_bytes(record)))
         kept = known.setdefault(record.id, self._certain.get((type(record), record.id), record))
         if kept != record:
             kind = type(record).__name__.lower()
@@ -186,8 +193,10 @@ class Inventory:
                 return
             self._known_chunks.add(same)
         try:
-            raw, described, messages = unpack(chunk, self.memory // CHUNK_COPIES)
+            raw, described, messages = unpack(chunk, (self.limit - self.kept) // CHUNK_COPIES)
         except DamagedError as error:
+            if isinstance(error, TooLargeError) and CHUNK_COPIES * error.size <= self.limit:
+                self.keep(self.limit)  # it would fit, were nothing kept
             self.faults.append(f"chunk at byte {found.start}: {error}")
             if isinstance(chunk, records.Chunk):
                 times = chunk.message_start_time, chunk.message_end_time

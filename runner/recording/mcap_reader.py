@@ -59,6 +59,15 @@ class _CutError(DamagedError):
     """The file ends within a record."""
 
 
+class TooLargeError(DamagedError):
+    """A chunk unpacks to more bytes than a reader may allocate."""
+
+    def __init__(self, size: int, most: int) -> None:
+        self.size = size
+        limit = f"{most // MIB} MiB that the limit of memory allows (SLIPMODE_MEMORY_MIB)"
+        super().__init__(f"a chunk unpacks to {size / MIB:.0f} MiB, more than the {limit}")
+
+
 @dataclass(frozen=True)
 class Loose:
     """Messages outside chunks, one record after the other."""
@@ -253,7 +262,8 @@ def unpack(
 ) -> tuple[bytes, list[Record], dict[int, Messages]]:
     """Return the bytes of a chunk, its schemas and channels, and its messages by channel.
 
-    Raises DamagedError if the chunk is not what was written, or has more than `most` bytes.
+    Raises DamagedError if the chunk is not what was written, TooLargeError if it has more than
+    `most` bytes.
     """
     raw = chunk.raw if isinstance(chunk, Loose) else _decompressed(chunk, most)
     described: dict[bytes, Record] = {}  # by their bytes: a chunk may repeat them
@@ -303,8 +313,7 @@ def _decompressed(chunk: records.Chunk, most: int) -> bytes:
             raise DamagedError(f"a chunk is compressed as {kind!r}, which is not read here")
         size = claimed if size < 0 else size  # not all compressors state it
         if size > most:
-            limit = f"{most // MIB} MiB that SLIPMODE_MEMORY_MIB allows"
-            raise DamagedError(f"a chunk unpacks to {size / MIB:.0f} MiB, more than the {limit}")
+            raise TooLargeError(size, most)
         if kind == "zstd" and data:
             data = zstandard.decompress(data, max(size, 1))
         elif kind == "lz4":
