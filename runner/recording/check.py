@@ -75,7 +75,7 @@ class Info:
 
 
 def info(path: str | PathLike[str]) -> Info:
-    """Return the contents of an MCAP file; of a damaged one, what can be read.
+    """Return the contents of an MCAP file; of a damaged one, up to the damage.
 
     Raises SlipmodeError if there is no such file, or it is not MCAP.
     """
@@ -119,7 +119,7 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     expected: dict[int, bytes] | None = None
     indexed: dict[int, bytes] = {}
     with opened(path) as file:
-        for part in inventory.read(file):
+        for part in inventory.read(file, beyond_damage=True):
             record, start = part.found.record, part.found.start
             if closing or isinstance(record, records.DataEnd):
                 closing.append(part.found)

@@ -67,6 +67,7 @@ class Inventory:
     ours: bool = False  # Whether slipmode wrote it
     faults: list[str] = field(default_factory=list)  # Why the file is not whole
     lost: list[Damage] = field(default_factory=list)
+    gap: bool = False  # Whether messages may be missing before others
     expected: int | None = None  # Messages by the statistics of the file
     limit: int = 0  # Bytes that the readers of the file may allocate
     kept: int = 0  # Bytes of them that are in use
@@ -83,19 +84,22 @@ class Inventory:
         shown = self.faults[:_FAULTS_SHOWN] + ([f"and {more} more faults"] if more > 0 else [])
         return "; ".join(shown)
 
-    def read(self, file: BinaryIO) -> Iterator[Part]:
+    def read(self, file: BinaryIO, *, beyond_damage: bool = False) -> Iterator[Part]:
         """Yield the whole parts of a file, from its position to its end; note what is not whole.
 
-        Messages on channels that the file does not describe are left out.
+        Messages on channels that the file does not describe are left out. By default the messages
+        have no gap: reading ends at the first damage in or after a chunk.
         """
         start = file.tell()
         self.limit = memory_limit(file.seek(0, os.SEEK_END))
         summary = self._read_summary(file)
         file.seek(start)
         for found in scan(file):
+            if self.gap and not beyond_damage:
+                break
             if isinstance(found, Damage):
                 self.faults.append(found.reason)
-                self.lost.append(found)
+                self._lose(found)
                 continue
             self.ours = self.ours or is_ours(found.record)
             if isinstance(found.record, records.Chunk | Loose):
@@ -162,6 +166,10 @@ class Inventory:
         self._certain = {(type(r), r.id): r for r in known if certain}
         return list(self._certain.values())
 
+    def _lose(self, damage: Damage) -> None:
+        self.lost.append(damage)
+        self.gap = self.gap or bool(self.counts or damage.size)
+
     def _add(self, record: Record) -> bool:
         """Add a record other than a chunk; return whether it agrees with those before."""
         match record:
@@ -201,7 +209,7 @@ class Inventory:
             if isinstance(chunk, records.Chunk):
                 times = chunk.message_start_time, chunk.message_end_time
                 lost = Damage(found.start, found.end, "", *times, chunk.uncompressed_size)
-                self.lost.append(lost)
+                self._lose(lost)
             yield Part(found, whole=False)
             return
         self.chunks += isinstance(chunk, records.Chunk)

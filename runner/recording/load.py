@@ -125,7 +125,8 @@ class RecordingData:
         """Return what a reader of a damaged recording must know; empty if it is whole."""
         if not self.damage:
             return ""
-        return f"cut short or damaged: {self.damage}; {done} up to t = {self.end_time:g} s"
+        how_far = f"{done} up to t = {self.end_time:g} s; slipmode recover may find more"
+        return f"cut short or damaged: {self.damage}; {how_far}"
 
     @property
     def complete(self) -> bool:
@@ -187,7 +188,7 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
     Parameters
     ----------
     path : path
-        MCAP file written by slipmode. All whole parts of a damaged file are read.
+        MCAP file written by slipmode. A damaged file is read up to the damage.
 
     Returns
     -------
@@ -229,7 +230,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
     Parameters
     ----------
     path : path
-        MCAP file written by slipmode. All whole parts of a damaged file are read.
+        MCAP file written by slipmode. A damaged file is read up to the damage.
 
     Returns
     -------

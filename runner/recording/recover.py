@@ -74,7 +74,7 @@ def _salvage(file: BinaryIO, out: BinaryIO) -> Recovery:
     inventory, kept_bytes = Inventory(), 0
     writer: McapWriter | None = None
     written: set[tuple[type, int]] = set()  # schemas and channels
-    for part in inventory.read(file):
+    for part in inventory.read(file, beyond_damage=True):
         record = part.found.record
         if writer is None:
             header = record if isinstance(record, records.Header) else _UNKNOWN_HEADER

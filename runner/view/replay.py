@@ -28,7 +28,7 @@ def replay(
 ) -> list[str]:
     """Show an MCAP recording in Rerun, as the run itself would have shown it.
 
-    Of a damaged recording all whole parts are shown, of another program's recording the numbers.
+    A damaged recording is shown up to its damage, of another program's recording the numbers.
     Returns a line for each part that is not shown. Raises SlipmodeError if `path` cannot be read
     or has no such part, or no viewer can be started; OSError if a file cannot be written.
 

@@ -16,7 +16,7 @@ from slipmode.runner.recording.load import DamagedRecordingWarning
 
 SCRIPT = Path(__file__).parents[2] / "support" / "reader_memory.py"
 BOMBS = bombs(CHANNELS[0].encode(np.ones((1, 6)))[0].tobytes())
-# Most of all, measured: 204 MiB by 48 MiB of the shortest messages in `recover`, 183 MiB elsewhere.
+# Measured: 204 MiB at most, by 48 MiB of the shortest messages in `recover`.
 LIMIT = 256  # [MiB]
 
 
@@ -69,4 +69,5 @@ def test_more_samples_than_memory_are_refused_with_what_to_do(tmp_path, monkeypa
     with pytest.raises(SlipmodeError, match=r"sound\.mcap: needs more than 16 MiB of memory"):
         load(path)
     monkeypatch.setenv("SLIPMODE_MEMORY_MIB", "64")
-    assert load(path)["/modes"].time.size > 100_000
+    with pytest.warns(DamagedRecordingWarning):
+        assert load(path)["/modes"].time.size > 100_000
