@@ -15,11 +15,11 @@ from mcap import records
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import NANOSECONDS
-from slipmode.runner.recording.inventory import Inventory, Part
+from slipmode.runner.recording.contents.inventory import Inventory, Part
+from slipmode.runner.recording.contents.layout import DamagedError, MessageIndex, record_bytes
+from slipmode.runner.recording.contents.summary import Summary
+from slipmode.runner.recording.contents.walk import Found, opened
 from slipmode.runner.recording.load import sample_channel
-from slipmode.runner.recording.mcap_layout import DamagedError, MessageIndex, record_bytes
-from slipmode.runner.recording.mcap_reader import Found, opened
-from slipmode.runner.recording.mcap_summary import Summary
 
 _SUMMARY_RECORDS = (
     records.Schema,

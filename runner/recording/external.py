@@ -22,10 +22,10 @@ from mcap import records
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.inventory import WALL_CLOCK, Inventory, is_ours
+from slipmode.runner.recording.contents.inventory import WALL_CLOCK, Inventory, is_ours
+from slipmode.runner.recording.contents.layout import Messages
+from slipmode.runner.recording.contents.walk import Found, opened, scan
 from slipmode.runner.recording.load import Channels, RecordingData, Signals, kind_of
-from slipmode.runner.recording.mcap_layout import Messages
-from slipmode.runner.recording.mcap_reader import Found, opened, scan
 from slipmode.runner.recording.record import Header
 
 _PARSED_BYTES = (

@@ -26,9 +26,9 @@ from slipmode.runner.recording.channels import (
     Field,
     decode_event,
 )
-from slipmode.runner.recording.inventory import Inventory
-from slipmode.runner.recording.mcap_layout import DamagedError, Messages
-from slipmode.runner.recording.mcap_reader import opened
+from slipmode.runner.recording.contents.inventory import Inventory
+from slipmode.runner.recording.contents.layout import DamagedError, Messages
+from slipmode.runner.recording.contents.walk import opened
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import SCENE_FILE, Header
 

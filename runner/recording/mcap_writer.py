@@ -22,14 +22,14 @@ from mcap.opcode import Opcode
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 from numpy.typing import NDArray
 
-from slipmode.runner.recording.mcap_layout import (
+from slipmode.runner.recording.contents.layout import (
     HEADER_BYTES,
     INDEX_ENTRY,
     MESSAGE_PREFIX,
     MessageIndex,
     record_bytes,
 )
-from slipmode.runner.recording.mcap_summary import Summary
+from slipmode.runner.recording.contents.summary import Summary
 
 CHUNK_BYTES = 1024 * 1024  # of messages before compression: what a kill may cost
 FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is written too

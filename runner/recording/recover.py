@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
-from slipmode.runner.recording.inventory import Inventory, Part, is_ours
-from slipmode.runner.recording.mcap_reader import Loose, opened, unpack
+from slipmode.runner.recording.contents.chunks import unpack
+from slipmode.runner.recording.contents.inventory import Inventory, Part, is_ours
+from slipmode.runner.recording.contents.walk import Loose, opened
 from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter, packed_chunk
 from slipmode.runner.recording.record import SCENE_FILE
 
@@ -45,7 +46,7 @@ class Recovery:
         if self.lost:
             lost = f"{about}{self.lost} messages, {self.lost_seconds:g} s"
         elif self.unread:
-            lost = f"{self.unread} bytes that cannot be read, but no message"
+            lost = f"{self.unread} bytes that cannot be read"
         lines.append(f"lost: {lost}")
         if self.duration is not None and self.duration > self.end:
             missing = f"its last {self.duration - self.end:g} s are missing"

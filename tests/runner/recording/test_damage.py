@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from damage import CHUNKED, UNCHUNKED, messages
+from damage.kinds import CHUNKED, UNCHUNKED, messages
 from recordings import HEADER, STEP, damaged, rewritten
 
 from slipmode.runner import load

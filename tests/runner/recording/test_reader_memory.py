@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bombs import bombs
+from damage.bombs import bombs
 from recordings import CHANNELS, rewritten
 
 from slipmode.rom.errors import SlipmodeError
@@ -14,7 +14,7 @@ from slipmode.runner import load
 from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.load import DamagedRecordingWarning
 
-SCRIPT = Path(__file__).parents[2] / "support" / "reader_memory.py"
+SCRIPT = Path(__file__).parents[2] / "support" / "damage" / "reader_memory.py"
 BOMBS = bombs(CHANNELS[0].encode(np.ones((1, 6)))[0].tobytes())
 # Measured: 204 MiB at most, by 48 MiB of the shortest messages in `recover`.
 LIMIT = 256  # [MiB]

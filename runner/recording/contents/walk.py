@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from array import array
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -18,9 +17,7 @@ from io import BytesIO
 from os import PathLike
 from typing import Any, BinaryIO
 
-import lz4.frame
 import numpy as np
-import zstandard
 from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -29,43 +26,27 @@ from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
-from slipmode.runner.recording.mcap_layout import (
+from slipmode.runner.recording.contents.layout import (
     HEADER_BYTES,
     INDEX_ENTRY,
     MESSAGE_PREFIX,
     DamagedError,
     MessageIndex,
-    Messages,
     record_bytes,
 )
 
 MIB = 1024 * 1024
-LEAST_MEMORY = 256 * MIB  # what the reader of a small file may allocate
-FILE_SIZES = 10  # what the reader of a large file may allocate, in sizes of the file
-# Memory for each byte of a chunk: shortest messages have 31 bytes, and their offsets, prefixes and
-# index entries, sorted and not, take 3.3 times as much; test_damage.py measures the sum.
-CHUNK_COPIES = 5
 
 _LOOSE_BYTES = MIB  # of messages outside chunks that are read at once
 _LARGEST = 1 << 40  # bytes of a record; a length beyond is damage
 _LINKS = 3  # records in a row that are believed after damage
 _SEARCH_BYTES = 16  # what the search after damage may parse, in sizes of the file
-_MESSAGE_HEAD = struct.Struct("<BQH")  # opcode, length, channel
 _CHUNK_HEAD = struct.Struct("<BQQQQ")  # opcode, length, first and last time, unpacked size
-_UNREADABLE = (McapError, struct.error, ValueError, OverflowError, MemoryError)
+UNREADABLE = (McapError, struct.error, ValueError, OverflowError, MemoryError)
 
 
 class _CutError(DamagedError):
     """The file ends within a record."""
-
-
-class TooLargeError(DamagedError):
-    """A chunk unpacks to more bytes than a reader may allocate."""
-
-    def __init__(self, size: int, most: int) -> None:
-        self.size = size
-        limit = f"{most // MIB} MiB that the limit of memory allows (SLIPMODE_MEMORY_MIB)"
-        super().__init__(f"a chunk unpacks to {size / MIB:.0f} MiB, more than the {limit}")
 
 
 @dataclass(frozen=True)
@@ -97,15 +78,6 @@ class Damage:
     first_ns: int = 0  # What the head of a chunk says about its messages
     last_ns: int = 0
     size: int = 0  # Bytes before compression
-
-
-def memory_limit(size: int) -> int:
-    """Return how many bytes the reader of a file of `size` bytes may allocate.
-
-    The environment variable SLIPMODE_MEMORY_MIB overrides the default.
-    """
-    given = os.environ.get("SLIPMODE_MEMORY_MIB", "")
-    return int(given) * MIB if given.isdecimal() else max(FILE_SIZES * size, LEAST_MEMORY)
 
 
 def scan(file: BinaryIO) -> Iterator[Found | Damage]:
@@ -152,8 +124,8 @@ def _record_at(file: BinaryIO, start: int, size: int) -> Found:
             if not (end := _loose_ends(raw)[-1]):
                 raise ValueError
             return Found(start, start + end, Loose(raw[:end]))
-        return Found(start, end, _parsed(header[0], file.read(end - start - HEADER_BYTES)))
-    except _UNREADABLE as error:
+        return Found(start, end, parsed(header[0], file.read(end - start - HEADER_BYTES)))
+    except UNREADABLE as error:
         raise DamagedError(f"the record at byte {start} cannot be read") from error
 
 
@@ -185,8 +157,8 @@ def _trusted(file: BinaryIO, found: Found, size: int) -> Found:
     return Found(found.start, found.start + before, Loose(found.record.raw[:before]))
 
 
-def _parsed(opcode: int, body: bytes) -> Record:
-    """Return a record; raise one of _UNREADABLE if its parts do not fit its length."""
+def parsed(opcode: int, body: bytes) -> Record:
+    """Return a record; raise one of UNREADABLE if its parts do not fit its length."""
     if opcode == Opcode.MESSAGE_INDEX:  # the mcap package would read it entry by entry
         channel, length = struct.unpack_from("<HI", body)
         if length % 16 or length > len(body) - 6:
@@ -255,76 +227,6 @@ def _claims(file: BinaryIO, start: int) -> tuple[int, int, int]:
         return 0, 0, 0
     first, last, size = _CHUNK_HEAD.unpack(head)[2:]
     return first, last, size
-
-
-def unpack(
-    chunk: records.Chunk | Loose, most: int
-) -> tuple[bytes, list[Record], dict[int, Messages]]:
-    """Return the bytes of a chunk, its schemas and channels, and its messages by channel.
-
-    Raises DamagedError if the chunk is not what was written, TooLargeError if it has more than
-    `most` bytes.
-    """
-    raw = chunk.raw if isinstance(chunk, Loose) else _decompressed(chunk, most)
-    described: dict[bytes, Record] = {}  # by their bytes: a chunk may repeat them
-    found: dict[int, array[int]] = {}
-    start, last = 0, len(raw) - _MESSAGE_HEAD.size
-    while start <= last:
-        opcode, length, channel = _MESSAGE_HEAD.unpack_from(raw, start)
-        size = HEADER_BYTES + length
-        if start + size > len(raw):
-            break
-        if opcode == Opcode.MESSAGE:
-            if size < MESSAGE_PREFIX.itemsize:
-                break
-            starts = found.setdefault(channel, array("q"))
-            head = raw[start : start + _MESSAGE_HEAD.size]
-            while raw.startswith(head, start):  # neighbours are often of one channel and length
-                starts.append(start)
-                start += size
-            if start > len(raw):
-                break
-            continue
-        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            body = raw[start : start + size]
-            try:
-                described[body] = described.get(body) or _parsed(opcode, body[HEADER_BYTES:])
-            except _UNREADABLE as error:
-                raise DamagedError("a record within a chunk cannot be read") from error
-        start += size
-    if start != len(raw):
-        raise DamagedError("the records within a chunk do not fill it")
-    placed = {channel: np.frombuffer(starts, np.int64) for channel, starts in found.items()}
-    messages = {channel: Messages.at(raw, starts) for channel, starts in placed.items()}
-    return raw, list(described.values()), messages
-
-
-def _decompressed(chunk: records.Chunk, most: int) -> bytes:
-    """Return the content of a chunk, of at most `most` bytes, and right by its check sum."""
-    kind, data, claimed = chunk.compression, chunk.data, chunk.uncompressed_size
-    try:
-        if kind == "":
-            size = len(data)
-        elif kind == "zstd":
-            size = zstandard.frame_content_size(data)
-        elif kind == "lz4":
-            size = lz4.frame.get_frame_info(data)["content_size"] or -1
-        else:
-            raise DamagedError(f"a chunk is compressed as {kind!r}, which is not read here")
-        size = claimed if size < 0 else size  # not all compressors state it
-        if size > most:
-            raise TooLargeError(size, most)
-        if kind == "zstd" and data:
-            data = zstandard.decompress(data, max(size, 1))
-        elif kind == "lz4":
-            data = lz4.frame.LZ4FrameDecompressor().decompress(data, size + 1)
-    except (zstandard.ZstdError, RuntimeError, MemoryError, OverflowError) as error:
-        raise DamagedError("a chunk cannot be decompressed") from error
-    if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
-        raise DamagedError("the check sum of a chunk does not fit its content")
-    if len(data) != size:
-        raise DamagedError("a chunk has not the size that it claims")
-    return data
 
 
 def read_summary(file: BinaryIO) -> tuple[list[Record], bool]:

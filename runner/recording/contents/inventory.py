@@ -14,19 +14,21 @@ from mcap import records
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.runner.recording.mcap_layout import DamagedError, Messages, record_bytes
-from slipmode.runner.recording.mcap_reader import (
+from slipmode.runner.recording.contents.chunks import (
     CHUNK_COPIES,
+    TooLargeError,
+    memory_limit,
+    unpack,
+)
+from slipmode.runner.recording.contents.layout import DamagedError, Messages, record_bytes
+from slipmode.runner.recording.contents.walk import (
     MIB,
     Damage,
     Found,
     Loose,
     Record,
-    TooLargeError,
-    memory_limit,
     read_summary,
     scan,
-    unpack,
 )
 
 WALL_CLOCK = 10**18  # [ns], in 2001: later times count from 1970, earlier ones from a run's start
@@ -193,31 +195,32 @@ class Inventory:
         return kept == record
 
     def _unpacked(self, found: Found, chunk: records.Chunk | Loose) -> Iterator[Part]:
-        if isinstance(chunk, records.Chunk) and chunk.uncompressed_crc:
-            same = chunk.uncompressed_crc, chunk.message_start_time, chunk.message_end_time
-            if same in self._known_chunks:
-                self.faults.append(f"chunk at byte {found.start}: repeats an earlier one")
-                yield Part(found, whole=False)
-                return
-            self._known_chunks.add(same)
+        where = f"chunk at byte {found.start}"
         try:
             raw, described, messages = unpack(chunk, (self.limit - self.kept) // CHUNK_COPIES)
         except DamagedError as error:
             if isinstance(error, TooLargeError) and CHUNK_COPIES * error.size <= self.limit:
                 self.keep(self.limit)  # it would fit, were nothing kept
-            self.faults.append(f"chunk at byte {found.start}: {error}")
+            self.faults.append(f"{where}: {error}")
             if isinstance(chunk, records.Chunk):
                 times = chunk.message_start_time, chunk.message_end_time
                 lost = Damage(found.start, found.end, "", *times, chunk.uncompressed_size)
                 self._lose(lost)
             yield Part(found, whole=False)
             return
-        self.chunks += isinstance(chunk, records.Chunk)
+        if isinstance(chunk, records.Chunk):
+            same = chunk.uncompressed_crc, chunk.message_start_time, chunk.message_end_time
+            if chunk.uncompressed_crc and same in self._known_chunks:
+                self.faults.append(f"{where}: repeats an earlier one")
+                yield Part(found, whole=False)
+                return
+            self._known_chunks.add(same)
+            self.chunks += 1
         whole = sum(map(self._add, described)) == len(described)
         for channel in [number for number in messages if not self._is_described(number)]:
             count = len(messages.pop(channel).offsets)
             words = f"{count} messages on channel {channel}, which the file does not describe"
-            self.faults.append(f"chunk at byte {found.start}: {words}")
+            self.faults.append(f"{where}: {words}")
             self.lost.append(Damage(found.start, found.start, ""))
             whole = False
         self._count(messages)

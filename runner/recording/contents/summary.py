@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from mcap import records
 
-from slipmode.runner.recording.mcap_layout import MessageIndex
+from slipmode.runner.recording.contents.layout import MessageIndex
 
 
 class Summary:

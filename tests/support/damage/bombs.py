@@ -4,7 +4,7 @@ import struct
 
 import lz4.frame
 import zstandard
-from damage import inserted
+from damage.kinds import inserted
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk
