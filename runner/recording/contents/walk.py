@@ -12,7 +12,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from io import BytesIO
 from os import PathLike
 from typing import Any, BinaryIO
@@ -26,6 +26,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.files import as_path
+from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.contents.layout import (
     HEADER_BYTES,
     INDEX_ENTRY,
@@ -53,7 +54,9 @@ class _CutError(DamagedError):
 class Loose:
     """Messages outside chunks, one record after the other."""
 
-    raw: bytes = field(repr=False)
+    raw: bytes
+
+    __repr__ = short_repr
 
 
 Record = records.McapRecord | MessageIndex | Loose | None  # None: of a kind that is unknown here
