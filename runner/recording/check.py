@@ -113,7 +113,7 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     MCAP.
     """
     inventory, summary = Inventory(), Summary()
-    latest: dict[int, int] = {}  # log time of each channel [ns]; endless if it ran backwards
+    latest: dict[int, int] = {}  # log time of each channel [ns]
     closing: list[Found] = []  # from the end of the data section on
     # entries that the indexes of the last chunk must have, and entries that they have
     expected: dict[int, bytes] | None = None
@@ -183,11 +183,8 @@ def _summary_faults(closing: list[Found], known: list[records.McapRecord]) -> It
             yield f"the {kind.__name__} records of the summary do not fit the file"
         for _, told in offsets if group else ():
             first, last = group[0][0].start, group[-1][0].end
-            place = told.group_start, told.group_length
-            if told.group_opcode == record_bytes(group[0][1])[0] and place != (
-                first,
-                last - first,
-            ):
+            place = told.group_start, told.group_start + told.group_length
+            if told.group_opcode == record_bytes(group[0][1])[0] and place != (first, last):
                 yield f"the summary places its {kind.__name__} records elsewhere"
 
 

@@ -198,8 +198,9 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
     Raises
     ------
     SlipmodeError
-        If the file is not an MCAP recording of slipmode, or needs more memory than ten times its
-        size and 256 MiB. The environment variable SLIPMODE_MEMORY_MIB sets another limit.
+        If the file is not an MCAP recording of slipmode, or needs more memory than the larger of
+        ten times its size and 256 MiB. The environment variable SLIPMODE_MEMORY_MIB sets another
+        limit.
 
     Warns
     -----
