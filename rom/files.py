@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -41,3 +44,10 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     finally:
         with suppress(OSError):
             unfinished.unlink()
+
+
+def write_columns(path: str | os.PathLike[str], columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write columns of numbers by their names as a .csv file, which replaces `path`."""
+    numbers = np.column_stack(list(columns.values()))
+    with replacing(path) as file:
+        np.savetxt(file, numbers, delimiter=",", header=",".join(columns), comments="")

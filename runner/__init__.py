@@ -18,7 +18,7 @@ from slipmode.rom import __version__
 from slipmode.runner.explore.explore import explore
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.recording.load import Signals, load, read
+from slipmode.runner.recording.load import DamagedRecordingWarning, Signals, load, read
 from slipmode.runner.run import Recording, run
 from slipmode.runner.scene.scene import Scene, load_scene, shipped_scenes
 from slipmode.runner.study.study import StudyResults, run_study
@@ -26,6 +26,7 @@ from slipmode.runner.view.mesh.motion import MeshMotion, show_mesh, write_mesh
 from slipmode.runner.view.replay import replay
 
 __all__ = [
+    "DamagedRecordingWarning",
     "MeshMotion",
     "MistunedPlan",
     "Plan",

@@ -11,6 +11,7 @@ import numpy as np
 from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import write_columns
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
@@ -155,7 +156,8 @@ def _write(
 ) -> tuple[Path, Path]:
     """Write a table of numbers, a picture and a recording, and print their paths.
 
-    Returns the paths of the picture and the recording.
+    Their names have the option `--vary` or `--mode`, if it is given. Returns the paths of the
+    picture and the recording.
     """
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts import write_charts
@@ -164,11 +166,10 @@ def _write(
     columns = curve.columns(options.dof, units)
     panels = 2 if isinstance(curve, rom.Backbone) else 1
     folder.mkdir(parents=True, exist_ok=True)
-    table, picture, recording = (
-        folder / f"{scene.name}.{kind}.{ending}" for ending in ("csv", "png", "rrd")
-    )
-    numbers = np.column_stack(list(columns.values()))
-    np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
+    given = options.vary if kind == "curve" else options.mode
+    name = ".".join(filter(None, (scene.name, kind, given)))
+    table, picture, recording = (folder / f"{name}.{ending}" for ending in ("csv", "png", "rrd"))
+    write_columns(table, columns)
     with page_figure(picture, result, 3.0 + panels) as figure:
         curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
     title = f"{scene.title or scene.name}: {kind}"

@@ -5,10 +5,9 @@ from __future__ import annotations
 from argparse import Namespace
 from typing import cast
 
-import numpy as np
-
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.files import write_columns
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
@@ -51,9 +50,7 @@ def _diameters(options: Namespace) -> int:
     table, picture, recording = (
         options.output / f"{scene.name}.diameters.{ending}" for ending in ("csv", "png", "rrd")
     )
-    columns = diagram.columns(scene.units)
-    numbers = np.column_stack(list(columns.values()))
-    np.savetxt(table, numbers, delimiter=",", header=",".join(columns), comments="")
+    write_columns(table, diagram.columns(scene.units))
     title = f"{scene.title or scene.name}: nodal diameters"
     with page_figure(picture, _result(campbell), 4.0) as figure:
         left, right = figure.subplots(1, 2)

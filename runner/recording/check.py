@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import zlib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 from mcap import records
@@ -16,14 +15,19 @@ from mcap import records
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import NANOSECONDS
+from slipmode.runner.recording.contents.inventory import Inventory, Part
+from slipmode.runner.recording.contents.layout import DamagedError, MessageIndex, record_bytes
+from slipmode.runner.recording.contents.summary import Summary
+from slipmode.runner.recording.contents.walk import Found, opened
 from slipmode.runner.recording.load import sample_channel
-from slipmode.runner.recording.mcap_reader import (
-    DamagedError,
-    Inventory,
-    MessageIndex,
-    opened,
-    read_summary,
-    scan,
+
+_SUMMARY_RECORDS = (
+    records.Schema,
+    records.Channel,
+    records.Statistics,
+    records.ChunkIndex,
+    records.AttachmentIndex,
+    records.MetadataIndex,
 )
 
 
@@ -77,7 +81,8 @@ def info(path: str | PathLike[str]) -> Info:
     """
     inventory = Inventory()
     with opened(path) as file:
-        inventory.read(file, lambda number, messages: None)
+        for _ in inventory.read(file):
+            pass
     scene = inventory.metadata.get("scene", {})
     first, last = min(inventory.first.values(), default=0), max(inventory.last.values(), default=0)
     return Info(
@@ -107,83 +112,86 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
     MCAP.
     """
-    with opened(path) as file:
-        return list(_faults(file))
-
-
-def _faults(file: BinaryIO) -> Iterator[str]:
-    inventory = Inventory()
-    chunks: list[int] = []  # their first bytes
-    outside: list[int] = []  # first bytes of messages outside chunks
-    disordered: set[int] = set()  # channels whose times are known to run backwards
+    inventory, summary = Inventory(), Summary()
+    latest: dict[int, int] = {}  # log time of each channel [ns]
+    closing: list[Found] = []  # from the end of the data section on
     # entries that the indexes of the last chunk must have, and entries that they have
     expected: dict[int, bytes] | None = None
     indexed: dict[int, bytes] = {}
-    try:
-        for start, _, record in scan(file):
+    with opened(path) as file:
+        for part in inventory.read(file, beyond_damage=True):
+            record, start = part.found.record, part.found.start
+            if closing or isinstance(record, records.DataEnd):
+                closing.append(part.found)
+            elif not isinstance(record, records.Schema | records.Channel):
+                summary.add(record, start, part.found.end)
             if isinstance(record, MessageIndex):
                 if record.entries.size:
                     indexed[record.channel] = np.sort(record.entries).tobytes()
                 continue
-            if expected not in (None, indexed):
-                yield "the index of a chunk does not fit its messages"
-            expected, indexed = None, {}
-            match record:
-                case records.Chunk():
-                    chunks.append(start)
-                    before = dict(inventory.last)
-                    try:
-                        messages = inventory.add(record)
-                        expected = {k: np.sort(m.entries).tobytes() for k, m in messages.items()}
-                        times = [each.prefix["log_time"] for each in messages.values()]
-                        span = record.message_start_time, record.message_end_time
-                        if times and span != (min(map(np.min, times)), max(map(np.max, times))):
-                            yield "a chunk has other times than it claims"
-                        for number, each in messages.items():
-                            if number not in disordered and each.disordered(before.get(number, 0)):
-                                disordered.add(number)
-                                yield f"{inventory.channels[number].topic}: time runs backwards"
-                            channel = sample_channel(inventory, number)
-                            if channel is not None:
-                                channel.decode(each.data())
-                    except (DamagedError, SlipmodeError) as error:
-                        yield f"chunk at byte {start}: {error}"
-                case records.DataEnd(data_section_crc=crc) if crc:
-                    if crc != _check_sum(file, start):
-                        yield "the check sum of the data section does not fit it"
-                case other:
-                    if isinstance(other, records.Message):
-                        outside.append(start)
-                    inventory.add(other)
-        yield from _summary_faults(file, chunks, inventory)
-    except DamagedError as error:
-        yield str(error)
-    if outside:
-        yield f"messages outside chunks: {len(outside)}, from byte {outside[0]} on"
-    if mixed := inventory.mixed_clocks():
-        yield mixed
+            if indexed and expected not in (None, indexed):
+                inventory.faults.append("the index of a chunk does not fit its messages")
+            indexed, expected = {}, None
+            if part.whole:
+                expected = {k: np.sort(m.entries).tobytes() for k, m in part.messages.items()}
+            for words in _content_faults(inventory, part, latest):
+                inventory.faults.append(words)
+    summary.records += inventory.described()
+    first, last = min(inventory.first.values(), default=0), max(inventory.last.values(), default=0)
+    summary.records.append(summary.statistics(inventory.counts, first, last))
+    faults = [*inventory.faults, *_summary_faults(closing, summary.records)]
+    return [*dict.fromkeys(faults), *filter(None, [inventory.mixed_clocks()])]
 
 
-def _summary_faults(file: BinaryIO, chunks: list[int], inventory: Inventory) -> Iterator[str]:
-    """Check that the summary describes the chunks and messages of the file."""
-    summary = read_summary(file)
-    if not summary:
-        yield "there is no summary, or it is damaged"
-    starts = [r.chunk_start_offset for r in summary if isinstance(r, records.ChunkIndex)]
-    if starts and starts != chunks:
-        yield "the summary lists other chunks than there are"
-    for record in summary:
-        if isinstance(record, records.Statistics):
-            counts = {k: n for k, n in record.channel_message_counts.items() if n}
-            if counts != dict(inventory.counts):
-                yield "the statistics count other messages than there are"
+def _content_faults(inventory: Inventory, part: Part, latest: dict[int, int]) -> Iterator[str]:
+    """Check the messages of a chunk against its head, their times and their schemas."""
+    where, chunk = f"chunk at byte {part.found.start}", part.found.record
+    if isinstance(chunk, records.Chunk) and part.whole:
+        if chunk.uncompressed_size != len(part.raw):
+            yield f"{where}: it has another size than it claims"
+        times = [each.prefix["log_time"] for each in part.messages.values()]
+        span = chunk.message_start_time, chunk.message_end_time
+        if times and span != (min(map(np.min, times)), max(map(np.max, times))):
+            yield f"{where}: it has other times than it claims"
+    for number, each in part.messages.items():
+        if each.disordered(latest.get(number, 0)):
+            yield f"{inventory.channels[number].topic}: time runs backwards"
+        latest[number] = inventory.last[number]
+        try:
+            if channel := sample_channel(inventory, number):
+                channel.decode(each.data())
+        except (DamagedError, SlipmodeError) as error:
+            yield f"{where}: {error}"
 
 
-def _check_sum(file: BinaryIO, end: int) -> int:
-    """Return the check sum of a file up to byte `end`; leave the file's position."""
-    here, crc, block = file.tell(), 0, 1024 * 1024
-    file.seek(0)
-    for start in range(0, end, block):
-        crc = zlib.crc32(file.read(min(block, end - start)), crc)
-    file.seek(here)
-    return crc
+def _summary_faults(closing: list[Found], known: list[records.McapRecord]) -> Iterator[str]:
+    """Check that the summary describes the records that are known from the data section."""
+    if not closing or not isinstance(closing[-1].record, records.Footer):
+        return  # the walk said why
+    start, footer, end = closing[0].end, closing[-1].record, closing[-1].start
+    listed = [(each, each.record) for each in closing[1:-1]]
+    offsets = [(each, r) for each, r in listed if isinstance(r, records.SummaryOffset)]
+    groups = [(each, r) for each, r in listed if isinstance(r, _SUMMARY_RECORDS)]
+    if footer.summary_start != (start if listed else 0):
+        yield "the footer places the summary elsewhere"
+    if footer.summary_offset_start not in (0, offsets[0][0].start if offsets else end):
+        yield "the footer places the offsets of the summary elsewhere"
+    for kind in _SUMMARY_RECORDS:
+        group = [(each, r) for each, r in groups if type(r) is kind]
+        there = Counter(_key(each) for each in known if isinstance(each, kind))
+        if group and Counter(_key(r) for _, r in group) != there:
+            yield f"the {kind.__name__} records of the summary do not fit the file"
+        for _, told in offsets if group else ():
+            first, last = group[0][0].start, group[-1][0].end
+            place = told.group_start, told.group_start + told.group_length
+            if told.group_opcode == record_bytes(group[0][1])[0] and place != (first, last):
+                yield f"the summary places its {kind.__name__} records elsewhere"
+
+
+def _key(record: records.McapRecord) -> str:
+    """Return the fields of a record; the order of maps and counts of 0 do not matter."""
+    fields = dict(vars(record))
+    for name, value in fields.items():
+        if isinstance(value, dict):
+            fields[name] = sorted(item for item in value.items() if item[1] != 0)
+    return repr(fields)

@@ -12,7 +12,7 @@ import numpy as np
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.extras import extra
 from slipmode.rom.files import replacing
-from slipmode.runner.recording.load import Signals, read
+from slipmode.runner.recording.load import Selection, Signals, read, warn_of_damage
 
 
 def export(
@@ -24,17 +24,19 @@ def export(
     ``/modes.A_abs``, and ``units``, a mapping in JSON. ``.csv`` and ``.parquet``: a table of each
     channel, with the units in the header or in the fields' metadata; several channels go to files
     of their own, ``run.modes.csv`` and ``run.contact.0.csv`` for ``run.csv``. Without `topics` all
-    channels are written. Raises SlipmodeError if there is no such recording, channel or format,
+    channels are written. Warns with DamagedRecordingWarning if the recording is damaged. Raises
+    SlipmodeError if there is no such recording, channel or format, or damage left no samples;
     OSError if a file cannot be written.
     """
     target = Path(output)
     if target.suffix not in (".npz", ".csv", ".parquet"):
         raise SlipmodeError(f"{target}: the name must end in .npz, .csv or .parquet")
-    channels = read(path).channels
+    data = read(path)
     with naming(path):
-        wanted = {topic: channels[topic] for topic in topics or channels}
+        wanted = Selection(topics).of(data).channels
     if target.exists() and target.samefile(path):
         raise SlipmodeError(f"{target}: is the recording itself; give another name")
+    warn_of_damage(path, data)
     if target.suffix == ".npz":
         _write_npz(target, wanted)
         return [target]

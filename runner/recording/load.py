@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache
 from os import PathLike
 from typing import NamedTuple, Self
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
 from google.protobuf.message import DecodeError
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError, UnknownChannelError
@@ -25,9 +26,17 @@ from slipmode.runner.recording.channels import (
     Field,
     decode_event,
 )
-from slipmode.runner.recording.mcap_reader import Inventory, Messages, opened
+from slipmode.runner.recording.contents.inventory import Inventory
+from slipmode.runner.recording.contents.layout import DamagedError, Messages
+from slipmode.runner.recording.contents.walk import opened
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import SCENE_FILE, Header
+
+_EVENT_BYTES = 512  # of memory for an event, besides its text
+
+
+class DamagedRecordingWarning(UserWarning):
+    """Warn that a part of a recording is missing."""
 
 
 class Signals(NamedTuple):
@@ -95,7 +104,7 @@ class RecordingData:
     header: Header
     channels: dict[str, Signals]  # By topic
     events: list[Event]  # In order of writing
-    damage: str = ""  # Why the file was not read to its end
+    damage: str = ""  # Why the file is not whole
     left_out: tuple[str, ...] = ()  # Channels that cannot be read: topic, encoding and schema
     external: bool = False  # Whether another program wrote it
 
@@ -107,12 +116,17 @@ class RecordingData:
         )
 
     def with_its_end(self) -> Self:
-        """Return this recording; if it is damaged, its last event says up to which time it is."""
+        """Return this recording; if it is damaged, its last event says so."""
         if self.damage:
-            end = self.end_time
-            words = "the recording was cut short: it was read up to its last whole part"
-            self.events.append(Event(end, "warning", f"{words}, t = {end:g} s"))
+            self.events.append(Event(self.end_time, "warning", self.missing()))
         return self
+
+    def missing(self, done: str = "read") -> str:
+        """Return what a reader of a damaged recording must know; empty if it is whole."""
+        if not self.damage:
+            return ""
+        how_far = f"{done} up to t = {self.end_time:g} s; slipmode recover may find more"
+        return f"cut short or damaged: {self.damage}; {how_far}"
 
     @property
     def complete(self) -> bool:
@@ -146,9 +160,14 @@ class Selection:
             )
 
     def of(self, data: RecordingData) -> RecordingData:
-        """Return the selected part; refuse unknown channels and times without samples."""
+        """Return the selected part.
+
+        Refuses unknown channels, times without samples, and damage that left no samples.
+        """
         channels = {topic: data.channels[topic] for topic in self.topics or data.channels}
         header = data.header
+        if data.damage and not any(signals.time.size for signals in channels.values()):
+            raise SlipmodeError(f"no samples are left; {data.missing()}")
         if self.start > -math.inf or self.end < math.inf:
             for topic, (channel, time, values) in channels.items():
                 kept = (self.start <= time) & (time <= self.end)
@@ -179,7 +198,14 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
     Raises
     ------
     SlipmodeError
-        If the file is not an MCAP recording of slipmode.
+        If the file is not an MCAP recording of slipmode, or needs more memory than the larger of
+        ten times its size and 256 MiB. The environment variable SLIPMODE_MEMORY_MIB sets another
+        limit.
+
+    Warns
+    -----
+    DamagedRecordingWarning
+        If the file is damaged. The message says what is missing.
 
     Examples
     --------
@@ -188,7 +214,15 @@ def load(path: str | PathLike[str]) -> dict[str, Signals]:
         modes = runner.load("logs/sweep.mcap")["/modes"]
         time, amplitude = modes.time, modes.column("A_abs")
     """
-    return read(path).channels
+    data = read(path)
+    warn_of_damage(path, data)
+    return data.channels
+
+
+def warn_of_damage(path: str | PathLike[str], data: RecordingData) -> None:
+    """Warn if a recording that was read from `path` is damaged."""
+    if data.damage:
+        warnings.warn(f"{path}: {data.missing()}", DamagedRecordingWarning, stacklevel=3)
 
 
 def read(path: str | PathLike[str]) -> RecordingData:
@@ -211,23 +245,41 @@ def read(path: str | PathLike[str]) -> RecordingData:
         If the file is not an MCAP recording of slipmode.
     """
     inventory, events = Inventory(), list[Event]()
-    samples: dict[int, list[tuple[NDArray[np.uint64], Floats]]] = {}
-    layout = cache(partial(sample_channel, inventory))
+    times, rows = defaultdict[int, bytearray](bytearray), defaultdict[int, bytearray](bytearray)
+    refusals: dict[int, SlipmodeError] = {}
+
+    @cache
+    def layout(number: int) -> Channel | None:
+        try:
+            return sample_channel(inventory, number)
+        except SlipmodeError as error:
+            refusals[number] = error
+            inventory.faults.append(str(error))
+            return None
 
     def take(number: int, messages: Messages) -> None:
         if inventory.channels[number].topic == EVENTS:
+            inventory.keep(_EVENT_BYTES * messages.offsets.size + len(messages.raw))
             for time_ns, data in messages.each():
                 try:
                     events.append(decode_event(data, time_ns))
                 except (DecodeError, KeyError) as error:
                     raise SlipmodeError(f"{EVENTS}: must have events only") from error
         elif (channel := layout(number)) is not None:
-            batch = messages.prefix["log_time"], channel.decode(messages.data())
-            samples.setdefault(number, []).append(batch)
+            try:
+                values = channel.decode(messages.data())
+            except DamagedError as error:
+                inventory.faults.append(f"{channel.topic}: {error}")
+                return
+            inventory.keep(values.nbytes + 8 * len(values))
+            times[number] += messages.prefix["log_time"].tobytes()
+            rows[number] += values.tobytes()
 
     with opened(path) as file:
-        inventory.read(file, take)
-        if "units" not in inventory.metadata:
+        for part in inventory.read(file):
+            for number, messages in part.messages.items():
+                take(number, messages)
+        if not inventory.ours:
             raise SlipmodeError("not a recording of slipmode")
         if complaint := inventory.mixed_clocks():
             raise SlipmodeError(complaint)
@@ -236,12 +288,13 @@ def read(path: str | PathLike[str]) -> RecordingData:
             if record.topic in (EVENTS, Overview.topic):
                 continue
             if (channel := layout(number)) is None:
-                left_out.append(kind_of(inventory, number))
+                left_out += [kind_of(inventory, number)] if number not in refusals else []
                 continue
-            none = np.empty(0), np.empty((0, len(channel.fields)))
-            batches = zip(none, *samples.get(number, []), strict=True)
-            time, values = (np.concatenate(parts) for parts in batches)
-            channels[record.topic] = Signals(channel, time / NANOSECONDS, values)
+            time = np.frombuffer(times[number], np.uint64) / NANOSECONDS
+            values = np.frombuffer(rows[number]).reshape(len(time), len(channel.fields))
+            channels[record.topic] = Signals(channel, time, values)
+        if refusals and not channels:
+            raise next(iter(refusals.values()))
         scene = inventory.metadata.get("scene", {})
         text = inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace")
         run = inventory.metadata.get("run", {})

@@ -16,26 +16,27 @@ from operator import itemgetter
 from typing import IO
 
 import numpy as np
+import zstandard
 from mcap import records
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 from numpy.typing import NDArray
-from zstandard import ZstdCompressor
+
+from slipmode.runner.recording.contents.layout import (
+    HEADER_BYTES,
+    INDEX_ENTRY,
+    MESSAGE_PREFIX,
+    MessageIndex,
+    record_bytes,
+)
+from slipmode.runner.recording.contents.summary import Summary
 
 CHUNK_BYTES = 1024 * 1024  # of messages before compression: what a kill may cost
 FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is written too
 FIRST_FLUSH_SECONDS = 0.05  # the same for the first time; doubled each time, up to FLUSH_SECONDS
 ZSTD_LEVEL = 1  # twice as fast as level 3 on smooth motion, with no larger files
 
-MESSAGE_PREFIX = np.dtype(  # in front of each message
-    {
-        "names": ["opcode", "length", "channel", "sequence", "log_time", "publish_time"],
-        "formats": ["u1", "<u8", "<u2", "<u4", "<u8", "<u8"],
-    }
-)
-HEADER_BYTES = 9  # of any record: opcode and length, which counts what follows
-INDEX_ENTRY = np.dtype([("log_time", "<u8"), ("offset", "<u8")])
+OWN_HEADER = records.Header("", f"slipmode; {LIBRARY_IDENTIFIER}")
 
 
 class McapWriter:
@@ -47,19 +48,19 @@ class McapWriter:
     it.
     """
 
-    def __init__(self, file: IO[bytes]) -> None:
+    def __init__(self, file: IO[bytes], header: records.Header = OWN_HEADER) -> None:
         self._file = file
         self._end = 0  # of the finished records, where the next one is written
         self._crc = 0
         self._blocks: list[tuple[int, NDArray[np.void]]] = []  # records of the unfinished chunk
         self._filled = 0  # bytes of the blocks
-        self._compressor = ZstdCompressor(level=ZSTD_LEVEL)
         self._last_flush = time.monotonic()
         self._flush_after = FIRST_FLUSH_SECONDS
-        self._summary: list[records.McapRecord] = []
+        self._summary = Summary()
         self._counts: Counter[int] = Counter()
+        self._times: list[int] = []  # first and last of each chunk [ns]
         self._put(MCAP0_MAGIC)
-        self.add(records.Header("", f"slipmode; {LIBRARY_IDENTIFIER}"))
+        self.add(header)
 
     def add(self, record: records.McapRecord) -> None:
         """Append a schema, channel, attachment or metadata record.
@@ -67,16 +68,7 @@ class McapWriter:
         A schema precedes its channels, a channel precedes its messages.
         """
         self._finish_chunk()
-        offset = self._end
-        length = self._put(record_bytes(record))
-        match record:
-            case records.Schema() | records.Channel():
-                self._summary.append(record)
-            case records.Metadata():
-                self._summary.append(records.MetadataIndex(offset, length, record.name))
-            case records.Attachment(name=name, media_type=media_type, data=data):
-                about = record.log_time, record.create_time, len(data), name, media_type
-                self._summary.append(records.AttachmentIndex(offset, length, *about))
+        self._put_record(record)
 
     def add_messages(
         self, channel: int, time_ns: NDArray[np.int64], messages: NDArray[np.void]
@@ -103,36 +95,22 @@ class McapWriter:
     def add_chunk(self, chunk: records.Chunk, entries: Mapping[int, NDArray[np.void]]) -> None:
         """Append a finished chunk; `entries` has the INDEX_ENTRY items of each channel."""
         self._finish_chunk()
-        start = self._end
-        length = self._put(record_bytes(chunk))
-        offsets = {}
+        self._put_record(chunk)
         for channel, index in entries.items():
-            offsets[channel] = self._end
-            self._put(_index_bytes(channel, index))
+            self._put_record(MessageIndex(channel, index))
             self._counts[channel] += len(index)
+        if entries:
+            self._times += [chunk.message_start_time, chunk.message_end_time]
         self._file.truncate()  # the unfinished chunk before may have been longer
         self._file.flush()
         self._last_flush = time.monotonic()
-        self._summary.append(
-            records.ChunkIndex(
-                chunk_length=length,
-                chunk_start_offset=start,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=chunk.message_end_time,
-                message_index_length=self._end - start - length,
-                message_index_offsets=offsets,
-                message_start_time=chunk.message_start_time,
-                uncompressed_size=chunk.uncompressed_size,
-            )
-        )
 
     def flush(self) -> None:
         """Write everything to the file, including the unfinished chunk."""
         if self._blocks:
             chunk, entries = self._pack()
             self._file.write(record_bytes(chunk))
-            self._file.writelines(_index_bytes(*item) for item in entries.items())
+            self._file.writelines(record_bytes(MessageIndex(*item)) for item in entries.items())
         self._file.flush()
         self._file.seek(self._end)
         self._last_flush = time.monotonic()
@@ -141,9 +119,10 @@ class McapWriter:
         """Write the last chunk, the summary and the footer."""
         self._finish_chunk()
         self._put(record_bytes(records.DataEnd(self._crc)))
-        self._summary.append(self._statistics())
+        first, last = min(self._times, default=0), max(self._times, default=0)
+        listed = [*self._summary.records, self._summary.statistics(self._counts, first, last)]
         section = offsets = b""
-        summary = sorted(map(record_bytes, self._summary), key=itemgetter(0))
+        summary = sorted(map(record_bytes, listed), key=itemgetter(0))
         for opcode, group in groupby(summary, itemgetter(0)):
             start, data = self._end + len(section), b"".join(group)
             offsets += record_bytes(records.SummaryOffset(opcode, start, len(data)))
@@ -168,46 +147,33 @@ class McapWriter:
         index["log_time"] = np.concatenate([block["log_time"] for _, block in self._blocks])
         index["offset"] = np.cumsum(sizes) - sizes
         raw = b"".join(block.view(np.uint8).data for _, block in self._blocks)
-        chunk = records.Chunk(
-            compression="zstd",
-            data=self._compressor.compress(raw),
-            message_start_time=int(index["log_time"].min()),
-            message_end_time=int(index["log_time"].max()),
-            uncompressed_crc=zlib.crc32(raw),
-            uncompressed_size=len(raw),
-        )
         in_order = dict.fromkeys(channel for channel, _ in self._blocks)
-        return chunk, {channel: index[channels == channel] for channel in in_order}
+        entries = {channel: index[channels == channel] for channel in in_order}
+        return packed_chunk(raw, entries), entries
 
-    def _statistics(self) -> records.Statistics:
-        kinds = Counter(type(record) for record in self._summary)
-        chunks = [each for each in self._summary if isinstance(each, records.ChunkIndex)]
-        return records.Statistics(
-            attachment_count=kinds[records.AttachmentIndex],
-            channel_count=kinds[records.Channel],
-            channel_message_counts=dict(sorted(self._counts.items())),
-            chunk_count=len(chunks),
-            message_count=self._counts.total(),
-            metadata_count=kinds[records.MetadataIndex],
-            message_start_time=min((c.message_start_time for c in chunks), default=0),
-            message_end_time=max((c.message_end_time for c in chunks), default=0),
-            schema_count=kinds[records.Schema],
-        )
+    def _put_record(self, record: records.McapRecord | MessageIndex) -> None:
+        start = self._end
+        self._put(record_bytes(record))
+        self._summary.add(record, start, self._end)
 
-    def _put(self, data: bytes) -> int:
-        """Append bytes to the data section; return their number."""
+    def _put(self, data: bytes) -> None:
+        """Append bytes to the data section."""
         self._file.write(data)
         self._end += len(data)
         self._crc = zlib.crc32(data, self._crc)
-        return len(data)
 
 
-def record_bytes(record: records.McapRecord) -> bytes:
-    """Return a record as it is written to a file."""
-    builder = RecordBuilder()
-    record.write(builder)
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return data
+def packed_chunk(raw: bytes, entries: Mapping[int, NDArray[np.void]]) -> records.Chunk:
+    """Return a chunk of messages; `entries` has the INDEX_ENTRY items of each channel."""
+    times = np.concatenate([each["log_time"] for each in entries.values()])
+    return records.Chunk(
+        compression="zstd",
+        data=zstandard.compress(raw, ZSTD_LEVEL),
+        message_start_time=int(times.min()),
+        message_end_time=int(times.max()),
+        uncompressed_crc=zlib.crc32(raw),
+        uncompressed_size=len(raw),
+    )
 
 
 @cache
@@ -215,9 +181,3 @@ def _message_layout(size: int) -> np.dtype[np.void]:
     """Return the layout of a message record with `size` bytes of "data"."""
     prefix = [(name, MESSAGE_PREFIX[name]) for name in MESSAGE_PREFIX.names or ()]
     return np.dtype([*prefix, ("data", f"V{size}")])
-
-
-def _index_bytes(channel: int, entries: NDArray[np.void]) -> bytes:
-    """Return a message index record; the mcap package would write it entry by entry."""
-    body = channel.to_bytes(2, "little") + entries.nbytes.to_bytes(4, "little") + entries.tobytes()
-    return bytes([Opcode.MESSAGE_INDEX]) + len(body).to_bytes(8, "little") + body

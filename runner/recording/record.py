@@ -280,32 +280,43 @@ def interrupts_held_back() -> Iterator[Callable[[], None]]:
 
 
 def create_file(path: Path) -> IO[bytes]:
-    """Open a file for writing, emptied, and locked against other runs until it is closed.
+    """Create a file for writing, locked against other runs until it is closed.
 
-    The lock ends with the process, however that ends. Without locks (Windows, some network
-    drives) the file is not locked. Raises SlipmodeError if the path is a directory, or another
-    run is writing the file, which stays as it is; OSError if the file cannot be written.
+    A file, or a link to one, is replaced: what the link points to stays as it is. Devices are
+    written to. The lock ends with the process, however that ends. Without locks (Windows, some
+    network drives) the file is not locked. Raises SlipmodeError if the path is a directory, or
+    another run is writing the file, which stays as it is; OSError if the file cannot be written.
     """
     if path.is_dir():
         raise SlipmodeError(f"{path}: is a directory; give the name of a file to record to")
-    binary = getattr(os, "O_BINARY", 0)  # on Windows
-    file = os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | binary, 0o666), "wb")
-    if sys.platform != "win32":
-        import fcntl
-
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.close()
-            raise SlipmodeError(
-                f"{path}: another run is writing this file; wait until it ends, or write to "
-                "another folder"
-            ) from None
-        except OSError:
-            pass  # a file system without locks
-    if os.fstat(file.fileno()).st_size > 0:
-        file.truncate()
+    flags = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)  # which Windows needs
+    if path.is_file() or not path.exists():
+        flags |= os.O_EXCL
+        with suppress(FileNotFoundError), ExitStack() as stack:
+            if not path.is_symlink() and sys.platform != "win32":
+                _lock(stack.enter_context(path.open("rb")), path)
+            path.unlink()
+    file = os.fdopen(os.open(path, flags, 0o666), "wb")
+    _lock(file, path)
     return file
+
+
+def _lock(file: IO[bytes], path: Path) -> None:
+    """Lock a file against other runs; close and refuse it if another run has locked it."""
+    if sys.platform == "win32":
+        return
+    import fcntl
+
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise SlipmodeError(
+            f"{path}: another run is writing this file; wait until it ends, or write to "
+            "another folder"
+        ) from None
+    except OSError:
+        pass  # a file system without locks
 
 
 def checked_batch(

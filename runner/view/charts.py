@@ -20,7 +20,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.record import create_file
 from slipmode.runner.view.drawing import draw_labels, draw_lines
 from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
-from slipmode.runner.view.viewer import FLUSH_SECONDS
+from slipmode.runner.view.viewer import FLUSH_SECONDS, application
 
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
 
@@ -116,7 +116,7 @@ def write_charts(
     """
     try:
         create_file(path).close()  # Rerun reports no errno of its own
-        stream = rr.RecordingStream(f"slipmode {title}")
+        stream = rr.RecordingStream(application(title))
         views = rrb.Vertical(*(rrb.Horizontal(*(chart.view() for chart in row)) for row in rows))
         tabs = rrb.Tabs(*(rrb.TextDocumentView(origin=_entity(name), name=name) for name in texts))
         layout = rrb.Vertical(views, tabs, row_shares=(4, 1))

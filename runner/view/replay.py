@@ -48,8 +48,7 @@ def replay(
     data = read_external(path) if is_external(path) else read(path)
     notes = []
     if data.damage:
-        rest = "slipmode recover may find more"
-        notes.append(f"{path}: {data.damage}; shown up to t = {data.end_time:g} s; {rest}")
+        notes.append(f"{path}: {data.missing('shown')}")
     if data.left_out:
         notes.append(f"{path}: not shown: {'; '.join(data.left_out)}")
     with naming(path):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import hashlib
 import logging
 import os
 import shutil
@@ -23,7 +22,7 @@ from slipmode.runner.view import views
 from slipmode.runner.view.labels import in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.samples import Envelope
-from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer
+from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer, application
 
 _log = logging.getLogger("slipmode.view")
 
@@ -57,8 +56,7 @@ class RerunSink(Sink):
         self._envelopes = {topic: Envelope() for topic in self._channels}
         # a viewer keeps the layout of this recording alone by the name of its application
         described = header.title, header.scene_text, dict(header.run), [*self._channels], playing
-        digest = hashlib.sha256(repr(described).encode()).hexdigest()
-        self._stream = rr.RecordingStream(f"slipmode {digest[:16]}")
+        self._stream = rr.RecordingStream(application(*described))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
         self._closed = False
         self._unflushed = 0

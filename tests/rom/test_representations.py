@@ -21,7 +21,6 @@ LARGE = re.compile(r"\b(Model|Plan|Reduced|Scene|Table|Harmonics|Structure)\b")
 LEFT_OUT = (
     "slipmode.rom._core",
     "slipmode.fmu._native",
-    "slipmode.runner.recording.mcap_reader",
 )
 
 

@@ -68,11 +68,12 @@ def rewritten(
     units=True,
     length=0,
     chunked=True,
+    library="another program",
 ):
     """A recording made with the plain writer: channels of ours, as they are or with a fault."""
     with path.open("wb") as file:
         writer = Writer(file, use_chunking=chunked)
-        writer.start()
+        writer.start(library=library)
         for channel in CHANNELS:
             schema = channel.descriptor().SerializeToString() if describe else b"\xff\xff"
             schema_id = writer.register_schema(channel.message_type, "protobuf", schema)

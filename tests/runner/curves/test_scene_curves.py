@@ -1,6 +1,10 @@
 """Curves of a scene: files, pictures, and the numbers in them."""
 
+import re
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -49,6 +53,33 @@ def test_a_curve_is_written_and_drawn(tmp_path, capsys):
         (a,) = rom.steady(model, Omega, forcing.force, tuple(forcing.phase))
         assert found["A_re"][k] + 1j * found["A_im"][k] == pytest.approx(a, rel=1e-3)
     assert (tmp_path / "one-mode.curve.png").stat().st_size > 10_000
+
+
+def test_curves_of_other_parameters_and_modes_are_other_files(tmp_path):
+    """And a link in the folder is replaced, its target stays."""
+    pytest.importorskip("matplotlib")
+    (tmp_path / "precious").write_text("precious")
+    for ending in ("csv", "png", "rrd"):
+        (tmp_path / f"one-mode.curve.force.{ending}").symlink_to(tmp_path / "precious")
+    force = ["--vary", "force", "--span", "0.5", "1"]
+    for command in (["curve"], ["curve", *force], ["backbone", "--mode", "A"]):
+        assert main([*command, "one-mode", "-o", str(tmp_path)]) == 0
+    assert "frequency_A" in table(tmp_path / "one-mode.curve.csv")
+    assert table(tmp_path / "one-mode.curve.force.csv")["force"][[0, -1]].tolist() == [0.5, 1.0]
+    assert "damping" in table(tmp_path / "one-mode.backbone.A.csv")
+    assert (tmp_path / "precious").read_text() == "precious"
+
+
+def test_a_title_with_dots_is_no_matter_for_rerun(tmp_path):
+    """Rerun would print a line about its name of the application."""
+    scene = tmp_path / "own.toml"
+    before = Path(shipped_scenes()["one-mode"]).read_text(encoding="utf-8")
+    scene.write_text(re.sub("title = .*", 'title = "Both. Modes, v1.2"', before), encoding="utf-8")
+    code = "import sys; from slipmode.runner.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "curve", scene, "-o", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "app_id" not in done.stderr + done.stdout
+    assert "\x1b" not in done.stderr + done.stdout
 
 
 def test_it_goes_as_far_as_the_amplitudes_do():

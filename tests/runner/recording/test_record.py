@@ -263,6 +263,31 @@ def test_paths_that_cannot_be_written(tmp_path, kind):
         kind("/dev/full", HEADER, CHANNELS)
 
 
+@pytest.mark.parametrize("kind", [McapSink, RerunSink])
+@pytest.mark.parametrize("there", [True, False])
+def test_a_link_is_replaced_and_its_target_stays(tmp_path, kind, there):
+    target, path = tmp_path / "precious.txt", tmp_path / "run"
+    if there:
+        target.write_text("precious")
+    path.symlink_to(target)
+    with kind(path, HEADER, CHANNELS) as sink:
+        fill(sink, 5)
+    assert not path.is_symlink() and path.stat().st_size > 100
+    assert target.exists() == there
+    assert not there or target.read_text() == "precious"
+
+
+def test_another_name_of_a_recording_keeps_the_recording(tmp_path):
+    path, other = tmp_path / "run.mcap", tmp_path / "other.mcap"
+    for count in (10, 20):
+        with McapSink(path, HEADER, CHANNELS) as sink:
+            fill(sink, count)
+        if not other.exists():
+            other.hardlink_to(path)
+    assert load(other)["/modes"].time.size == 10
+    assert load(path)["/modes"].time.size == 20
+
+
 def test_full_disk_keeps_what_was_written(tmp_path):
     path = tmp_path / "run.mcap"
     sink = McapSink(path, HEADER, CHANNELS)
