@@ -132,8 +132,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         moves = np.linalg.solve(damped[:, :initial, :initial], rest[..., np.newaxis])[..., 0]
         new_values = values.copy()
         new_values[form.free] += step * scale
-        exponents = slice(4, 6 * form.modes, 6)
-        new_values[exponents] = np.clip(new_values[exponents], 0.1, 6.0)
+        new_values = form.limited(new_values)
         new_start = start + np.ascontiguousarray(moves).view(complex).T * _initial_sizes(
             decays, start
         )
