@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.decay_flow import STEP, Decays
-from slipmode.rom.identification.deviations import Deviation, systematic_deviations
+from slipmode.rom.identification.deviations import QUIET, Deviation, systematic_deviations
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit, fit
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
@@ -49,7 +49,10 @@ def first_guess(used: Sequence[Prepared], plan: Plan) -> tuple[FirstLook, SlowLa
     detuning = guess.frequencies(*sizes) - look.carrier[:, np.newaxis]
     rate = float(np.hypot(guess.damping_rates(*sizes), detuning).max())
     # The rate of a constant friction force is largest at the smallest amplitude.
-    least = [look.pooled(j).amplitude.min(keepdims=True) for j in range(len(look.carrier))]
+    least = [
+        np.maximum(look.pooled(j).amplitude.min(keepdims=True), QUIET * reference)
+        for j, reference in enumerate(look.reference)
+    ]
     rate = max(rate, float(look.guess(CONSTANT_FORCE).damping_rates(*least).max()))
     records = [each.part for each in used if each.part is not None]
     return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
