@@ -45,7 +45,8 @@ class Deviation:
         """Return the deviation in one line."""
         return (
             f"rates of mode {'AB'[self.mode]} deviate from the law by up to "
-            f"{percentage(self.share)} of the damping rate, at {self.low:.3g} to {self.high:.3g} {unit}"
+            f"{percentage(self.share)} of the damping rate, at {self.low:.3g} to "
+            f"{self.high:.3g} {unit}"
         )
 
 
@@ -69,14 +70,15 @@ def systematic_deviations(
             fitted = local_rates(envelope, carrier, look.channel, -1.0)
             at = np.isin(fitted.times, own.times)
             delta, omega = fitted.delta[at], fitted.omega[at]
-            columns = np.stack([own.amplitude, delta, own.delta - delta, own.omega - omega])
+            off = own.delta - delta, own.omega - omega
+            columns = np.stack([own.amplitude, own.delta, delta, *off])
             of_records.append(columns[:, own.amplitude > QUIET * look.reference[mode]])
         means, half = _bins(of_records, QUIET * look.reference[mode], look.reference[mode])
-        size, delta, off = means[0], means[1], means[2:]
-        certain = (np.abs(off) - half[2:]) / delta
+        size, delta, deviation = means[0], means[1:3].max(axis=0), means[3:]
+        certain = (np.abs(deviation) - half[3:]) / delta
         seen = (certain > NOTABLE).any(axis=0)
         if seen.sum() >= SYSTEMATIC:
-            share, square = float(certain.max()), (off**2).mean(axis=1)
+            share, square = float(certain.max()), (deviation**2).mean(axis=1)
             made.append(Deviation(mode, share, size[seen].min(), size[seen].max(), square))
     return made
 

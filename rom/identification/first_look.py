@@ -85,7 +85,7 @@ def local_rates(envelope: Envelope, carrier: float, channel: int, floor: float) 
     centres = np.arange(half, len(z) - half, half)
     index = centres[:, np.newaxis] + np.arange(-half, half + 1)
     t = np.arange(-half, half + 1) * spacing
-    logarithm = np.log(np.abs(z[index]))
+    logarithm = np.log(np.maximum(np.abs(z[index]), np.finfo(float).tiny))  # 0: it has stopped
     phase = np.unwrap(np.angle(z))[index]
     slope = t / (t @ t)
     amplitude = np.exp(logarithm.mean(axis=1))

@@ -190,8 +190,9 @@ def identify(
       it if the frequency of B differs from twice the frequency of A by at most three times the
       fastest rate of change of the amplitudes.
 
-    No law is claimed for a mode whose rates in windows of the records deviate from every allowed
-    law by more than 5 % of the damping rate at several amplitudes. See `Identification.deviations`.
+    No law is claimed for a mode whose rates, in windows of the records, deviate from every allowed
+    law by more than 5 % of the damping rate at several amplitudes: see
+    `Identification.deviations`.
 
     References
     ----------

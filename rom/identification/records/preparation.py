@@ -56,8 +56,8 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
         if alone and min(f[k] - low, high - f[k]) < NEAR_EDGE * (high - low):
             reach = 0.5 * (high - low)
             raise SlipmodeError(
-                f"bands: {low:g} to {high:g} Hz has its mode at {f[k]:.5g} Hz, where the filter of "
-                "the band removes most of it; choose a band around the mode, for example "
+                f"bands: {low:g} to {high:g} Hz has its mode at {f[k]:.5g} Hz, where the filter "
+                "of the band removes most of it; choose a band around the mode, for example "
                 f"{f[k] - reach:.4g} to {f[k] + reach:.4g} Hz"
             )
         for other in peaks[size[peaks] > 0.05 * size[k]] if alone else ():
