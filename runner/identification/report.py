@@ -86,8 +86,6 @@ def _law(found: IdentifiedLaw) -> str:
     rates = "delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p"
     if form.law == "coulomb":
         rates = "delta_0 + g R / s (constant friction force), frequency omega_0"
-            "delta_0 + g R / s, frequency omega_0: viscous damping and a constant friction force"
-        )
     lines.append(f"    damping rate {rates}")
     if form.cross:
         lines.append("    s_A^2 = A^2 + kappa_A B^2, s_B^2 = B^2 + kappa_B A^2")
