@@ -118,6 +118,12 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     scale = _scale(decays, form)
     initial = 2 * form.modes
     now = _normal(decays, form, values, start, scale)
+    if not np.isfinite(now.cost).all():  # an amplitude grows without limit: constant rates
+        values = values.copy()
+        for k in range(0, 6 * form.modes, 6):
+            values[k : k + 2] += [1.0, -1.0] * values[k + 2 : k + 4]
+            values[k + 2 : k + 4] = 0.0
+        now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():
         raise SlipmodeError("law: decays by the initial guess are not finite; check the bands")
     damping = 1e-3
