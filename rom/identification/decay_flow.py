@@ -19,6 +19,9 @@ from slipmode.rom.short_repr import frozen
 # A step times the fastest rate of slow time is at most x = 0.2. Interpolation between steps has a
 # relative error of x^4 / 384 = 4e-6, a step one of x^5 / 120 = 3e-6.
 STEP = 0.2
+# Rate at which a constant friction force ends a vibration, times the step. The Runge-Kutta method
+# is stable up to 2.78.
+STOP = 2.0
 
 
 def integrate(
@@ -54,7 +57,7 @@ def integrate(
     detuning = carrier[1] - 2.0 * carrier[0] if len(start) == 2 else 0.0
 
     def slope(z: Complexes, t: float) -> Complexes:
-        found = z * complex_rates(own, z.real**2 + z.imag**2, shape)
+        found = z * complex_rates(own, z.real**2 + z.imag**2, shape, STOP / step)
         if coupled:
             turn = np.exp(1j * detuning * t)
             found[0] += q1 * turn * z[0].conj() * z[1]

@@ -85,7 +85,7 @@ def local_rates(envelope: Envelope, carrier: float, channel: int, floor: float) 
     centres = np.arange(half, len(z) - half, half)
     index = centres[:, np.newaxis] + np.arange(-half, half + 1)
     t = np.arange(-half, half + 1) * spacing
-    logarithm = np.log(np.abs(z[index]))
+    logarithm = np.log(np.maximum(np.abs(z[index]), np.finfo(float).tiny))  # 0: it has stopped
     phase = np.unwrap(np.angle(z))[index]
     slope = t / (t @ t)
     amplitude = np.exp(logarithm.mean(axis=1))
@@ -203,19 +203,19 @@ class FirstLook:
         names = ("times", "amplitude", "delta", "omega")
         return LocalRates(*(np.concatenate([getattr(x, name) for x in looks]) for name in names))
 
-    def guess(self) -> SlowLaw:
-        """Return a power law with p = 1 by regression, in which loud windows count more."""
+    def guess(self, p: float = 1.0) -> SlowLaw:
+        """Return a power law with an exponent by regression, in which loud windows count more."""
         values: list[float] = []
         for j, reference in enumerate(self.reference):
             look = self.pooled(j)
             relative = look.amplitude / reference
-            basis = np.stack([relative, relative**2], axis=1)
+            basis = np.stack([relative, relative ** (1.0 + p)], axis=1)
             solved = (
                 np.linalg.lstsq(basis, relative * y, rcond=None)[0]
                 for y in (look.delta, look.omega)
             )
             (delta_0, g), (omega_0, h) = solved
-            values += [delta_0, omega_0, g, -h, 1.0, 0.0]
+            values += [delta_0, omega_0, g, -h, p, 0.0]
         modes = len(self.reference)
         values += [0.0] * (4 if modes == 2 else 0)
         return SlowLaw(LawForm(modes, "power", False), np.array(values), self.reference)

@@ -118,6 +118,12 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
     scale = _scale(decays, form)
     initial = 2 * form.modes
     now = _normal(decays, form, values, start, scale)
+    if not np.isfinite(now.cost).all():  # an amplitude grows without limit: constant rates
+        values = values.copy()
+        for k in range(0, 6 * form.modes, 6):
+            values[k : k + 2] += [1.0, -1.0] * values[k + 2 : k + 4]
+            values[k + 2 : k + 4] = 0.0
+        now = _normal(decays, form, values, start, scale)
     if not np.isfinite(now.cost).all():
         raise SlipmodeError("law: decays by the initial guess are not finite; check the bands")
     damping = 1e-3
@@ -132,8 +138,7 @@ def fit(decays: Decays, form: LawForm, values: Floats, start: Complexes) -> Fit:
         moves = np.linalg.solve(damped[:, :initial, :initial], rest[..., np.newaxis])[..., 0]
         new_values = values.copy()
         new_values[form.free] += step * scale
-        exponents = slice(4, 6 * form.modes, 6)
-        new_values[exponents] = np.clip(new_values[exponents], 0.1, 6.0)
+        new_values = form.limited(new_values)
         new_start = start + np.ascontiguousarray(moves).view(complex).T * _initial_sizes(
             decays, start
         )

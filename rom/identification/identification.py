@@ -10,6 +10,7 @@ import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.decay_flow import STEP, Decays
+from slipmode.rom.identification.deviations import QUIET, Deviation
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit
 from slipmode.rom.identification.models.identified import IdentifiedLaw
@@ -29,6 +30,7 @@ from slipmode.rom.identification.records.preparation import (
 )
 from slipmode.rom.identification.selection import (
     as_good,
+    closest_fit,
     determined,
     first_guess,
     fit_in_turn,
@@ -39,10 +41,6 @@ from slipmode.rom.identification.selection import (
 from slipmode.rom.identification.slow_laws import LawForm, LawName, allowed_forms
 from slipmode.rom.identification.uncertainty import uncertainty
 from slipmode.rom.short_repr import frozen
-
-# Smallest amplitude of the range relative to the largest. Mode B of the double beam is below 0.5 %
-# after 1.2 s, where its motion is due to the quadratic coupling with mode A.
-QUIET = 0.01
 
 
 @frozen
@@ -75,6 +73,10 @@ class Identification(IdentifiedLaw):
     ----------
     records : tuple of RecordReport
         Report for each record.
+    deviations : tuple of str
+        One line for each mode whose rates, in windows of the records, deviate systematically from
+        every allowed law. For such a mode `law` is the closest law and is not claimed: `deviation`
+        and bands include the deviations, and the parameters of friction are unidentified.
     errors : dict of LawForm to float
         Mean normalised error of each form of the law [-], in the prediction of loud records that
         were not fitted. Empty if only one form was allowed.
@@ -83,6 +85,7 @@ class Identification(IdentifiedLaw):
     """
 
     records: tuple[RecordReport, ...]
+    deviations: tuple[str, ...]
     errors: dict[LawForm, float]
     source: Source = field(repr=False)
 
@@ -151,7 +154,7 @@ def identify(
         detected. Records with defects are excluded and named in `Identification.records`.
     bands : sequence of (float, float)
         Frequency band [Hz] of each of one or two modes. Each band contains one mode.
-    law : {"auto", "linear", "iwan", "power", "quadratic"}, default "auto"
+    law : {"auto", "linear", "coulomb", "iwan", "power", "quadratic"}, default "auto"
         Form of the law, see Notes. "auto" chooses the form that predicts the loudest records best
         after a fit to the others.
     cross : {"auto", True, False}, default "auto"
@@ -180,11 +183,16 @@ def identify(
         s_A^2 = |a|^2 + kappa_A |b|^2,          s_B^2 = |b|^2 + kappa_B |a|^2.
 
     - "linear" has constant rates, g = h = 0.
+    - "coulomb" has constant rates and a constant friction force: p = -1, h = 0.
     - "iwan" is the power law of friction alone: h follows from g by Masing's rule.
     - "power" has free g, h and p.
     - "quadratic" adds q_A = q_1 conj(a) b and q_B = q_2 a^2, for two modes near 1:2. "auto" tries
       it if the frequency of B differs from twice the frequency of A by at most three times the
       fastest rate of change of the amplitudes.
+
+    No law is claimed for a mode whose rates, in windows of the records, deviate from every allowed
+    law by more than 5 % of the damping rate at several amplitudes: see
+    `Identification.deviations`.
 
     References
     ----------
@@ -218,10 +226,12 @@ def identify(
         prepared[name] = replace(prepared[name], notes=(*prepared[name].notes, note))
     considered, decays = with_coupling(determined(forms, look), decays)
     chosen, errors = select(decays, considered, guess)
-    found = fit_in_turn(decays, [chosen.form], chosen)
-    for form in as_good(chosen.form, errors):
+    closest, deviations = closest_fit(decays, look, plan.bands, chosen, errors)
+    found = [closest]
+    for form in as_good(closest.law.form, errors):
         found += fit_in_turn(decays, [form], chosen)
-    return _identification(Source(data, plan, look, decays), prepared, held, found, errors)
+    source = Source(data, plan, look, decays)
+    return _identification(source, prepared, held, found, deviations, errors)
 
 
 def _identification(
@@ -229,6 +239,7 @@ def _identification(
     prepared: Mapping[str, Prepared],
     held: set[str],
     fits: Sequence[Fit],
+    deviations: Sequence[Deviation],
     errors: dict[LawForm, float],
 ) -> Identification:
     """Return the result of the first of several fits; the others are as good."""
@@ -239,7 +250,7 @@ def _identification(
     largest = np.abs(found.start).max(axis=1)
     heard = np.array([look.pooled(j).amplitude.min() for j in range(form.modes)])
     floor = np.maximum(heard, QUIET * largest)
-    scatter, deviation, half, unidentified = uncertainty(fits, source.decays, floor)
+    scatter, deviation, half, unidentified = uncertainty(fits, source.decays, floor, deviations)
     made = Identification(
         law=found.law,
         parameters=dict(zip(names, values.tolist(), strict=True)),
@@ -257,6 +268,7 @@ def _identification(
         points=look.rates,
         uncertainty=scatter,
         records=(),
+        deviations=tuple(each.line(data.unit) for each in deviations),
         errors=errors,
         source=source,
     )

@@ -29,7 +29,7 @@ def initial_amplitudes(
     count = min(round(window * record.sample_rate), record.samples)
     t = record.times[:count]
     measured = record.signal[:, :count].reshape(-1)
-    a = np.zeros(law.form.modes, complex)
+    a = law.reference.astype(complex)
     for _ in range(4):  # with the rates at these amplitudes: each pass gains three digits
         rates = law.logarithmic_rates(a)
         wave = shapes[:, np.newaxis] * np.exp(np.multiply.outer(t, rates))

@@ -9,13 +9,14 @@ import numpy as np
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.decay_flow import STEP, Decays
+from slipmode.rom.identification.deviations import QUIET, Deviation, systematic_deviations
 from slipmode.rom.identification.first_look import FirstLook
 from slipmode.rom.identification.fit import Fit, fit
 from slipmode.rom.identification.initial_amplitudes import first_window, initial_amplitudes
 from slipmode.rom.identification.prediction import normalised_error
-from slipmode.rom.identification.records.measurement import Prepared
+from slipmode.rom.identification.records.measurement import Bands, Prepared
 from slipmode.rom.identification.records.preparation import Plan
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import CONSTANT_FORCE, LawForm, SlowLaw
 from slipmode.rom.short_repr import percentage
 
 # Distance from 1:2, relative to the fastest rate of slow time, up to which laws with a quadratic
@@ -25,6 +26,9 @@ NEAR = 3.0
 SHARE = 3  # one record of so many is left out
 # A law with more terms has to have a smaller error by this factor.
 BETTER = 0.98
+# Relative error of a signal by steps and by the end of the iterations. Of drawn decays without
+# noise it is up to 8e-5 (test_noise_free_decays.py).
+RESOLVED = 1e-4
 # Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
 # records of the double beam none is above 1.6 times the median.
@@ -44,6 +48,12 @@ def first_guess(used: Sequence[Prepared], plan: Plan) -> tuple[FirstLook, SlowLa
     sizes = [np.array([0.0, size]) for size in look.reference]
     detuning = guess.frequencies(*sizes) - look.carrier[:, np.newaxis]
     rate = float(np.hypot(guess.damping_rates(*sizes), detuning).max())
+    # The rate of a constant friction force is largest at the smallest amplitude.
+    least = [
+        np.maximum(look.pooled(j).amplitude.min(keepdims=True), QUIET * reference)
+        for j, reference in enumerate(look.reference)
+    ]
+    rate = max(rate, float(look.guess(CONSTANT_FORCE).damping_rates(*least).max()))
     records = [each.part for each in used if each.part is not None]
     return look, guess, Decays.of(records, look.carrier, look.shapes, look.reference, rate)
 
@@ -91,7 +101,7 @@ def outliers(
 
     Each record is fitted alone, so that a broken one does not spoil the others.
     """
-    form = LawForm(len(look.carrier), "power", False)
+    forms = [LawForm(len(look.carrier), law, False) for law in ("coulomb", "power")]
     errors, noise = {}, {}
     for i, each in enumerate(used):
         rates = look.rates[each.name]
@@ -99,8 +109,8 @@ def outliers(
             continue  # one of the modes is too quiet to be fitted alone
         guess = replace(look, rates={each.name: rates}).guess()
         try:
-            found = fit_in_turn(decays.only([i]), [form], guess)[0]
-            errors[each.name] = float(np.sqrt(found.normal.cost.sum()))
+            found = fit_in_turn(decays.only([i]), forms, guess)
+            errors[each.name] = float(np.sqrt(min(fit.normal.cost.sum() for fit in found)))
         except SlipmodeError:
             errors[each.name] = np.inf
         record = decays.records[i]
@@ -108,7 +118,7 @@ def outliers(
     typical = float(np.median(list(errors.values()))) if len(errors) >= SHARE else 0.0
     broken, doubtful = {}, {}
     for name, error in errors.items():
-        usual = max(typical, noise[name])
+        usual = max(typical, noise[name], RESOLVED)
         if error > (DOUBTFUL * usual if typical else POOR):
             line = f"the error of its own fit is {percentage(error)} of the signal"
             if typical:
@@ -121,7 +131,7 @@ def outliers(
 
 
 def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> list[Fit]:
-    """Return the fits of laws, each from the fit of the law before it."""
+    """Return the fits of laws, each from the guess or the fit of a power law before it."""
     window = first_window(decays.carrier)
     start = np.array(
         [initial_amplitudes(r, guess, decays.shapes, window)[0] for r in decays.records]
@@ -131,7 +141,7 @@ def fit_in_turn(decays: Decays, forms: Sequence[LawForm], guess: SlowLaw) -> lis
     for form in forms:
         found = fit(decays, form, form.without_others(values), start)
         made.append(found)
-        if form.law != "linear":
+        if form.law in ("power", "quadratic"):
             values, start = found.law.values, found.start
     return made
 
@@ -169,12 +179,31 @@ def select(
     else:
         quiet, loud = quiet_parts(decays), decays
     laws = [found.law for found in fit_in_turn(quiet, forms, guess)]
-    errors = {law.form: prediction_error(loud, law) for law in laws}
+    errors = {law.form: max(prediction_error(loud, law), RESOLVED) for law in laws}
     chosen = laws[0]
     for law in laws[1:]:
         if errors[law.form] < BETTER * errors[chosen.form]:
             chosen = law
     return chosen, errors
+
+
+def closest_fit(
+    decays: Decays, look: FirstLook, bands: Bands, chosen: SlowLaw, errors: dict[LawForm, float]
+) -> tuple[Fit, list[Deviation]]:
+    """Return the fit of the chosen law, and the systematic deviations of measured rates from it.
+
+    If there are any, the law with the fewest of them is taken, of equal ones the best. Quadratic
+    coupling has to be chosen, because models do not contain it.
+    """
+    others = sorted(errors, key=errors.__getitem__)
+    others = [form for form in others if form != chosen.form and form.law != "quadratic"]
+    made = []
+    for form in (chosen.form, *others):
+        found = fit_in_turn(decays, [form], chosen)[0]
+        made.append((found, systematic_deviations(found, decays, look, bands)))
+        if not made[-1][1]:
+            break
+    return min(made, key=lambda each: len(each[1]))
 
 
 def as_good(chosen: LawForm, errors: dict[LawForm, float]) -> list[LawForm]:

@@ -9,6 +9,8 @@ With a_j(t) the complex amplitude of mode j in sensor units, y = Re sum_j a_j,
 
 where R_j is a reference amplitude: g and h are what friction adds at that amplitude.
 
+A constant friction force takes an equal part of the amplitude in each cycle, p = -1.
+
 Sliders of Iwan's distribution ~ phi^chi follow this law below macro-slip, with p = chi + 1. Then
 Masing's rule ties h to g (see `masing_ratio`); other terms soften or stiffen elastically.
 """
@@ -26,11 +28,12 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 
-LawName = Literal["linear", "iwan", "power", "quadratic"]
+LawName = Literal["linear", "coulomb", "iwan", "power", "quadratic"]
 
 PER_MODE: Final = ("delta_0", "omega_0", "g", "h", "p", "kappa")
 COUPLING: Final = ("Re q_1", "Im q_1", "Re q_2", "Im q_2")
 LAWS: Final = get_args(LawName)
+CONSTANT_FORCE = -1.0  # exponent p of a constant friction force
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,9 @@ class LawForm:
     ----------
     modes : int
         1 or 2.
-    law : {"linear", "iwan", "power", "quadratic"}
-        Constant rates; damping and frequency by friction alone; frequency that elastic terms shift
-        too; also the quadratic coupling of two modes near a ratio of 1:2.
+    law : {"linear", "coulomb", "iwan", "power", "quadratic"}
+        Constant rates; a constant friction force; damping and frequency by joints alone; frequency
+        that elastic terms shift too; also the quadratic coupling of two modes near a ratio of 1:2.
     cross : bool
         Whether the rates of a mode depend on the amplitude of the other mode.
     """
@@ -63,15 +66,38 @@ class LawForm:
     def free(self) -> Flags:
         """Which parameters are fitted, (parameters,)."""
         nonlinear = self.law != "linear"
-        shift = self.law not in ("linear", "iwan")
-        own = [True, True, nonlinear, shift, nonlinear, nonlinear and self.cross]
+        shift = self.law in ("power", "quadratic")
+        exponent = nonlinear and self.law != "coulomb"
+        own = [True, True, nonlinear, shift, exponent, nonlinear and self.cross]
         coupling = [self.law == "quadratic"] * 4 if self.modes == 2 else []
         return np.array(own * self.modes + coupling)
 
     def without_others(self, values: Floats) -> Floats:
-        """Return values (parameters,) in which terms that the law does not have are zero."""
+        """Return values (parameters,) in which terms that the law does not have are zero.
+
+        If the law has another exponent, damping is kept at R and R / 2.
+        """
         made = np.where(self.free, values, 0.0)
-        made[4 : 6 * self.modes : 6] = values[4 : 6 * self.modes : 6]  # exponents
+        for k in range(0, 6 * self.modes, 6):
+            delta_0, _, g, _, p, _ = values[k : k + 6]
+            made[k + 4] = p
+            if (self.law == "coulomb") != (p == CONSTANT_FORCE):
+                made[k + 4] = CONSTANT_FORCE if self.law == "coulomb" else 1.0
+                made[k + 2] = g * (1.0 - 0.5**p) / (1.0 - 0.5 ** made[k + 4])
+                made[k] = delta_0 + g - made[k + 2]
+        return self.limited(made)
+
+    def limited(self, values: Floats) -> Floats:
+        """Return values (parameters,) within their limits, with h that follow from the others.
+
+        Exponents are 0.1 to 6. A constant friction force does not drive the vibration.
+        """
+        made = values.copy()
+        for k in range(0, 6 * self.modes, 6):
+            if self.law == "coulomb":
+                made[k + 2] = max(made[k + 2], 0.0)
+            elif self.law != "linear":
+                made[k + 4] = np.clip(made[k + 4], 0.1, 6.0)
         return self.tied(made)
 
     def tied(self, values: Floats) -> Floats:
@@ -130,16 +156,21 @@ def parts(values: Floats, modes: int) -> tuple[Floats, Complexes]:
     return own, np.asarray(q[0::2] + 1j * q[1::2], complex)
 
 
-def complex_rates(own: Floats, square: Floats, reference: Floats) -> Complexes:
+def complex_rates(
+    own: Floats, square: Floats, reference: Floats, fastest: float = np.inf
+) -> Complexes:
     """Return -delta + i omega, (modes, ...).
 
     `own` (6, modes, ...) are the parameters of each mode, `square` (modes, ...) the squares of
-    the amplitudes, `reference` (modes, 1, ...) the reference amplitudes.
+    the amplitudes, `reference` (modes, 1, ...) the reference amplitudes. A constant friction force
+    damps at the rate `fastest` [1/s] at most: it acts like linear damping on smaller amplitudes.
     """
     delta_0, omega_0, g, h, p, kappa = own
     s2 = square + kappa * square[::-1] if len(square) == 2 else square
     relative = np.maximum(s2 / reference**2, np.finfo(float).tiny)
     power = np.exp(0.5 * p * np.log(relative))
+    if np.any(p < 0.0):
+        power = np.minimum(power, fastest / np.maximum(np.abs(g), np.finfo(float).tiny))
     rates: Complexes = (1j * omega_0 - delta_0) - (g + 1j * h) * power
     return rates
 

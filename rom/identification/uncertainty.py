@@ -13,6 +13,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.identification.decay_flow import STEP, Decays
+from slipmode.rom.identification.deviations import Deviation
 from slipmode.rom.identification.fit import (
     DIFFERENCE,
     LEAST_RECORDS,
@@ -28,6 +29,9 @@ from slipmode.rom.short_repr import frozen
 # Of each record, of equal duration. Of 60 structures of test_jointed_structures.py, 90 % have all
 # true parameters in their intervals with 8 parts, 95 % with 10, 85 % with 12.
 PARTS = 10
+# Error of rates by a Runge-Kutta step of x = STEP, x^5 / 120 of the amplitude, relative to the
+# fastest rate.
+STEP_ERROR = STEP**4 / 120.0
 
 
 @frozen
@@ -109,11 +113,15 @@ class PartRates:
         Damping rates [1/s] and frequencies [rad/s] minus those of the law.
     variance : (2, modes, parts) ndarray
         Of the differences, by the scatter between records; infinite below the noise.
+    resolution : float
+        Variance of rates by the steps of the integration [1/s^2], times the number of parts,
+        because all parts share the error.
     """
 
     amplitude: Floats
     difference: Floats
     variance: Floats
+    resolution: float
 
     @classmethod
     def of(cls, decays: Decays, law: SlowLaw, floor: Floats) -> PartRates:
@@ -123,6 +131,7 @@ class PartRates:
         """
         constants = LawForm(law.form.modes, "linear", False)
         window = first_window(decays.carrier)
+        resolution = PARTS * (STEP_ERROR * STEP / decays.step) ** 2
         amplitudes, differences, variances = [], [], []
         for k in range(PARTS):
             records = [
@@ -139,11 +148,12 @@ class PartRates:
             free = constants.free
             differences.append((found.law.values - law.values)[free].reshape(-1, 2).T)
             variance = jackknife_variance(left_out)[free].reshape(-1, 2).T
-            variances.append(np.where(amplitudes[-1] > floor, variance, np.inf))
+            variances.append(np.where(amplitudes[-1] > floor, variance + resolution, np.inf))
         return cls(
             np.stack(amplitudes, axis=-1),
             np.stack(differences, axis=-1),
             np.stack(variances, axis=-1),
+            resolution,
         )
 
     @property
@@ -155,7 +165,7 @@ class PartRates:
         """
         excess = self.difference**2 / self.variance - np.isfinite(self.variance)
         weight = np.maximum((1.0 / self.variance).sum(axis=-1), np.finfo(float).tiny)
-        return np.asarray(np.maximum(excess.sum(axis=-1) / weight, 0.0))
+        return np.asarray(np.maximum(excess.sum(axis=-1) / weight, self.resolution))
 
     def parameter_variance(self, found: Fit) -> Floats:
         """Return the variance of the free parameters by the misfit, (free parameters,).
@@ -183,12 +193,13 @@ class PartRates:
 
 
 def uncertainty(
-    fits: Sequence[Fit], decays: Decays, floor: Floats
+    fits: Sequence[Fit], decays: Decays, floor: Floats, deviations: Sequence[Deviation]
 ) -> tuple[Uncertainty, Floats, Floats, tuple[str, ...]]:
     """Return the uncertainty of the first of several fits of laws.
 
-    `floor` (modes,) are the smallest amplitudes above the noise [sensor unit]. Deviations and
-    half-widths of the intervals of the free parameters follow, and the names of unidentified ones.
+    `floor` (modes,) are the smallest amplitudes above the noise [sensor unit], `deviations` the
+    modes for which no law is claimed. Deviations and half-widths of the intervals of the free
+    parameters follow, and the names of unidentified ones.
     Deviations by least squares are 7 to 64 times smaller than differences between measured decays.
     Of fewer than three records both are infinite, and parameters without any effect are
     unidentified.
@@ -206,6 +217,12 @@ def uncertainty(
         scatter = Uncertainty(laws, parts.misfit)
         variance = scatter.variance(lambda law: law.values)[free]
         variance = variance + parts.parameter_variance(found)
+        added = np.zeros(len(free))
+        for each in deviations:
+            scatter.misfit[:, each.mode] += each.variance
+            own = slice(6 * each.mode, 6 * each.mode + 6)
+            added[own] = [*each.variance, np.inf, np.inf, np.inf, np.inf]
+        variance = variance + added[free]
         deviation = np.where(singular, np.inf, np.sqrt(variance))
         half = interval_half_width(deviation, records)
         wide = half > _parameter_sizes(form, found.law.values)[free]

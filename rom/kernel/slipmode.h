@@ -426,7 +426,8 @@ SM_API sm_status sm_component_reset(sm_component *component, double time,
 SM_API sm_status sm_component_set_amplitude(sm_component *component, const double *amplitude);
 /* SM_BAD_ARGUMENT if the limits are scaled where the law is not homogeneous: tanh, gaps. */
 SM_API sm_status sm_component_set_inputs(sm_component *component, const sm_inputs *inputs);
-/* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. */
+/* Advance by `duration` > 0. On any status but SM_OK the state is as before the call. An amplitude
+ * that a change of force leaves beyond the edge of the table stays at the edge. */
 SM_API sm_status sm_component_step(sm_component *component, double duration);
 /* The same by one internal step, or where these are too short to matter by several, at most by
  * `most` > 0; `taken` says by how much. */

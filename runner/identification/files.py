@@ -13,6 +13,9 @@ from slipmode.rom.files import replacing
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.identification.pictures import pictures
 
+# Initial amplitudes of the scene and the FMU relative to the edge of the table. Solvers of Model
+# Exchange evaluate derivatives beyond the present state as well, and a force needs room.
+START = 0.95
 _FORCING = """
 [forcing.{mode}]                    # a force at the sensor; none in a free decay
 dof = {channel}
@@ -24,7 +27,7 @@ _SCENE = """title = "Free decay of an identified law"
 [model]
 file = "model.npz"
 
-[initial]                      # the largest measured amplitudes [kg^1/2 m]
+[initial]                      # {start:.0%} of the largest measured amplitudes [kg^1/2 m]
 {initial}
 {forcing}
 [run]
@@ -72,7 +75,7 @@ def write_files(
 def _scene(found: Identification | SineIdentification, factors: Complexes) -> str:
     omega = found.law.frequencies(*np.zeros((len(factors), 1)))[:, 0]
     period = 2.0 * np.pi / float(omega.min())
-    largest = zip("AB", found.range[:, 1] / np.abs(factors), strict=False)
+    start = zip("AB", START * found.range[:, 1] / np.abs(factors), strict=False)
     channel = found.channels.index(found.channel)
     if isinstance(found, Identification):
         duration = max(r.end - r.start for r in found.records)
@@ -80,7 +83,8 @@ def _scene(found: Identification | SineIdentification, factors: Complexes) -> st
         low, high = found.range[0]
         duration = float(np.log(high / low) / found.law.damping_rates(np.array(low))[0])
     return _SCENE.format(
-        initial="\n".join(f"{mode} = [{float(size)!r}, 0.0]" for mode, size in largest),
+        initial="\n".join(f"{mode} = [{float(size)!r}, 0.0]" for mode, size in start),
+        start=START,
         forcing="".join(
             _FORCING.format(mode=mode, channel=channel, frequency=each / (2.0 * np.pi))
             for mode, each in zip("AB", omega, strict=False)

@@ -47,16 +47,19 @@ def _records(found: Identification) -> str:
 def _levels(found: SineIdentification) -> str:
     names = [x.name for x in found.levels] + [x.test.name for x in found.held_out]
     width = max(len("level"), *map(len, names))
-    columns = ("frequency", "damping", "by others", "no phase", "phase error")
+    columns = ("frequency", "damping", "from law", "by others", "no phase", "phase error")
     head = "".join(f"{each:>12}" for each in columns)
     lines = [f"{'level':{width}}  {f'amplitude [{found.unit}]':>18}{head}"]
-    for x in found.levels:
-        ratios = (x.damping, x.left_out_damping, x.damping_without_phase)
-        damping = "".join(f"{100 * each:10.4f} %" for each in ratios)
+    for x, misfit in zip(found.levels, found.misfit, strict=True):
+        ratios = (x.left_out_damping, x.damping_without_phase)
+        damping = f"{100 * x.damping:10.4f} %{100 * misfit:+10.2f} %"
+        damping += "".join(f"{100 * each:10.4f} %" for each in ratios)
         frequency = f"{x.frequency / (2.0 * np.pi):9.5g} Hz"
         line = f"{x.name:{width}}  {x.amplitude:18.4g}{frequency}{damping}"
         lines.append(f"{line}{x.phase_error:8.3f} rad")
     lines += [
+        "damping from law: its relative deviation from the law of all levels, up to "
+        f"{percentage(float(np.abs(found.misfit).max()))}",
         "damping by others: prediction by the law of the other levels",
         "damping no phase: from a fit without phase error of the channels",
         f"natural frequencies scatter by {found.frequency_scatter / (2.0 * np.pi):.3g} Hz",
@@ -72,13 +75,20 @@ def _levels(found: SineIdentification) -> str:
 def _law(found: IdentifiedLaw) -> str:
     form, unit = found.law.form, found.unit
     lines = [f"law: {form}"]
+    if isinstance(found, Identification) and found.deviations:
+        every = len(found.deviations) == form.modes
+        lines = [f"law: none is claimed; the closest is {form}" if every else lines[0]]
+        lines += [f"    not claimed: {line}" for line in found.deviations]
     if isinstance(found, Identification) and found.errors:
         errors = (f"{each} {percentage(error)}" for each, error in found.errors.items())
         listed = f"prediction errors of loud records by fits to the others: {', '.join(errors)}"
         lines += wrap(listed, 95, initial_indent="    ", subsequent_indent="        ")
     if form.law == "linear":
         return "\n".join(lines)
-    lines.append("    damping rate delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p")
+    rates = "delta_0 + g (s / R)^p, frequency omega_0 - h (s / R)^p"
+    if form.law == "coulomb":
+        rates = "delta_0 + g R / s (constant friction force), frequency omega_0"
+    lines.append(f"    damping rate {rates}")
     if form.cross:
         lines.append("    s_A^2 = A^2 + kappa_A B^2, s_B^2 = B^2 + kappa_B A^2")
     sizes = zip("AB", found.law.reference, strict=False)
@@ -91,14 +101,14 @@ def _parameters(found: IdentifiedLaw) -> str:
     for name, value in found.parameters.items():
         low, high = found.interval[name]
         digits = _digits(high - low)
-        interval = "needs three records"
+        interval = "open" if name in found.unidentified else "needs three records"
         if np.isfinite(high):
             interval = f"{low:.{digits}f} to {high:.{digits}f}"
         unit = "kg" if name == "modal_mass" else _UNITS.get(name.rpartition("_")[0], "-")
         if "q_" in name:
             unit = f"1/s per {found.unit}"
         lines.append(f"{name:10}  {value:10.{digits}f}  {interval:>22}  {unit}")
-    scattered = all(np.isfinite(each) for each in found.deviation.values())
+    scattered = any(np.isfinite(each) for each in found.deviation.values())
     nothing = "none" if scattered else "unknown with fewer than three fitted records"
     lines.append(f"not identified: {', '.join(found.unidentified) or nothing}")
     return "\n".join(lines)

@@ -286,7 +286,8 @@ class IdentifiedLaw:
             self._check_range(mode, size, extrapolate)
         shape = self._shape(modal_mass, mode_shape)
         factors = self.sensor_factors(modal_mass=modal_mass, mode_shape=mode_shape)
-        return model_of_law(self.law, factors, largest, self.shapes.real * shape, tolerance)
+        range = np.stack([np.minimum(self.range[:, 0], largest), largest], axis=1)
+        return model_of_law(self.law, factors, range, self.shapes.real * shape, tolerance)
 
     def sensor_factors(self, *, modal_mass: Any = None, mode_shape: Any = None) -> Complexes:
         """Return the sensor amplitude for a modal amplitude of 1 kg^1/2 m.

@@ -12,20 +12,24 @@ from slipmode.rom.table.model import Model
 
 
 def model_of_law(
-    law: SlowLaw, factors: Complexes, largest: Floats, mode_shapes: Floats, tolerance: float
+    law: SlowLaw, factors: Complexes, range: Floats, mode_shapes: Floats, tolerance: float
 ) -> Model:
     """Return the model of a law.
 
-    `largest` (modes,) are the largest amplitudes of the model [sensor unit], `mode_shapes`
-    (channels, modes) the mass-normalised modes at the sensors [kg^-1/2]. Laws with quadratic
-    coupling are refused.
+    `range` (modes, 2) are the smallest measured and the largest amplitudes of the model [sensor
+    unit], `mode_shapes` (channels, modes) the mass-normalised modes at the sensors [kg^-1/2]. A
+    constant friction force acts like linear damping below the smallest amplitude. Laws with
+    quadratic coupling are refused.
     """
+    least, largest = range.T
     if np.any(law.coupling):
         raise _no_coupling(law, largest)
     size = np.abs(factors)
 
     def rates(amplitudes: Floats) -> tuple[Floats, Floats]:
         sensor = (amplitudes * size).T
+        if law.form.law == "coulomb":
+            sensor = np.maximum(sensor, least[:, np.newaxis])
         return law.damping_rates(*sensor).T, law.frequencies(*sensor).T
 
     ends = (largest / size).tolist()

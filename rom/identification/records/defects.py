@@ -26,6 +26,8 @@ CLIPPED_SAMPLES, CLIPPED_RATIO = 4, 4.0
 # Periods that a sensor without contact keeps its value. A sinusoid of amplitude A keeps it
 # within the resolution q for 2 sqrt(2 q / A) / omega at its peak, a sum of two for up to twice so.
 DROPOUT_PERIODS = 0.25
+# Decay of a tone from the third to the last quarter of a record, up to which it is steady.
+STEADY = 0.02
 # Change of the amplitudes, relative to all of them, that is another blow. Smaller ones leave a
 # record that no law fits, see `selection.outliers`.
 JUMP = 0.15
@@ -133,7 +135,13 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
                 break
             frequency = _frequency(late, record.sample_rate, f[k - 1], f[k + 1])
             a, b = (abs(_tone(part, frequency / record.sample_rate)) for part in (early, late))
-            if abs(a / b - 1.0) > 0.2:  # not steady
+            # The late free vibration of a stuck joint decays, though slowly.
+            first, last = (
+                abs(_tone(part, frequency / record.sample_rate))
+                for part in (late[: half // 2], late[half // 2 :])
+            )
+            decay = first / last - 1.0
+            if abs(a / b - 1.0) > 0.2 or decay > STEADY + 4.0 * noise / size[k]:  # not steady
                 break
             wave = np.exp(2j * np.pi * frequency * record.times)
             basis = np.stack([wave.real, wave.imag], axis=1)

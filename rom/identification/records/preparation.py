@@ -29,6 +29,9 @@ from slipmode.rom.identification.records.measurement import Bands, Measurement, 
 from slipmode.rom.short_repr import frozen, percentage, short_list
 
 ONSET = 0.1  # of the largest sample: where a blow begins
+# Distance of a mode from an edge of its band, relative to the width, at which the filter of the
+# first look has a third of its gain: exp(-0.5 (0.4 / 0.283)^2).
+NEAR_EDGE = 0.1
 SHORTEST = 5  # windows of the first look in the shortest usable part: two that are whole
 
 
@@ -50,6 +53,13 @@ def mode_frequencies(records: Sequence[Record], bands: Bands, alone: bool) -> Fl
             )
         k = int(peaks[size[peaks].argmax()])
         found[j] = f[k]
+        if alone and min(f[k] - low, high - f[k]) < NEAR_EDGE * (high - low):
+            reach = 0.5 * (high - low)
+            raise SlipmodeError(
+                f"bands: {low:g} to {high:g} Hz has its mode at {f[k]:.5g} Hz, where the filter "
+                "of the band removes most of it; choose a band around the mode, for example "
+                f"{f[k] - reach:.4g} to {f[k] + reach:.4g} Hz"
+            )
         for other in peaks[size[peaks] > 0.05 * size[k]] if alone else ():
             between = size[min(k, other) : max(k, other) + 1].min()
             if abs(other - k) > 8 and between < 0.5 * size[other]:  # main lobes of the window

@@ -61,6 +61,12 @@ class SineIdentification(IdentifiedLaw):
     models: tuple[SineModel, ...] = field(repr=False)
 
     @property
+    def misfit(self) -> Floats:
+        """Deviation of the damping of each level from the law, relative to the law, (levels,)."""
+        law = [-complex_rate(self.law, level.amplitude).real for level in self.levels]
+        return np.array([level.damping_rate for level in self.levels]) / law - 1.0
+
+    @property
     def steady(self) -> bool:
         """True: the law describes steady vibration."""
         return True

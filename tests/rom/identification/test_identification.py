@@ -119,7 +119,7 @@ def test_plots_have_axes_for_each_mode(two_modes):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"law": "cubic"}, "law = 'cubic': must be auto, linear, iwan, power, quadratic"),
+        ({"law": "cubic"}, "law = 'cubic': must be auto, linear, coulomb, iwan, power, quadratic"),
         ({"cross": "yes"}, "cross = 'yes': must be 'auto', True or False"),
         ({"law": "linear", "cross": True}, "cross: a linear law"),
         ({"bands": BANDS[:1], "cross": True}, "bands: cross effects"),

@@ -43,8 +43,16 @@ def test_the_damping_of_the_first_mode_grows_nearly_in_proportion_to_its_amplitu
     assert found.parameters["p_A"] == pytest.approx(1.1, abs=0.16)
     zeta = found.parameters["delta_0_A"] / found.parameters["omega_0_A"]
     assert zeta == pytest.approx(5e-4, rel=0.15)
-    # Below 0.1 m/s the damping of B is 12 % (4 deviations) less than the law has it.
-    assert set(found.unidentified) <= {"p_B"}
+    assert not [name for name in found.unidentified if name.endswith("_A")]
+
+
+def test_the_law_of_the_second_mode_is_not_claimed(found):
+    """At 0.013 to 0.032 m/s its rates differ by 35 % of the damping: the coupling with mode A.
+
+    Quadratic coupling describes it.
+    """
+    assert [line[:15] for line in found.deviations] == ["rates of mode B"]
+    assert {"g_B", "h_B", "p_B"} <= set(found.unidentified)
 
 
 def test_amplitudes_that_the_other_mode_drives_are_not_in_the_range(found):

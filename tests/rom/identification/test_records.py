@@ -5,6 +5,7 @@ import pytest
 from measured.decays import BANDS, TRUE, decay_with_blow, decays, measurement, times
 
 from slipmode import rom
+from slipmode.rom.identification.records.defects import remove_tones
 
 POWER = {"bands": BANDS, "law": "power", "cross": False}
 
@@ -120,3 +121,27 @@ def test_a_decay_starts_after_its_blow():
     report = identified(trigger).records[2]
     assert report.notes == ()
     assert 0.2 < report.start < 0.21
+
+
+def stuck_joint(start, rate=1000.0, limit=0.3):
+    """A joint slips at 48 Hz and more until it sticks; then a free vibration of 50 Hz decays."""
+    t = np.arange(round(8.0 * rate)) / rate
+    sticks = (start - limit) / 1.2
+    size = np.where(t < sticks, start - 1.2 * t, limit * np.exp(-0.02 * (t - sticks)))
+    hertz = np.where(t < sticks, 48.0 + 2.0 * limit / np.maximum(size, limit), 50.0)
+    return size * np.cos(2.0 * np.pi * np.cumsum(hertz) / rate)
+
+
+@pytest.mark.parametrize("start", [0.35, 0.45])
+def test_the_late_vibration_of_a_stuck_joint_is_no_steady_tone(start):
+    """It is 2 Hz from the mode with slip. A tone of constant size there is steady."""
+    rng, hum = np.random.default_rng(0), tone_of(50.0)
+    joint = stuck_joint(start) + 1e-4 * rng.standard_normal(8000)
+    assert remove_tones(measurement([joint], 1000.0)[1], np.array([48.0]))[1] == ()
+    assert len(remove_tones(measurement([hum], 1000.0)[1], np.array([48.0]))[1]) == 1
+
+
+def tone_of(frequency):
+    t = np.arange(8000) / 1000.0
+    mode = np.exp(-2.0 * t) * np.cos(2.0 * np.pi * 48.0 * t)
+    return mode + 0.3 * np.cos(2.0 * np.pi * frequency * t)

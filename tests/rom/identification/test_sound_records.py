@@ -61,6 +61,12 @@ REFUSED = {
     "no decay": ([(150.0, 200.0)], RATE, "bands: 150 to 200 Hz has no decay of a mode"),
     "two modes": ([(100.0, 260.0)], RATE, "bands: 100 to 260 Hz has peaks at"),
     "sampling": ([(100.0, 140.0)], 300.0, "bands: 140 Hz needs a sampling rate of at least 350"),
+    "mode at the upper edge": (
+        [(100.0, 123.5)],
+        RATE,
+        "bands: 100 to 123.5 Hz has its mode at 122.4 Hz, where the filter of the band removes",
+    ),
+    "mode at the lower edge": ([(122.0, 140.0)], RATE, "choose a band around the mode"),
     "overlap": ([(100, 140), (130, 260)], RATE, "must not overlap"),
     "order": (
         [(225, 260), (100, 140)],

@@ -203,3 +203,24 @@ def test_the_sampling_rate_may_be_given(tmp_path):
     np.savez(tmp_path / "hits.npz", **{f"v_{k}": y for k, y in enumerate(signals("sound"), 1)})
     options = ["--sample-rate", str(RATE), "--law", "linear", *MS, "-o", str(tmp_path / "out")]
     assert main(["identify", str(tmp_path / "hits.npz"), *BAND_A, *options]) == 0
+
+
+def test_the_fmu_runs_in_model_exchange_from_its_start(done):
+    """By CVode, whose first evaluations are around the start values."""
+    fmpy = pytest.importorskip("fmpy")
+    names = ["A_abs", "B_abs"]
+    result = fmpy.simulate_fmu(
+        str(done[1] / "model.fmu"),
+        fmi_type="ModelExchange",
+        solver="CVode",
+        stop_time=1.0,
+        output_interval=0.1,
+        relative_tolerance=1e-6,
+        output=names,
+    )
+    for name, own in zip(names, TRUE, strict=True):
+        size = result[name]
+        # In sensor units: the velocity is 2 omega phi |a|, with phi = 1 / sqrt(modal mass).
+        unit = 2.0 * own[1] / np.sqrt(MASSES[names.index(name)])
+        exact = np.abs(power_law_amplitude(result["time"], size[0] * unit, *own))
+        np.testing.assert_allclose(size * unit, exact, rtol=0.02)

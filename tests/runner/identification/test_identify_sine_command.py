@@ -63,7 +63,7 @@ def test_the_scene_decays_as_the_oscillator(done, tmp_path):
     assert main(["run", str(done / "scene.toml"), "-o", str(tmp_path)]) == 0
     modes = runner.load(tmp_path / "scene.mcap")["/modes"]
     x = 2.0 * modes.column("A_abs") / np.sqrt(TRUE.m)  # at the sensor [m]
-    assert x[0] * TRUE.omega**2 == pytest.approx(70.0, rel=5e-3)
+    assert x[0] * TRUE.omega**2 == pytest.approx(0.95 * 70.0, rel=5e-3)  # inside the table
     rates = TRUE.zeta * TRUE.omega, TRUE.omega, TRUE.c3 / (8.0 * TRUE.m), 0.0, 2.0
     exact = np.abs(power_law_amplitude(modes.time, x[0], *rates))
     assert x == pytest.approx(exact, abs=0.01 * x[0])

@@ -225,6 +225,25 @@ static slow_state later(const sm_component *c, double duration) {
     return fresh;
 }
 
+/* Relative distance from the edge of the table that rounding does not exceed. */
+#define EDGE_ROUNDING 1e-12
+
+/* An amplitude that a change of force leaves beyond the edge of the table stays at the edge. So any
+ * force can be followed by a smaller one. The error is at most the change of the amplitude, which
+ * relative to the amplitude is about the damping ratio. */
+static void stay_inside(const sm_component *c, double *amplitude) {
+    const sm_table *table = &c->flow.table;
+    for (int j = 0; j < table->modes; j++) {
+        const double *before = c->slow.amplitude + 2 * j, *node = j ? table->node_b : table->node_a;
+        const double last = node[(j ? table->count_b : table->count_a) - 1];
+        const double end = (1.0 - EDGE_ROUNDING) * last * c->inputs.limit_scale;
+        const double size = hypot(amplitude[2 * j], amplitude[2 * j + 1]);
+        if (size <= end || hypot(before[0], before[1]) > last * c->inputs.limit_scale) continue;
+        amplitude[2 * j] *= end / size;
+        amplitude[2 * j + 1] *= end / size;
+    }
+}
+
 /* Advances by `duration` in so many tries at most; otherwise the state is as before, but for the
  * contacts' queue. */
 static sm_status try_advance(sm_component *c, double duration, int64_t most) {
@@ -236,7 +255,10 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     integration now = {.y = {0.0}, .step = fresh.step};
     const double *dy = now.dy;
     memcpy(now.y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, now.y)) c->rate_known = 0;
+    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, now.y)) {
+        stay_inside(c, now.y);
+        c->rate_known = 0;
+    }
     status = integrate(c, duration, most, &after, &now);
     if (status != SM_OK) return status;
     fresh.step = now.step;

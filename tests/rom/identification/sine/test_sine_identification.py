@@ -1,5 +1,7 @@
 """Laws from steady sine tests of an oscillator that is solved without slipmode."""
 
+from dataclasses import replace
+
 import matplotlib
 import numpy as np
 import pytest
@@ -264,3 +266,21 @@ def test_predictions_beyond_the_measured_amplitudes_are_refused_unless_asked_for
         found.predict(loud, band=BAND, frequency=-1.0)
     with pytest.raises(rom.SlipmodeError, match="tests: names a_200 occur more than once"):
         found.predict(rom.SineTests(loud.tests * 2, "m/s^2"), band=BAND)
+
+
+def test_the_deviation_of_each_level_from_the_law_is_stated():
+    """One level of five was measured with a mode that has 20 % more damping at rest."""
+    levels = {
+        10.0: TRUE,
+        25.0: TRUE,
+        40.0: replace(TRUE, zeta=1.2 * TRUE.zeta),
+        55.0: TRUE,
+        70.0: TRUE,
+    }
+    tests = [response_controlled(each, a, FREQUENCY, 0.0) for a, each in levels.items()]
+    found = rom.identify_sine(rom.SineTests(tests, "m/s^2"), band=BAND)
+    x = np.array(list(levels)) / TRUE.omega**2
+    true = [each.zeta * each.omega for each in levels.values()] + TRUE.c3 * x**2 / (8 * TRUE.m)
+    expected = true / found.law.damping_rates(np.array(list(levels)))[0] - 1.0
+    assert np.argmax(np.abs(found.misfit)) == 2
+    np.testing.assert_allclose(found.misfit, expected, atol=0.01)
