@@ -24,7 +24,7 @@ from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats, as_number
 from slipmode.rom.extras import extra
-from slipmode.rom.stored_arrays import check_unpacked_size, read_npy
+from slipmode.rom.storage.stored_arrays import check_unpacked_size, read_npy
 
 fmpy = extra("fmpy", "fmu")
 fmi1 = extra("fmpy.fmi1", "fmu")

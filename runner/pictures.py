@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

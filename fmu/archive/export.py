@@ -28,8 +28,8 @@ from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError, __version__
-from slipmode.rom.files import replacing
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
+from slipmode.rom.storage.files import replacing
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, carrier_findings, warn
 

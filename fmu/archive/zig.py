@@ -16,7 +16,7 @@ from pathlib import Path
 
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.rom.table import disk_cache
 
 # Headers and sources of the FMU and of the core; in an FMU one folder, sources/.

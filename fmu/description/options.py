@@ -12,7 +12,7 @@ from slipmode.fmu.handle import ComponentOptions
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.text import checked_line
+from slipmode.rom.storage.text import checked_line
 
 FmiVersion = Literal[2, 3]
 MODEL_IDENTIFIER = "slipmode"

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom.code_digest import code_digest
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.laws.law_record import record_of
+from slipmode.rom.storage.code_digest import code_digest
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, Model
 

@@ -11,12 +11,12 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.stored_arrays import memory_limit
+from slipmode.rom.storage.stored_arrays import memory_limit
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.external import read_external
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.abaqus import abaqus_mass_file, read_matrix_market
 from slipmode.rom.structure.readers.workspace import CSR_PARTS, read_npz
-from slipmode.rom.text import read_text
 
 _NAMES = ("mass", "stiffness", "contact", "damping")
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
-from slipmode.rom.files import as_path
 from slipmode.rom.representable import SMALLEST
+from slipmode.rom.storage.files import as_path
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.files import read_matrices, write_npz
 from slipmode.rom.structure.labels import Labels

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.code_digest import code_digest
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
+from slipmode.rom.storage.code_digest import code_digest
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model
 from slipmode.rom.table.tabulation import extended_range, tabulate

@@ -18,7 +18,7 @@ from typing import TypeVar
 import platformdirs
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import PART
+from slipmode.rom.storage.files import PART
 
 MIB = 1024 * 1024
 

@@ -19,7 +19,6 @@ from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError, naming
-from slipmode.rom.files import as_path, replacing
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import (
@@ -30,7 +29,8 @@ from slipmode.rom.reduction.combination import (
 )
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
-from slipmode.rom.stored_arrays import open_npz
+from slipmode.rom.storage.files import as_path, replacing
+from slipmode.rom.storage.stored_arrays import open_npz
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.hermite import Table

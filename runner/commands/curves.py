@@ -11,10 +11,10 @@ import numpy as np
 from slipmode import rom
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import write_columns
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
+from slipmode.rom.storage.files import write_columns
 from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
 from slipmode.runner.curves.scene_curves import (
     scene_backbone,

@@ -7,9 +7,9 @@ from typing import cast
 
 from slipmode import rom
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import write_columns
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.storage.files import write_columns
 from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
 from slipmode.runner.pictures import page_figure
 from slipmode.runner.scene.contacts import law_of

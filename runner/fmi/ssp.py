@@ -15,7 +15,7 @@ from slipmode.fmu.description.xml_files import literal, to_bytes
 from slipmode.fmu.variables.variable import UNITS
 from slipmode.rom import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.scene.scene import Scene
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipmode.rom import Identification, IdentifiedLaw, SineIdentification
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.identification.pictures import pictures
 

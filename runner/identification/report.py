@@ -47,15 +47,15 @@ def _records(found: Identification) -> str:
 def _levels(found: SineIdentification) -> str:
     names = [x.name for x in found.levels] + [x.test.name for x in found.held_out]
     width = max(len("level"), *map(len, names))
-    columns = ("frequency", "damping", "from law", "by others", "no phase", "phase error")
-    head = "".join(f"{each:>12}" for each in columns)
-    lines = [f"{'level':{width}}  {f'amplitude [{found.unit}]':>18}{head}"]
+    ratios_head = "".join(f"{x:>10}" for x in ("damping", "from law", "by others", "no phase"))
+    head = f"{f'amplitude [{found.unit}]':>18}{'frequency':>12}{ratios_head}{'phase error':>12}"
+    lines = [f"{'level':{width}} {head}"]
     for x, misfit in zip(found.levels, found.misfit, strict=True):
         ratios = (x.left_out_damping, x.damping_without_phase)
-        damping = f"{100 * x.damping:10.4f} %{100 * misfit:+10.2f} %"
-        damping += "".join(f"{100 * each:10.4f} %" for each in ratios)
+        damping = f"{100 * x.damping:8.4f} %{100 * misfit:+8.2f} %"
+        damping += "".join(f"{100 * each:8.4f} %" for each in ratios)
         frequency = f"{x.frequency / (2.0 * np.pi):9.5g} Hz"
-        line = f"{x.name:{width}}  {x.amplitude:18.4g}{frequency}{damping}"
+        line = f"{x.name:{width}} {x.amplitude:18.4g}{frequency}{damping}"
         lines.append(f"{line}{x.phase_error:8.3f} rad")
     lines += [
         "damping from law: its relative deviation from the law of all levels, up to "

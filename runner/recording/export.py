@@ -11,7 +11,7 @@ import numpy as np
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.load import Selection, Signals, read, warn_of_damage
 
 

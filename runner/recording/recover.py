@@ -14,7 +14,7 @@ from mcap import records
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
 from slipmode.runner.recording.contents.chunks import unpack
 from slipmode.runner.recording.contents.inventory import Inventory, Part, is_ours

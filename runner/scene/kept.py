@@ -16,14 +16,14 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.code_digest import code_digest
 from slipmode.rom.contact.static_preload import Preload, preload
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.files import replacing
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS
 from slipmode.rom.reduction.reduction import Formulation, Reduced, reduce
+from slipmode.rom.storage.code_digest import code_digest
+from slipmode.rom.storage.files import replacing
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import OPTIONAL_ARRAYS

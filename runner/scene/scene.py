@@ -15,10 +15,10 @@ import numpy as np
 
 from slipmode.rom import Model, excited_diameter
 from slipmode.rom.errors import SlipmodeError, naming
-from slipmode.rom.files import as_path
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.slow.units import Units
-from slipmode.rom.text import read_text
+from slipmode.rom.storage.files import as_path
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.scene.contacts import (

@@ -18,7 +18,7 @@ from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
 from slipmode.rom.reduction.force_vector import force_vector
 from slipmode.rom.slow.units import SI, Units
-from slipmode.rom.stored_arrays import read_npy
+from slipmode.rom.storage.stored_arrays import read_npy
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model

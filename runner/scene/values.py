@@ -11,7 +11,7 @@ from typing import Any
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.representable import ALLOWED, LARGEST, SMALLEST
 from slipmode.rom.slow.units import parse_unit
-from slipmode.rom.text import checked_line
+from slipmode.rom.storage.text import checked_line
 from slipmode.runner.scene.script import Script
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from slipmode.rom import __version__
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.files import PART
+from slipmode.rom.storage.files import PART
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import declared

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.code_digest import code_digest
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import short_repr
+from slipmode.rom.storage.code_digest import code_digest
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.files import source_files
-from slipmode.rom.text import read_text
 from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.toml_table import Key, Section, Table

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from slipmode.rom.files import replacing
 from slipmode.rom.slow.units import SI, Units
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, Channel
 from slipmode.runner.view.labels import (
     LOOPS,

@@ -22,7 +22,7 @@ from urllib.parse import quote, urlsplit
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 
 if TYPE_CHECKING:
     from rerun.experimental import ViewerClient

@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 
 
 def test_a_file_is_replaced_only_when_it_is_whole(tmp_path):

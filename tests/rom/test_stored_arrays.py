@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from hostile import MIB, claiming, rewritten, zeros
+from damage.hostile import MIB, claiming, rewritten, zeros
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError

@@ -244,7 +244,7 @@ def missing(folder, recording):
 
 def cut_short_in_the_header(folder, recording):
     (folder / "cut.mcap").write_bytes(recording.read_bytes()[:100])
-    return ("replay", folder / "cut.mcap", "--save", folder / "out.rrd"), "no numbers to show"
+    return ("replay", folder / "cut.mcap", "--save", folder / "out.rrd"), "no samples are left"
 
 
 def not_a_recording(folder, recording):

@@ -15,7 +15,7 @@ from slipmode.rom.identification.records.fields import Field, Group, name_and_un
 from slipmode.rom.identification.records.text_table import read_text_table
 from slipmode.rom.identification.records.universal import read_universal
 from slipmode.rom.short_repr import short_list
-from slipmode.rom.stored_arrays import open_npz
+from slipmode.rom.storage.stored_arrays import open_npz
 
 TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm", ".prn")
 UNIVERSAL = (".uff", ".unv", ".uf")

@@ -15,7 +15,7 @@ from slipmode.rom.identification.records.files import distinct_names, found_file
 from slipmode.rom.identification.records.measurement import Measurement, Record
 from slipmode.rom.short_repr import frozen, short_list
 from slipmode.rom.slow.units import parse_unit
-from slipmode.rom.text import checked_line
+from slipmode.rom.storage.text import checked_line
 
 
 @frozen

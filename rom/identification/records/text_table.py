@@ -22,7 +22,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import parse_unit
-from slipmode.rom.text import read_text
+from slipmode.rom.storage.text import read_text
 
 _SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike the first is taken.
 # Lines from the middle of a file in which the form of its numbers is found.

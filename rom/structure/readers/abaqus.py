@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored, symmetric
 from slipmode.rom.structure.readers.text import (
@@ -21,7 +22,6 @@ from slipmode.rom.structure.readers.text import (
     numbers,
     with_plain_exponents,
 )
-from slipmode.rom.text import read_text
 
 _log = logging.getLogger(__name__)
 

@@ -12,10 +12,10 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.readers.named import Named, mirrored
 from slipmode.rom.structure.readers.text import DamagedError, number
-from slipmode.rom.text import read_text
 
 _log = logging.getLogger(__name__)
 

@@ -17,9 +17,9 @@ import scipy.sparse
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.readers.named import Named, mirrored
 from slipmode.rom.structure.readers.text import DamagedError, fixed_width
-from slipmode.rom.text import read_text
 
 _FORMAT = re.compile(r"\((?:[^()]|\([^()]*\))*\)")
 _SCALE = re.compile(

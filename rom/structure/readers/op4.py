@@ -18,9 +18,9 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.readers.named import mirrored
 from slipmode.rom.structure.readers.text import DamagedError, fixed_width
-from slipmode.rom.text import read_text
 
 _HEADER = re.compile(r"\s*(\d+)\s+(-?\d+)\s+\d+\s+([1-4])\s*([A-Z]\w*)\s*(.*)", re.IGNORECASE)
 _FORMAT = re.compile(r"(\d+)[DEFG](\d+)", re.IGNORECASE)
@@ -35,11 +35,12 @@ Numbers = NDArray[Any]
 def read_op4(path: Path) -> dict[str, Any]:
     """Return the matrices of a file by name."""
     content = path.read_bytes()
-    matrices = _text(iter(read_text(path).splitlines()))
-    for order in "<>":
-        size = _HEADER_BYTES.get(int(np.frombuffer(content[:4].ljust(4), f"{order}i4")[0]))
-        if size is not None:
-            matrices = _binary(content, order, size)
+    heads = {order: int(np.frombuffer(content[:4].ljust(4), f"{order}i4")[0]) for order in "<>"}
+    binary = [order for order, head in heads.items() if head in _HEADER_BYTES]
+    if binary:
+        matrices = _binary(content, binary[0], _HEADER_BYTES[heads[binary[0]]])
+    else:
+        matrices = _text(iter(read_text(path).splitlines()))
     found: dict[str, Any] = {}
     for name, matrix in matrices:
         if name in found:

@@ -15,7 +15,7 @@ import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.stored_arrays import open_npz
+from slipmode.rom.storage.stored_arrays import open_npz
 from slipmode.rom.structure.readers.named import Named
 
 #: A sparse matrix `mass` in a .npz file is mass_data, mass_indices, ...

@@ -12,7 +12,7 @@ import zstandard
 from mcap import records
 from mcap.opcode import Opcode
 
-from slipmode.rom.stored_arrays import MIB
+from slipmode.rom.storage.stored_arrays import MIB
 from slipmode.runner.recording.contents.layout import (
     HEADER_BYTES,
     MESSAGE_PREFIX,

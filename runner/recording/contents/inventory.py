@@ -14,7 +14,7 @@ from mcap import records
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.stored_arrays import MIB, memory_limit
+from slipmode.rom.storage.stored_arrays import MIB, memory_limit
 from slipmode.runner.recording.contents.chunks import (
     CHUNK_COPIES,
     TooLargeError,

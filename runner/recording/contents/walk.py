@@ -25,9 +25,9 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.errors import SlipmodeError, naming
-from slipmode.rom.files import as_path
 from slipmode.rom.short_repr import short_repr
-from slipmode.rom.stored_arrays import MIB
+from slipmode.rom.storage.files import as_path
+from slipmode.rom.storage.stored_arrays import MIB
 from slipmode.runner.recording.contents.layout import (
     HEADER_BYTES,
     INDEX_ENTRY,

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.rom.files import replacing
 from slipmode.rom.laws.states import STATES
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import MODES
 from slipmode.runner.recording.load import Signals, load
 from slipmode.runner.view.viewer import find_viewer, write_picture

@@ -82,6 +82,12 @@ def effective_amplitude(model, a, now):
     return factor * (a + AppliedForces.of(model.reduced, FORCE_PATTERNS).shift * now.force)
 
 
+def detuning(model, frequency):
+    """Distance from the carriers as far as the table has slopes."""
+    most = MOST_DETUNING * model.reduced.carrier
+    return np.clip(frequency - model.reduced.carrier, -most, most)
+
+
 def contact_force(model, a, now):
     """Q_j a_j and the combination resonances, straight from the table."""
     factor, effective = (
@@ -89,9 +95,9 @@ def contact_force(model, a, now):
         effective_amplitude(model, a, now),
     )
     size, unit = np.abs(effective), effective / np.abs(effective)
-    terms, carrier = model.table.terms(size), model.reduced.carrier
-    detuning = np.clip(now.frequency - carrier, -MOST_DETUNING * carrier, MOST_DETUNING * carrier)
-    force = (terms[: model.modes] + model.table.detuning_at(size) @ detuning) * unit
+    terms = model.table.terms(size)
+    apart = detuning(model, now.frequency)
+    force = (terms[: model.modes] + model.table.detuning_at(size) @ apart) * unit
     for term, T in zip(model.combinations, terms[model.modes :], strict=False):
         angle = term.n * now.angle[0] + term.m * now.angle[1] - now.angle[term.mode]
         force[term.mode] += T * unit[0] ** term.n * unit[1] ** term.m * np.exp(1j * angle)
@@ -116,10 +122,14 @@ def rate_of(model, t, a, forcing):
     effective_after, effective, effective_before = (
         effective_amplitude(model, a + s * v, forcing(t + s)) for s in (h, 0.0, -h)
     )
+    size = np.abs(effective)
     growth = (np.abs(effective_after) - np.abs(effective_before)) / (2 * h)
+    rotation = np.angle(effective_after / effective_before) / (2 * h)
+    rotated, unrotated = detuning(model, frequency + rotation), detuning(model, frequency)
     behind = (
-        model.table.rate_correction_at(np.abs(effective)) @ growth * effective / np.abs(effective)
-    )
+        model.table.rate_correction_at(size) @ growth
+        + model.table.detuning_at(size) @ (rotated - unrotated)
+    ) * (effective / size)
     rate_correction = coupling_factor(model.reduced, frequency) * behind
     return v - ((after - before) / (2 * h) - rate_correction) / mass
 

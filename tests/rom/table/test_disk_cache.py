@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.cases import Chain
 from slipmode.rom import Coulomb, SlipmodeError, Structure, Tanh, reduce, two_mass
-from slipmode.rom.files import replacing
+from slipmode.rom.storage.files import replacing
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
 from slipmode.runner.cli import main

@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
-from hostile import claiming, npy, rewritten, zeros
+from damage.hostile import claiming, npy, rewritten, zeros
 
 from slipmode import fmu, rom
 from slipmode.fmu.imported import Archive, Imported
