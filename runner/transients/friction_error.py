@@ -57,7 +57,7 @@ class FrictionErrorRecord:
     def findings(self) -> list[Finding]:
         """Return the events for the recording; empty if friction is within the tolerance.
 
-        If the error exceeds the allowed one or is unknown, its causes are included as warnings.
+        A table that misses its tolerance is a warning, and so is an error above the allowed one.
         """
         plan, model, (errors, sizes) = self._plan, self._model, self._squares
         error = np.sqrt(np.divide(errors, sizes, out=np.zeros_like(sizes), where=sizes > 0.0))
@@ -69,11 +69,10 @@ class FrictionErrorRecord:
         )
         reason = "due to friction errors beyond model.tolerance"
         is_small = bool(np.all(error <= allowed))
-        found = []
-        if not (is_small and np.isfinite(model.accuracy.neglected_response)):
-            reached = np.array(plan.schedule.frequency_range(plan.excited.modes))
-            found = [*model.accuracy.findings(), *model.detuning_findings(reached)]
+        found = model.accuracy.findings()
         if not is_small:
+            reached = np.array(plan.schedule.frequency_range(plan.excited.modes))
+            found += model.detuning_findings(reached)
             reason += f", above {percentage(allowed)}. Use a shorter frequency sweep, or compare "
             reason += "with slipmode validate"
             found.append(Finding("amplitudes", choice, reason, "warning"))

@@ -127,7 +127,7 @@ def test_recordings_of_shipped_scenes_hold_what_the_scene_asks_for(shipped):
     expected = dict.fromkeys(slow, points) | dict.fromkeys(fast, samples) | {"/events": 3}
     # scenes with an estimated error by friction beyond the tolerance have an event about it
     expected |= {"/events": 5, "/contact_share": 1} if scene.name in ELASTIC else {}
-    expected |= {"/events": 4} if scene.name in {"beating", "sweep"} else {}
+    expected |= {"/events": 4} if scene.name in {"beating", "lap-joint", "sweep"} else {}
     expected |= {"/torus": 32 * 64} if two else {}
     expected |= {"/disk": 512} if scene.disk is not None else {}
     assert counts.pop("/overview/modes") == points <= 4096

@@ -9,7 +9,7 @@ from slipmode import rom
 from slipmode.runner.cli import main
 from slipmode.runner.plan.plan import make_plan
 from slipmode.runner.recording.load import read
-from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
 from slipmode.runner.validation.validate import full_motion, slow_motion
 
 SCENE = """
@@ -88,6 +88,19 @@ def test_a_sweep_is_within_1_percent_of_full_order_or_says_how_far(seed, tmp_pat
     assert all(each.message in printed for each in events if each.level == "warning")
     # the cause is a warning only if the error that it leads to is one
     assert ("away from the reference frequency" in printed) == bool(stated)
+
+
+def test_a_table_that_misses_its_tolerance_is_a_warning_on_the_terminal(tmp_path, capsys):
+    """Friction of the lap joint jumps. Its table meets the tolerance of the scene, 0.2 %."""
+    path = shipped_scenes()["lap-joint"]
+    (tmp_path / "joint.npz").write_bytes(path.with_name("lap-joint.npz").read_bytes())
+    text = path.read_text().replace("lap-joint.npz", "joint.npz")
+    finer = text.replace("tolerance = 2e-3", "tolerance = 1e-3")
+    assert finer != text
+    for name, content, missed in (("coarse", text, False), ("fine", finer, True)):
+        (tmp_path / f"{name}.toml").write_text(content)
+        assert main(["run", str(tmp_path / f"{name}.toml"), "-o", str(tmp_path)]) == 0
+        assert ("misses its tolerance" in capsys.readouterr().err) == missed
 
 
 def test_the_plan_says_that_friction_follows_the_frequency(tmp_path):
