@@ -37,14 +37,19 @@ AUDIBLE = 20.0
 
 
 def without_padding(record: Record) -> tuple[Record, tuple[str, ...]]:
-    """Return a record without NaN after its end, by which arrays of several records are filled."""
-    known = np.flatnonzero(np.isfinite(record.signal).any(axis=0))
+    """Return a record without NaN and zeros after its end.
+
+    NaN fills arrays of several records. Zeros are the rest after friction has stopped the motion.
+    """
+    finite = np.asarray(np.isfinite(record.signal).any(axis=0))
+    known = np.flatnonzero(finite & (record.signal != 0.0).any(axis=0))
     samples = int(known[-1]) + 1 if known.size else 0
     if samples in (0, record.samples):
         return record, ()
-    end = samples / record.sample_rate
-    note = f"its last {record.samples - samples} samples, from {end:.4g} s on, are NaN"
-    return replace(record, signal=record.signal[:, :samples]), (note,)
+    last = int(finite[::-1].argmax())  # samples that are NaN
+    end = (record.samples - last) / record.sample_rate
+    note = f"its last {last} samples, from {end:.4g} s on, are NaN"
+    return replace(record, signal=record.signal[:, :samples]), (note,) if last else ()
 
 
 def defect(record: Record, bands: Bands) -> str | None:
@@ -140,8 +145,8 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
                 abs(_tone(part, frequency / record.sample_rate))
                 for part in (late[: half // 2], late[half // 2 :])
             )
-            decay = first / last - 1.0
-            if abs(a / b - 1.0) > 0.2 or decay > STEADY + 4.0 * noise / size[k]:  # not steady
+            decays = first > (1.0 + STEADY + 4.0 * noise / size[k]) * last
+            if abs(a - b) > 0.2 * b or decays:  # not steady
                 break
             wave = np.exp(2j * np.pi * frequency * record.times)
             basis = np.stack([wave.real, wave.imag], axis=1)
