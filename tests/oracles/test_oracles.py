@@ -129,7 +129,11 @@ def test_time_integration_and_harmonic_balance_agree_within_their_errors(laws):
 
 @pytest.mark.parametrize(
     "laws",
-    [[jenkins(0.05, 0.2), jenkins(0.08, 0.3)], [Tanh(0.02, 0.01)] * 2, [Coulomb(0.02)] * 2],
+    [
+        [jenkins(0.05, 0.2), jenkins(0.08, 0.3)],
+        pytest.param([Tanh(0.02, 0.01)] * 2, marks=pytest.mark.slow),
+        pytest.param([Coulomb(0.02)] * 2, marks=pytest.mark.slow),
+    ],
 )
 def test_the_error_stated_from_two_steps_covers_a_run_of_four_times_as_many(laws):
     system, omega, _ = chain(laws)

@@ -58,13 +58,13 @@ def check(seed):
         assert own["g_A"] == pytest.approx(g * R**p, rel=5e-3)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 2, 3])
 def test_the_law_is_found(seed):
     check(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4, 68))
+@pytest.mark.parametrize("seed", [1, *range(4, 68)])
 def test_the_law_of_many_sets_is_found(seed):
     check(seed)
 

@@ -231,6 +231,7 @@ def test_a_branch_with_too_many_points_is_said_to_go_on(both, monkeypatch):
     assert whole.cut_off.size == 0
 
 
+@pytest.mark.slow
 def test_the_table_makes_no_oscillations():
     """Where a contact begins to slip, narrow cells damped one mode negatively over 1e-5 of it."""
     reduced = rom.reduce(rom.two_mass(beta=0.002), (0,))
