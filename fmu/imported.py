@@ -23,6 +23,7 @@ from slipmode.fmu.archive.resources import IDENTITY
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import SlipmodeError
 from slipmode.rom.arrays import Floats, as_number
+from slipmode.rom.errors import one_line_reason
 from slipmode.rom.extras import extra
 from slipmode.rom.storage.stored_arrays import check_unpacked_size, read_npy
 
@@ -109,7 +110,7 @@ class Archive:
                 nodes = [read_npy(io.BytesIO(file), len(file)) for file in files]
                 return identity, tuple(float(node[-1]) for node in nodes if node.size > 1)
             except Exception as error:  # damaged files make zipfile, zlib and numpy raise anything
-                reason = " ".join(str(error).split())
+                reason = one_line_reason(error)
                 raise SlipmodeError(f"{self.path}: its model is damaged: {reason}") from None
 
 

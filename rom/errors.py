@@ -37,6 +37,11 @@ class UnsettledError(SlipmodeError):
     """A contact problem without a periodic motion that was found."""
 
 
+def one_line_reason(error: object) -> str:
+    """Return the message of an exception or a warning in one line."""
+    return " ".join(str(error).split())
+
+
 @contextmanager
 def naming(what: object) -> Iterator[None]:
     """Let refusals within begin with the name of a file or a key."""

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from slipmode.rom.errors import ValidityWarning
+from slipmode.rom.errors import ValidityWarning, one_line_reason
 
 _log = logging.getLogger("slipmode")
 
@@ -17,7 +17,7 @@ def warnings_to(handler: logging.Handler) -> Iterator[None]:
     """Pass records of slipmode, and warnings as records of one line, to a handler."""
 
     def show(message: Warning | str, *_where: object, **_more: object) -> None:
-        _log.warning("%s", " ".join(str(message).split()))
+        _log.warning("%s", one_line_reason(message))
 
     _log.addHandler(handler)
     try:

@@ -1,4 +1,4 @@
-"""Units: their names in files and options, and those of pictures and tables of curves.
+"""Units: their names in files and options, in pictures and in tables of curves.
 
 Curves hold values in rad/s and m.
 """

@@ -18,7 +18,7 @@ from slipmode.rom.structure.readers.named import Named
 _log = logging.getLogger(__name__)
 
 #: The names of each matrix, the plainest first: its own; KGG, KAAX and others of Nastran, with a
-#: set of DOFs; those of other programs. Patterns apply to the last part of a name such as sys.K.
+#: set of DOFs; names in other programs. Patterns apply to the last part of a name such as sys.K.
 _PATTERNS = {
     "stiffness": (r"stiffness$", r"k([adfghjlnqtvx])\1", r"(k(?!4)|stiff)|.*_k$|.*(?-i:[a-z]K)$"),
     "mass": (r"mass$", r"m([adfghjlnqtvx])\1", r"m|.*_m$|.*(?-i:[a-z]M)$"),
@@ -36,9 +36,9 @@ def choose(
 ) -> dict[str, Any]:
     """Return the matrices of a file by "stiffness", "mass", "damping" and "contact".
 
-    Those of `wanted` are looked for, and need not be there. Given `names` come first. Otherwise
-    mass, stiffness and damping are square, of one size, and have a name that fits. If there are
-    several, those that are not symmetric are left out. Refuses what is still ambiguous.
+    The parts in `wanted` are looked for, and need not be there. Given `names` come first.
+    Otherwise mass, stiffness and damping are square, of one size, and have a name that fits. If
+    several fit, asymmetric matrices are left out. Refuses what is still ambiguous.
     """
     chosen = {role: found[_key(role, name, found, path)] for role, name in names.items()}
     square = {name: value for name, value in found.items() if _size(value)}
@@ -112,7 +112,7 @@ def _key(role: str, name: str, found: Mapping[str, Any], path: Path) -> str:
 
 
 def _fitting(role: str, square: Mapping[str, Any]) -> list[str]:
-    """Return the names of a role, those of its plainest pattern."""
+    """Return the names that fit the plainest pattern of a role."""
     for pattern in _PATTERNS[role]:
         fitting = [
             name
@@ -181,9 +181,9 @@ def _is_diagonal(value: Any) -> bool:
 def _ambiguous(
     role: str, names: list[str], square: Mapping[str, Any], path: Path
 ) -> SlipmodeError:
-    listed = ", ".join(f"{name} ({_size(square[name])} DOFs)" for name in names)
+    options = ", ".join(f"{name} ({_size(square[name])} DOFs)" for name in names)
     return SlipmodeError(
-        f'{path}: {listed} may each be {role}; choose one: names={{"{role}": "{names[0]}"}}'
+        f'{path}: {options} may each be {role}; choose one: names={{"{role}": "{names[0]}"}}'
     )
 
 

@@ -29,7 +29,7 @@ def read_external(
     """Read the matrices of a structure, and `labels` if the files have them.
 
     `path` is the file of the stiffness or of all matrices, `mass` the file of the mass; by default
-    the file that the same job of Abaqus or CalculiX wrote. `names` are those of the matrices in
+    the file that the same job of Abaqus or CalculiX wrote. `names` name the matrices in
     the files. Parts that are `given` otherwise are not looked for. `empty` are DOFs that cannot
     move, because they have neither mass nor stiffness.
     """

@@ -29,7 +29,7 @@ def read_matrices(
 ) -> dict[str, Any]:
     """Read mass, stiffness and, if stored, contact, damping and labels of a file or folder.
 
-    `mass` is the file of the mass, if it is separate, `names` are those of the matrices in a file.
+    `mass` is the file of the mass, if it is separate, `names` name the matrices in it.
     Parts that are `given` otherwise need not be there. Refusals name the file and the part.
     """
     if path.is_dir() and names:

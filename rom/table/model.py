@@ -18,7 +18,7 @@ from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError, UnsettledError, naming
+from slipmode.rom.errors import SlipmodeError, UnsettledError, naming, one_line_reason
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.laws.law_record import law_of, record_of
 from slipmode.rom.reduction.combination import (
@@ -286,7 +286,7 @@ class Model:
         except FileNotFoundError:
             raise SlipmodeError(f"{path}: no such model file") from None
         except Exception as error:  # damage makes zipfile, zlib and numpy raise nearly anything
-            shown = " ".join(str(error).split())
+            shown = one_line_reason(error)
             raise SlipmodeError(f"{path}: not a readable model file ({shown})") from None
         if header.get("format") != FORMAT:
             raise SlipmodeError(

@@ -30,7 +30,7 @@ def mode_table(
     """Return the modes of a scene (file or shipped name), or of matrices with some contacts.
 
     Contacts are DOF indices, or NODE:DIRECTION, or NODE-NODE:DIRECTION; without a stiffness [N/m]
-    they are rigid. `names` are those of matrices in a file with several.
+    they are rigid. `names` name the matrices in a file with several.
     """
     if is_scene(file):
         if mass or contact or stiffness or names:

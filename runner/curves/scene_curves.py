@@ -72,7 +72,7 @@ def scene_response_curve(
         span = [0.95 * natural, 1.05 * natural]
 
     combinations: tuple[rom.CombinationResonance, ...] = ()
-    if forcing.plan.combinations:  # those of the run are more
+    if forcing.plan.combinations:  # a run has more of them
         ends = forcing.plan.schedule.frequencies(excited.modes)
         combinations = rom.combination_resonances(*ends, even=excited.reduced.even)
 

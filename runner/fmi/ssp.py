@@ -23,7 +23,7 @@ fmpy = extra("fmpy", "fmu")
 simulation = extra("fmpy.simulation", "fmu")
 
 _COMPONENT = "structure"
-# Types of SSP 1.0 for those of FMI, of FMI 3.0 the integers that 32 bits hold
+# Types of SSP 1.0 for types of FMI; of FMI 3.0 the integers that 32 bits hold
 _TYPES = {
     **dict.fromkeys(("Real", "Float32", "Float64"), "Real"),
     **dict.fromkeys(("Integer", "Enumeration", "Int8", "UInt8", "Int16", "UInt16"), "Integer"),

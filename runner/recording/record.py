@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import Level, SlipmodeError
+from slipmode.rom.errors import Level, SlipmodeError, one_line_reason
 from slipmode.runner.recording.channels import (
     EVENTS,
     NANOSECONDS,
@@ -243,7 +243,7 @@ def one_line(error: BaseException) -> str:
     """Return in one line the reason that an error gives, with its class if it is unexpected."""
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by the user"
-    words = " ".join(str(error).split())
+    words = one_line_reason(error)
     if isinstance(error, (SlipmodeError, OSError)) and words:
         return words
     return f"{type(error).__name__}: {words}" if words else type(error).__name__

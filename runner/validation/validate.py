@@ -104,7 +104,7 @@ def validate(
     Without a [[contact]] window the last 20 periods are compared. With `model.table = "none"` the
     motion is integrated on the reduced coordinates. The folder `output` receives
     <scene>.validation.mcap and .rrd. Of a mistuned disk a DOF of all blades is compared in
-    [[elastic]] windows, in the last 512 samples of each; the error is that of the worst blade.
+    [[elastic]] windows, in the last 512 samples of each; the error belongs to the worst blade.
     Raises SlipmodeError if the scene is refused.
     """
     if not isinstance(scene, Scene):

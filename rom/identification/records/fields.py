@@ -82,7 +82,7 @@ class Field:
 
 @frozen
 class Group:
-    """Arrays that belong together: those of a file, of a structure, of a blow.
+    """Arrays that belong together: all arrays of a file, a structure or a blow.
 
     Attributes
     ----------

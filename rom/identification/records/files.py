@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, one_line_reason
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
 from slipmode.rom.identification.records.text_table import read_text_table
 from slipmode.rom.identification.records.universal import read_universal
@@ -80,7 +80,7 @@ def _npz_arrays(path: Path) -> dict[str, Any]:
         with open_npz(path) as stored:
             return {name: stored[name] for name in stored.files}
     except Exception as error:  # damaged files make zipfile, zlib and numpy raise nearly anything
-        reason = " ".join(str(error).split())
+        reason = one_line_reason(error)
         raise SlipmodeError(f"{path}: is not a readable .npz file: {reason}") from error
 
 

@@ -24,7 +24,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.storage.text import read_text
 
-_SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Of those that fit alike the first is taken.
+_SEPARATORS = ("\t", ";", ",", None)  # None: blanks. Among equally good ones the first is taken.
 # Lines from the middle of a file in which the form of its numbers is found.
 _SAMPLE = 2000
 _DAY = 86400.0  # [s]
@@ -307,7 +307,7 @@ def _form(path: Path, lines: Sequence[str], full: Sequence[int]) -> tuple[Form, 
 def _check_lines(
     path: Path, block: Block, lines: Sequence[str], above: Sequence[int], below: Sequence[int]
 ) -> list[str]:
-    """Return notes of the lines around a block; refuse those that are damaged rows."""
+    """Return notes of the lines around a block; refuse damaged rows."""
     notes, wrong = [], None
     for places in (above[::-1], below):
         if any(block.row(lines[k]) for k in places):

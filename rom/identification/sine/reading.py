@@ -153,7 +153,7 @@ def _missing(path: Path, group: Group, channels: Sequence[str] | None) -> Slipmo
 
 
 def _unit(path: Path, key: str, field: Field, given: str | None) -> Unit:
-    """Return the unit of force or response, which is `given` or that of the file."""
+    """Return the unit of force or response: `given`, or the unit in the file."""
     text = field.unit if given is None else given
     argument = _ARGUMENTS[key]
     if not text:

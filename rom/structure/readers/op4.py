@@ -34,11 +34,12 @@ Numbers = NDArray[Any]
 
 def read_op4(path: Path) -> dict[str, Any]:
     """Return the matrices of a file by name."""
-    content = path.read_bytes()
-    heads = {order: int(np.frombuffer(content[:4].ljust(4), f"{order}i4")[0]) for order in "<>"}
+    with path.open("rb") as file:
+        first = file.read(4).ljust(4)
+    heads = {order: int(np.frombuffer(first, f"{order}i4")[0]) for order in "<>"}
     binary = [order for order, head in heads.items() if head in _HEADER_BYTES]
     if binary:
-        matrices = _binary(content, binary[0], _HEADER_BYTES[heads[binary[0]]])
+        matrices = _binary(path.read_bytes(), binary[0], _HEADER_BYTES[heads[binary[0]]])
     else:
         matrices = _text(iter(read_text(path).splitlines()))
     found: dict[str, Any] = {}

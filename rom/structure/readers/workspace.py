@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, one_line_reason
 from slipmode.rom.extras import extra
-from slipmode.rom.storage.stored_arrays import open_npz
+from slipmode.rom.storage import stored_arrays
 from slipmode.rom.structure.readers.named import Named
 
 #: A sparse matrix `mass` in a .npz file is mass_data, mass_indices, ...
@@ -48,7 +48,8 @@ def read_mat(path: Path) -> dict[str, Any]:
 
 def read_npy(path: Path) -> Named:
     """Return the array of a .npy file."""
-    return Named(np.load(path, allow_pickle=False))
+    with path.open("rb") as file:
+        return Named(stored_arrays.read_npy(file, path.stat().st_size))
 
 
 def read_npz(path: Path) -> Named | dict[str, Any]:
@@ -57,9 +58,9 @@ def read_npz(path: Path) -> Named | dict[str, Any]:
     A sparse matrix `mass` is stored in compressed sparse rows as mass_data, mass_indices, ...
     """
     try:
-        stored = open_npz(path)
+        stored = stored_arrays.open_npz(path)
     except Exception as error:
-        reason = " ".join(str(error).split())
+        reason = one_line_reason(error)
         raise SlipmodeError(f"{path}: is not a readable .npz file: {reason}") from error
     with stored:
         if {"format", *CSR_PARTS} <= set(stored.files):  # written by scipy.sparse.save_npz

@@ -112,7 +112,7 @@ class Inventory:
                 case records.DataEnd(data_section_crc=crc) if crc and not self.lost:
                     if crc != _check_sum(file, found.start):
                         self.faults.append("the check sum of the data section does not fit it")
-        for record in summary:  # also those that damage took from the data section
+        for record in summary:  # also records that damage took from the data section
             self._add(record)
         counted = self.counts.total()
         if self.expected not in (None, counted):

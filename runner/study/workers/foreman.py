@@ -177,14 +177,14 @@ class Foreman:
             yield work.task, work.batch
 
     def _count(self, warnings: Iterable[str], samples: int) -> None:
-        """Add warnings of samples. Those of one kind begin with the same words before a colon."""
+        """Add warnings of samples. Equal words before the colon make one kind of warning."""
         for kind, line in {each.split(": ")[0]: each for each in sorted(warnings)}.items():
             first, count = self._warned.get(kind, (line, 0))
             self._warned[kind] = first, count + samples
 
 
 def _noted(function: Callable[..., Any], *arguments: Any) -> _Noted:
-    """Return the value of a function with its warnings, and with those of its arguments."""
+    """Return the value of a function with its warnings and the warnings of its arguments."""
     kept = BufferingHandler(sys.maxsize)
     with warnings_to(kept):
         value = function(*(each.value if isinstance(each, _Noted) else each for each in arguments))

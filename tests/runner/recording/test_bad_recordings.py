@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from damage.commands import COMMANDS
 from recordings import damaged, flip, rewritten, write
 
 from slipmode.rom.errors import SlipmodeError
@@ -10,13 +11,6 @@ from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.load import read
 from slipmode.runner.recording.recover import recover
 
-COMMANDS = {
-    "info": (),
-    "doctor": (),
-    "recover": ("-o", "out.mcap"),
-    "export": ("-o", "out.npz"),
-    "replay": ("--save", "out.rrd"),
-}
 OF_SAMPLES = ("doctor", "export", "replay")
 
 

@@ -9,17 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import rerun
+from commands import COMMANDS  # beside this script
 
 from slipmode.runner.cli import main
 from slipmode.runner.view import rerun_sink
 
-COMMANDS = {
-    "info": (),
-    "doctor": (),
-    "recover": ("-o", "out.mcap"),
-    "export": ("-o", "out.npz"),
-    "replay": ("--save", "out.rrd"),
-}
 assert np and rerun and rerun_sink  # imported for what they take
 
 
