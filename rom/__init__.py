@@ -14,7 +14,9 @@ full, kernel/ what of all that is computed in C. validity/ is what the method as
 import logging
 from importlib.metadata import version
 
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.static_preload import Preload, preload
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.aerodynamics import influence_coefficients
 from slipmode.rom.cyclic.diagrams import (
     CampbellDiagram,
@@ -93,11 +95,13 @@ __all__ = [
     "CombinationResonance",
     "ContactFit",
     "ContactPairs",
+    "ContactProblem",
     "Contacts",
     "Coulomb",
     "CriticalPair",
     "Crossing",
     "CyclicStructure",
+    "Discretisation",
     "DiskFlow",
     "DiskResponse",
     "FlutterGrowth",

@@ -43,16 +43,32 @@ class ChannelInfo:
 
 @dataclass(frozen=True)
 class Info:
-    """Contents of a recording."""
+    """Contents of a recording.
 
-    title: str  # Title and scene_name are empty for a file of another program
+    Attributes
+    ----------
+    title, scene_name : str
+        Empty for a file of another program.
+    run : mapping of str to str
+        Hashes, versions and wall clock of the run.
+    channels : list of ChannelInfo
+    span : tuple of two floats
+        First and last simulation time [s]; 0 without messages.
+    chunks : int
+    size : int
+        Bytes of the file.
+    damage : str
+        Why the file cannot be read to its end.
+    """
+
+    title: str
     scene_name: str
-    run: Mapping[str, str]  # Hashes, versions and wall clock of the run
+    run: Mapping[str, str]
     channels: list[ChannelInfo]
-    span: tuple[float, float]  # First and last simulation time [s]; 0 without messages
+    span: tuple[float, float]
     chunks: int
-    size: int  # Bytes of the file
-    damage: str  # Why the file cannot be read to its end
+    size: int
+    damage: str
 
     __repr__ = short_repr
 

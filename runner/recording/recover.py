@@ -28,15 +28,31 @@ _MESSAGE_BYTES = 64  # of a lost message, where no other is known
 
 @dataclass(frozen=True)
 class Recovery:
-    """Messages that `recover` kept and lost."""
+    """Messages that `recover` kept and lost.
+
+    Attributes
+    ----------
+    kept, lost : int
+        Numbers of messages.
+    exact : bool
+        Whether `lost` was counted; else it is estimated from the size of lost chunks.
+    end : float
+        Simulation time of the last message that was kept [s].
+    lost_seconds : float
+        Simulation time that the lost chunks covered [s].
+    duration : float, optional
+        Duration of the scene [s], if the recording has its scene.
+    unread : int
+        Bytes of the file that could not be read.
+    """
 
     kept: int
     lost: int
-    exact: bool  # Whether `lost` was counted; else it is estimated from the size of lost chunks
-    end: float  # Simulation time of the last message that was kept [s]
-    lost_seconds: float  # Simulation time that the lost chunks covered [s]
-    duration: float | None  # Duration of the scene [s], if the recording has its scene
-    unread: int = 0  # Bytes of the file that could not be read
+    exact: bool
+    end: float
+    lost_seconds: float
+    duration: float | None
+    unread: int = 0
 
     def text(self) -> str:
         """Return lines for a reader."""

@@ -175,5 +175,11 @@ def _create(zarr: Any, path: Path, study: Study, design: Design) -> None:
 
 
 def open_results(path: Path) -> Any:
-    """Return the results as an xarray Dataset, read when values are needed."""
+    """Return the results of a study as an xarray Dataset, read when values are needed.
+
+    Parameters
+    ----------
+    path : Path
+        The .zarr folder that `run_study` wrote.
+    """
     return extra("xarray", "study").open_zarr(path)

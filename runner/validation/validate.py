@@ -61,20 +61,35 @@ class Comparison:
 
 @frozen
 class Validation:
-    """The result of `validate`."""
+    """The result of `validate`.
+
+    Attributes
+    ----------
+    comparisons : list of Comparison
+    slow_seconds, table_seconds, full_seconds : float
+        Wall time of the slow run with its reconstruction, of the friction table, and of the
+        full-order run.
+    recordings : list of Path
+        Both motions in one recording, for replay side by side.
+    coordinates : int
+        Number of coordinates at full order: of the structure, or component modes.
+    windows : tuple of Window
+        The times that are compared.
+    reduced : {"slow time", "reduced coordinates"}
+        How the reduced motion was computed: a scene with `model.table = "none"` is integrated.
+    full_order : sequence of (start, end)
+        Stretches of the reduced run that the plan has at full order [s].
+    """
 
     comparisons: list[Comparison]
-    # slow_seconds, table_seconds, full_seconds: Wall time of the slow run with its reconstruction,
-    # of the friction table, and of the full-order run
     slow_seconds: float
     table_seconds: float
     full_seconds: float
-    recordings: list[Path]  # Both motions in one recording, for replay side by side
-    coordinates: int  # Number of coordinates at full order: of the structure, or component modes
-    windows: tuple[Window, ...]  # The times that are compared
-    # How the reduced motion was computed: a scene with `model.table = "none"` is integrated
+    recordings: list[Path]
+    coordinates: int
+    windows: tuple[Window, ...]
     reduced: Literal["slow time", "reduced coordinates"]
-    full_order: Intervals = ()  # Stretches of the reduced run that the plan has at full order
+    full_order: Intervals = ()
 
     def compared(self) -> str:
         """Return the windows that were compared, in words."""

@@ -11,8 +11,7 @@ from benchmarks.paper.claim import judge
 from benchmarks.paper.study import Study
 from benchmarks.peers.paper_scheme import paper_scheme
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation
 
 pytestmark = pytest.mark.slow  # `make paper` as a test
 

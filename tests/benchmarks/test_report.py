@@ -22,9 +22,7 @@ from benchmarks.report.sections import Row, Section
 from benchmarks.report.summary import BEGIN, END, PAGES, as_markdown, write
 from benchmarks.report.text import render
 from slipmode import rom
-from slipmode.rom import full
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation, full
 from slipmode.rom.reduction.combination import CARRIERS
 
 

@@ -5,7 +5,7 @@ from runpy import run_path
 
 import pytest
 
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 
 DOCS = Path(__file__).parents[2] / "docs"
 GENERATOR = run_path(DOCS / "commands.py")

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from runs import TANH_ON_BOTH_MODES
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import parse_scene
 from slipmode.runner.scene.keys import scene_reference
-from slipmode.runner.scene.scene import parse_scene
 
 RIGID = f"""
 [structure]

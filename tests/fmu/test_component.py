@@ -23,8 +23,8 @@ from stepping import (
 
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
+from slipmode.rom import reconstruct
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
 
 pytestmark = pytest.mark.quick

@@ -10,9 +10,8 @@ from stepping import FORCE_PATTERNS, HELD, component, march, model
 from benchmarks.cases import six_dofs
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom import full
+from slipmode.rom import full, reconstruct
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.nonresonant.response_surface import response_surface
 
 LAW = rom.Tanh(limit=2.0, alpha=0.02)

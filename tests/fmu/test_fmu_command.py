@@ -15,12 +15,11 @@ from fmpy.validation import validate_fmu
 from fmu_exchange import Master
 from fmu_fixtures import VERSIONS, instance
 
+from slipmode.__main__ import main
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive import zig as zig_compiler
 from slipmode.fmu.archive.binaries import TARGETS, platform_binary
-from slipmode.runner import load_scene, run
-from slipmode.runner.cli import main
-from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner import export_fmu, load_scene, run
 
 ROOT = Path(__file__).parents[2]
 DOUBLES = ctypes.POINTER(ctypes.c_double)

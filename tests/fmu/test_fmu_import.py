@@ -17,12 +17,11 @@ from fmu_fixtures import FORCE_PATTERNS, START, VERSIONS, component
 from mcap.reader import make_reader
 
 from slipmode import fmu, runner
+from slipmode.__main__ import main
 from slipmode.fmu.archive.resources import identity
 from slipmode.fmu.imported import Imported
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import export_fmu, parse_scene
 
 MODE_B = """
 title = "One mode, exact Coulomb, a growing force"

@@ -4,8 +4,7 @@ import pytest
 from hard_cases import scene_error, scene_text
 
 from slipmode import rom
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import make_plan, parse_scene
 
 BOUND = 5e-3
 # Without slip only free vibrations remain. The slow flow is of second order, so that at a detuning

@@ -10,8 +10,7 @@ from benchmarks.cases import forced, many_contacts, two_mode
 from benchmarks.measure import worst_rms
 from benchmarks.slow_case import SlowCase
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation
 
 BOUND = 5e-3
 ALPHAS = ("0.1", "1e-2", "1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from slow_time import slow_trajectory
 
-from slipmode.rom import Tanh, full, reduce, tabulate, two_mass
+from slipmode.rom import Tanh, full, reconstruct, reduce, tabulate, two_mass
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.slow.motion import reconstruct
 
 LAW = Tanh(limit=2.0, alpha=0.02)
 TIMES = np.arange(1, 15001) * 0.04

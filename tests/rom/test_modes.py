@@ -6,8 +6,8 @@ import scipy.io
 import scipy.linalg
 
 from slipmode import rom
-from slipmode.rom.structure.labels import Labels
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
+from slipmode.rom import Labels
 
 pytestmark = pytest.mark.quick
 

@@ -13,9 +13,7 @@ from slipmode import rom
 from slipmode.fmu import Component, export
 from slipmode.rom.frequencies import carrier_findings, carrier_refusal, mode_frequency_findings
 from slipmode.rom.validity import friction_findings
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.runner import export_fmu, load_scene, make_plan, parse_scene
 
 FORCE = ({0: 0.15}, {1: 0.25})
 LAW = rom.Coulomb(2.0)

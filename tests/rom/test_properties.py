@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from slipmode import rom
 from slipmode.fmu import Component
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation
 from slipmode.rom.reduction.combination import CARRIERS
 
 pytestmark = pytest.mark.quick

@@ -13,9 +13,7 @@ import pytest
 from elastic.family import Member, member
 
 from slipmode import rom
-from slipmode.rom import full
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation, full
 
 SEEDS = range(40)
 SHARES = np.array([0.01, 1.0])  # of the range

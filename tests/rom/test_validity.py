@@ -8,10 +8,8 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.fmu import Component, export
-from slipmode.rom.table.accuracy import Accuracy
-from slipmode.runner.plan.mistuned import plan_scene
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.rom import Accuracy
+from slipmode.runner import load_scene, make_plan, parse_scene, plan_scene, shipped_scenes
 
 FORCE = ({0: 0.15}, {1: 0.25})
 

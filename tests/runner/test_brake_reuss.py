@@ -10,11 +10,9 @@ import pytest
 from elastic.lapped_deck import write_lapped_deck
 
 from slipmode import rom, runner
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.reduction.combination import combination_resonances
+from slipmode.rom import ContactProblem, Discretisation, combination_resonances
+from slipmode.runner import validate
 from slipmode.runner.commands.mode_table import mode_table
-from slipmode.runner.validation.validate import validate
 
 pytest.importorskip("skfem", reason="needs slipmode[fem]")
 EXAMPLES = Path(__file__).parents[2] / "examples" / "bolted_joints"

@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
+from slipmode.runner import shipped_scenes
 from slipmode.runner.commands.command_words import command_words
-from slipmode.runner.scene.scene import shipped_scenes
 
 PYTHON = re.compile(r"rom\.\w|fmu\.\w|\w+=|[Tt]abulate")
 

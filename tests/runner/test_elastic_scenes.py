@@ -6,11 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slipmode.rom import load_structure
 from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK
-from slipmode.rom.structure.structure import load_structure
-from slipmode.runner.run import run
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
-from slipmode.runner.validation.validate import validate
+from slipmode.runner import parse_scene, run, shipped_scenes, validate
 
 SCENE = """
 [structure]

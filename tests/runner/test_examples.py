@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
+from slipmode.__main__ import main
 from slipmode.rom import full
-from slipmode.runner.cli import main
-from slipmode.runner.curves.scene_curves import scene_performance
-from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.study.results import open_results
-from slipmode.runner.view.replay import replay
+from slipmode.runner import open_results, parse_scene, replay, scene_performance
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from slipmode.rom.errors import ValidityWarning
-from slipmode.runner.cli import main
-from slipmode.runner.scene.scene import shipped_scenes
+from slipmode.__main__ import main
+from slipmode.rom import ValidityWarning
+from slipmode.runner import shipped_scenes
 
 WORK = (
     "import logging, slipmode.rom\nlogging.getLogger('slipmode.cache').warning('something is odd')"

@@ -18,11 +18,10 @@ from runs import (
 
 from slipmode import runner
 from slipmode.fmu import Component
-from slipmode.rom import Tanh, steady, two_mass
+from slipmode.rom import Tanh, reconstruct, steady, two_mass
 from slipmode.rom.full import Excitation, integrate
-from slipmode.rom.slow.motion import reconstruct
+from slipmode.runner import recover
 from slipmode.runner.recording.mcap_writer import FIRST_FLUSH_SECONDS
-from slipmode.runner.recording.recover import recover
 from slipmode.runner.transients import passes
 
 # What a run returns

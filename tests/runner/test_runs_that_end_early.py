@@ -11,9 +11,9 @@ import pytest
 from runs import LARGE_RANGE, SMALL_RANGE, changed, column, verified
 
 from slipmode import runner
+from slipmode.__main__ import main
 from slipmode.fmu import Component
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
 from slipmode.runner.recording.channels import Event
 from slipmode.runner.recording.record import McapSink, interrupts_held_back
 from slipmode.runner.transients import hybrid

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
+from slipmode.__main__ import main
 from slipmode.fmu import StoppedError
-from slipmode.runner.cli import main
-from slipmode.runner.curves.scene_curves import scene_performance
-from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.validation.validate import validate
+from slipmode.runner import parse_scene, scene_performance, validate
 
 SCENE = """
 [structure]

@@ -9,11 +9,8 @@ import pytest
 
 from slipmode.fmu import Component
 from slipmode.fmu.imported import Archive, Imported
-from slipmode.runner import load, run
+from slipmode.runner import export_fmu, load, make_plan, parse_scene, run, shipped_scenes
 from slipmode.runner.fmi.command import HEADROOM
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 
 STEP, STEPS = 0.5, 80
 # RMS of x_0 and x_1 against the run, as measured, with a tenth to spare: runs have the static

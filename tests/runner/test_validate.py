@@ -8,14 +8,19 @@ import pytest
 import scipy.sparse
 
 from slipmode import rom
+from slipmode.__main__ import main
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.runner.cli import main
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.recording.load import read
-from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.runner import (
+    Validation,
+    load_scene,
+    make_plan,
+    parse_scene,
+    read,
+    shipped_scenes,
+    validate,
+)
 from slipmode.runner.scene.sections import Window
 from slipmode.runner.validation import validate as validation
-from slipmode.runner.validation.validate import Validation, validate
 from slipmode.runner.view.phase_portraits import portraits
 
 # relative errors as measured, with a tenth to spare

@@ -10,7 +10,7 @@ from fmu_fixtures import instance
 from scipy.integrate import solve_ivp
 
 from slipmode.fmu.inputs import rate_of
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner import make_plan
 
 STATES = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
 

@@ -6,8 +6,7 @@ from tempfile import TemporaryDirectory
 from benchmarks.measure import worst_rms
 from benchmarks.slow_case import SlowCase
 from slipmode.rom import full
-from slipmode.runner.scene.scene import parse_scene
-from slipmode.runner.validation.validate import validate
+from slipmode.runner import parse_scene, validate
 
 SCENE = """
 [structure]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from mcap.reader import make_reader
 
 from slipmode import runner
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import parse_scene
 
 TANH_ON_BOTH_MODES = """\
 [friction]

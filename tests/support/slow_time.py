@@ -3,9 +3,9 @@
 import numpy as np
 
 from slipmode.fmu import Component
+from slipmode.rom import SlowTrajectory
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.slow.slow_flow import ForcedFlow
-from slipmode.rom.slow.trajectory import SlowTrajectory
 
 
 def mass_and_slow_root(reduced, frequency):

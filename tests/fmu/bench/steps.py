@@ -16,9 +16,7 @@ from pathlib import Path
 import fmpy
 
 from slipmode.fmu.archive.binaries import fmi_headers, folder, host_platform
-from slipmode.runner import load_scene, shipped_scenes
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner import export_fmu, load_scene, make_plan, shipped_scenes
 
 STEPS = 500  # a round
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")

@@ -19,7 +19,7 @@ from fmpy.simulation import instantiate_fmu
 from steps import AMPLITUDES, measure, of_scene, program
 
 from slipmode.fmu.archive.binaries import extension, fmi_headers, folder, host_platform
-from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner import export_fmu
 
 SCENE = "two-mode"
 STEPS, ROUNDS = 500, 150

@@ -9,9 +9,8 @@ from fmu_exchange import SceneFmu
 
 from slipmode import runner
 from slipmode.rom import SlipmodeError
-from slipmode.runner import load_scene, shipped_scenes
-from slipmode.runner.fmi.export import export_fmu, largest_forces
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner import export_fmu, load_scene, make_plan, shipped_scenes
+from slipmode.runner.fmi.export import largest_forces
 from slipmode.runner.scene.script import Script
 
 SHIPPED = [

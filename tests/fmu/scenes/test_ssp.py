@@ -11,9 +11,9 @@ from fmpy.ssp.ssd import Component, find_components, get_connections, read_ssd, 
 from fmpy.validation import validate_fmu
 from fmu_exchange import SceneFmu
 
+from slipmode.__main__ import main
 from slipmode.fmu.imported import Imported
 from slipmode.runner import load_scene, run
-from slipmode.runner.cli import main
 from slipmode.runner.fmi.ssp import Part, write_ssp
 
 

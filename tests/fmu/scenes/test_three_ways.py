@@ -5,8 +5,7 @@ import pytest
 from fmu_exchange import SceneFmu
 
 from slipmode import runner
-from slipmode.runner import load_scene, shipped_scenes
-from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner import export_fmu, load_scene, shipped_scenes
 
 WITHIN = 1e-4
 SHIPPED = [

@@ -15,11 +15,10 @@ from fmu_fixtures import instance
 from lxml import etree
 
 from slipmode import fmu
+from slipmode.__main__ import main
 from slipmode.fmu.description.options import Origin
 from slipmode.rom import SlipmodeError
-from slipmode.runner import load_scene
-from slipmode.runner.cli import main
-from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner import export_fmu, load_scene
 
 REFERENCES = "extra/org.fmi-standard.fmi-ls-ref"
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
+from slipmode.rom import ContactProblem, Discretisation
 from slipmode.rom.contact.detuning import MOST_DETUNING, FrictionDetuning
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
 
 # Stiffness of contacts and between them, damping, law; forces, and where they act
 HELD_OUT = {

@@ -8,12 +8,10 @@ from elastic.frictional_beam import ROWS, structure
 
 from benchmarks.blade import jenkins_blade
 from slipmode import rom
+from slipmode.rom import ContactProblem, Discretisation, SlipmodeError, combination_resonances
 from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation, closed_lines, step_counts
+from slipmode.rom.contact.torus.grid import closed_lines, step_counts
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.nonresonant import with_responding
 
 LIFT_OFF, SLIDER = ROWS[1], ROWS[4]

@@ -7,15 +7,11 @@ from elastic.family import member
 
 from benchmarks.blade import jenkins_blade
 from slipmode import rom
+from slipmode.rom import ContactProblem, Discretisation
 from slipmode.rom.contact.error_norm import ErrorNorm
-from slipmode.rom.contact.higher_order_harmonics import (
-    change_by_harmonics,
-    higher_order_harmonics,
-)
-from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.higher_order_harmonics import change_by_harmonics, higher_order_harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch, trial_grid
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS

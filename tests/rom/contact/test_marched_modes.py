@@ -5,9 +5,8 @@ import pytest
 from elastic.cantilever import LAWS, cantilever
 
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom import ContactProblem, Discretisation
 from slipmode.rom.contact.torus import marched_modes
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.marched_modes import MarchedModes
 
 ORDERS = [(0, 0), (1, 0), (3, 0), (-1, 2)]

@@ -4,8 +4,7 @@ import numpy as np
 from elastic.family import member
 
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation
 
 
 def loop_power(displacement, law, contact, rate):

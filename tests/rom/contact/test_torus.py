@@ -6,9 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.cases import many_contacts
-from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, two_mass
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import (
+    ContactProblem,
+    Coulomb,
+    Discretisation,
+    SlipmodeError,
+    Tanh,
+    reduce,
+    two_mass,
+)
 
 pytestmark = pytest.mark.quick
 

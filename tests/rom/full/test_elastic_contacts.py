@@ -5,11 +5,8 @@ import pytest
 from elastic import frictional_beam
 
 from slipmode import rom
-from slipmode.rom import full
+from slipmode.rom import Contacts, FrictionalContact, Iwan, Jenkins, full
 from slipmode.rom.full.convergence import relative_rms
-from slipmode.rom.laws.contacts import Contacts
-from slipmode.rom.laws.frictional_contact import FrictionalContact
-from slipmode.rom.laws.joint_laws import Iwan, Jenkins
 
 HEAVY = 1e9  # mass whose motion no contact disturbs
 TURN = 2 * np.pi

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from measured.decays import TRUE, coupled_amplitudes, power_law_amplitude, times
 
+from slipmode.rom import Record, SlowLaw
 from slipmode.rom.identification.decay_flow import Decays, as_columns, integrate, sampling
-from slipmode.rom.identification.records.measurement import Record
-from slipmode.rom.identification.slow_laws import LawForm, SlowLaw
+from slipmode.rom.identification.slow_laws import LawForm
 
 OWN_A = (0.4, 770.0, 0.6, 2.0, 1.2, 0.3)
 OWN_B = (2.5, 1530.0, 1.2, 4.0, 1.4, 0.7)

@@ -7,10 +7,9 @@ import pytest
 import scipy.linalg
 import scipy.sparse
 
-from slipmode.rom import SlipmodeError, Structure, Tanh, reduce, tabulate, two_mass
+from slipmode.rom import SlipmodeError, Structure, Tanh, reduce, steady, tabulate, two_mass
 from slipmode.rom.reduction.combination import harmonic_orders
 from slipmode.rom.reduction.nonresonant import with_responding
-from slipmode.rom.slow.steady import steady
 
 pytestmark = pytest.mark.quick
 

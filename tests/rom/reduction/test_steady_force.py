@@ -5,9 +5,7 @@ import pytest
 from elastic.cantilever import cantilever
 
 from slipmode import rom
-from slipmode.rom import full
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation, full
 from slipmode.rom.reduction.force_response import steady_force
 
 LAW = rom.Jenkins(limit=(0.2, 0.2, 0.02, 0.05), stiffness=(60.0, 40.0, 10.0, 30.0))

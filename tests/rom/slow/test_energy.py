@@ -5,11 +5,8 @@ import pytest
 import scipy.linalg
 
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation, SlowTrajectory, reconstruct
 from slipmode.rom.reduction.reaction import reaction_stiffness
-from slipmode.rom.slow.motion import reconstruct
-from slipmode.rom.slow.trajectory import SlowTrajectory
 
 LIMIT, STIFFNESS = 0.01, 2.0
 LAW = rom.Jenkins(LIMIT, STIFFNESS)

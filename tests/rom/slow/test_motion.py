@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 from slow_time import slow_trajectory, steady_balance
 
-from slipmode.rom import SlipmodeError, Tanh, reduce, tabulate, two_mass
+from slipmode.rom import (
+    SlipmodeError,
+    SlowTrajectory,
+    Tanh,
+    reconstruct,
+    reduce,
+    sum_harmonics,
+    tabulate,
+    two_mass,
+)
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.slow.motion import reconstruct, sum_harmonics
-from slipmode.rom.slow.trajectory import SlowTrajectory
 
 pytestmark = pytest.mark.quick
 

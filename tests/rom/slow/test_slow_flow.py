@@ -8,12 +8,10 @@ from scipy.integrate import solve_ivp
 from slow_time import mass_and_slow_root, slow_trajectory
 
 from slipmode.fmu import Component
-from slipmode.rom import Coulomb, reduce, tabulate, two_mass
+from slipmode.rom import Coulomb, combination_resonances, reduce, steady, tabulate, two_mass
 from slipmode.rom.contact.detuning import MOST_DETUNING
-from slipmode.rom.reduction.combination import combination_resonances
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
-from slipmode.rom.slow.steady import steady
 
 pytestmark = pytest.mark.quick
 

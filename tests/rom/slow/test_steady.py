@@ -5,18 +5,20 @@ import pytest
 from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import (
+    ContactProblem,
     Coulomb,
+    Discretisation,
     SlipmodeError,
     Tanh,
     ValidityWarning,
     reduce,
+    resonance,
+    resonance_curve,
+    steady,
     tabulate,
     two_mass,
 )
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import harmonic_orders
-from slipmode.rom.slow.steady import resonance, resonance_curve, steady
 
 pytestmark = pytest.mark.quick
 

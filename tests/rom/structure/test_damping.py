@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse
 
 from slipmode import rom
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
 
 pytestmark = pytest.mark.quick
 

@@ -9,7 +9,7 @@ import scipy.sparse
 
 from benchmarks.blade import blade
 from slipmode import rom
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
 from slipmode.rom.structure import held
 from slipmode.rom.structure.solvers import factorisation, mass
 from slipmode.rom.structure.solvers.elimination import InteriorSolutions, eliminate

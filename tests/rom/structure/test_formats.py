@@ -8,9 +8,7 @@ import scipy.io
 import scipy.linalg
 import scipy.sparse
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.labels import Labels
-from slipmode.rom.structure.structure import Structure, load_structure
+from slipmode.rom import Labels, SlipmodeError, Structure, load_structure
 
 pytestmark = pytest.mark.quick
 

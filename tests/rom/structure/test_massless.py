@@ -10,8 +10,7 @@ import scipy.sparse
 from written.matrices import LENGTH, beam, translations
 
 from slipmode import rom
-from slipmode.rom import full
-from slipmode.rom.errors import ValidityWarning
+from slipmode.rom import ValidityWarning, full
 
 pytestmark = pytest.mark.quick
 

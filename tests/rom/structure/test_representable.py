@@ -7,8 +7,7 @@ import pytest
 from hard_cases import scene_text
 
 from slipmode import rom
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import make_plan, parse_scene
 
 SHORT = {"duration": 20.0, "window": [0.0, 1.0], "model": "tolerance = 1e-2"}
 COULOMB = {"law": "coulomb", "alpha": ""}

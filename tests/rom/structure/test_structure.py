@@ -8,8 +8,7 @@ import scipy.io
 import scipy.linalg
 import scipy.sparse
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.rom import SlipmodeError, Structure, load_structure, two_mass
 
 pytestmark = pytest.mark.quick
 

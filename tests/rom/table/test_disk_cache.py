@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from benchmarks.cases import Chain
+from slipmode.__main__ import main
 from slipmode.rom import Coulomb, SlipmodeError, Structure, Tanh, reduce, two_mass
 from slipmode.rom.storage.files import replacing
 from slipmode.rom.table import disk_cache
 from slipmode.rom.table.cache import cached_model
-from slipmode.runner.cli import main
 
 ARGUMENTS = (reduce(two_mass(), modes=(0,)), Tanh(2.0, 0.1), (4.0,), 1e-2)
 SIZE = 300_000  # of an entry [bytes]

@@ -6,9 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import qmc
 
-from slipmode.rom import Coulomb, SlipmodeError, Tanh, reduce, tabulate, two_mass
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import (
+    ContactProblem,
+    Coulomb,
+    Discretisation,
+    SlipmodeError,
+    Tanh,
+    reduce,
+    tabulate,
+    two_mass,
+)
 
 LIMIT = 2.0
 RANGE = (4.0, 4.0)

@@ -14,9 +14,8 @@ from benchmarks.cases import two_mode
 from benchmarks.measure import worst_rms
 from benchmarks.slow_case import SlowCase, amplitudes, constant_inputs
 from slipmode.fmu import Component
-from slipmode.rom import Coulomb, Tanh, reduce, tabulate, two_mass
+from slipmode.rom import Coulomb, Discretisation, Tanh, reduce, tabulate, two_mass
 from slipmode.rom.contact.rate_correction import friction_rate_correction
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.table import corrections
 
 LIMIT = 2.0

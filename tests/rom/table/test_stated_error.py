@@ -6,8 +6,10 @@ from elastic.cantilever import LAWS, cantilever
 from elastic.family import member
 
 from slipmode.rom import (
+    ContactProblem,
     Contacts,
     Coulomb,
+    Discretisation,
     FrictionalContact,
     Iwan,
     Jenkins,
@@ -19,13 +21,9 @@ from slipmode.rom import (
 )
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
 from slipmode.rom.contact.higher_order_harmonics import higher_order_harmonics
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.resolution import (
-    trial_grid,
-)
+from slipmode.rom.contact.resolution import trial_grid
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.table.refinement.check_points import largest_error, onset_points
 from slipmode.rom.table.refinement.grid import Blocks, apart

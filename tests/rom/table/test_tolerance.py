@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.contact.problem import ContactProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom import ContactProblem, Discretisation
 
 SHARES = np.geomspace(5e-3, 0.99, 60)  # of the range
 

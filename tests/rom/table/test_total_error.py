@@ -13,10 +13,9 @@ from elastic.chain import chain
 from elastic.family import member
 
 from slipmode import rom
-from slipmode.rom import full
+from slipmode.rom import ContactProblem, Discretisation, full
 from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
-from slipmode.rom.contact.torus.grid import Discretisation
+from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
 HIGHEST = 15  # order of the harmonics of the reference

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 
 pytest.importorskip("matplotlib")
 

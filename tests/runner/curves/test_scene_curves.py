@@ -11,15 +11,11 @@ import pytest
 from recordings import table
 
 from slipmode import rom
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.rom.slow.branches import continuation
-from slipmode.runner.cli import main
-from slipmode.runner.curves.scene_curves import (
-    SceneForcing,
-    scene_performance,
-    scene_response_curve,
-)
-from slipmode.runner.scene.scene import load_scene, shipped_scenes
+from slipmode.runner import load_scene, scene_performance, scene_response_curve, shipped_scenes
+from slipmode.runner.curves.scene_curves import SceneForcing
 
 
 def test_a_curve_that_goes_on_is_said_in_a_line(tmp_path, capsys, monkeypatch):

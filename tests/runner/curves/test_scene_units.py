@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom import SlipmodeError
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError, SpecialPoint
 from slipmode.rom.slow.branches.oscillation import SlowCycles
-from slipmode.rom.slow.branches.response_curve import SpecialPoint
 from slipmode.rom.slow.units import Shown
-from slipmode.runner import load, run
-from slipmode.runner.cli import main
+from slipmode.runner import load, parse_scene, run, shipped_scenes
 from slipmode.runner.curves.curve_charts import curve_charts
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 from slipmode.runner.view import views
 
 MODAL = "kg^0.5 m"

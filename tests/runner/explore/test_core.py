@@ -10,9 +10,8 @@ from slipmode import fmu, rom
 from slipmode.fmu.archive.browser import browser_files
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model
+from slipmode.runner import Plan, load_scene, make_plan, shipped_scenes
 from slipmode.runner.explore.explore import page_options
-from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.scene.scene import load_scene, shipped_scenes
 
 AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
+from slipmode.__main__ import main
 from slipmode.fmu.archive import browser
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
+from slipmode.runner import shipped_scenes
 from slipmode.runner.explore import explore as exploring
-from slipmode.runner.scene.scene import shipped_scenes
 
 
 class Elements(HTMLParser):

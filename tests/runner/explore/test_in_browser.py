@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from slipmode import fmu, runner
+from slipmode.runner import make_plan
 from slipmode.runner.explore import explore as exploring
-from slipmode.runner.plan.plan import make_plan
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 OPTIONS = (

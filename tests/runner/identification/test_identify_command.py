@@ -7,7 +7,7 @@ import pytest
 from measured.decays import RATE, TRUE, decay, decays, power_law_amplitude, times
 
 from slipmode import fmu, rom, runner
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 from slipmode.runner.fmi.load import open_fmu
 
 pytest.importorskip("matplotlib")

@@ -10,7 +10,7 @@ from measured.sine_tests import Oscillator, response_controlled
 from measured.sweeps import RATE, JointedOscillator, sweep
 
 from slipmode import runner
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 
 pytest.importorskip("matplotlib")
 

@@ -12,9 +12,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from slipmode import fmu, rom
+from slipmode.__main__ import main
 from slipmode.rom.identification.first_look import demodulate
 from slipmode.rom.identification.fit import fit
-from slipmode.runner.cli import main
 
 PUBLISHED = Path(__file__).parents[4] / "shared" / "data" / "published"
 DECAYS = PUBLISHED / "double_beam_decays_measured.npz"

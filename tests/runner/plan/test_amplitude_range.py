@@ -4,8 +4,7 @@ import pytest
 
 from slipmode import runner
 from slipmode.fmu import StoppedError
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import make_plan, parse_scene
 
 # The force acts on the contact: what it moves past the mode is half of the effective amplitude.
 SCENE = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import parse_scene
 
 SCENE = """
 [structure]

@@ -9,9 +9,9 @@ from stepping import model
 
 from slipmode import runner
 from slipmode.fmu import Component
+from slipmode.runner import parse_scene
 from slipmode.runner.plan import amplitude_range
 from slipmode.runner.plan.amplitude_range import shortened
-from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.script import Script
 

@@ -5,11 +5,9 @@ import pytest
 from damage.commands import COMMANDS
 from recordings import damaged, flip, rewritten, write
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.recording.check import doctor, info
-from slipmode.runner.recording.load import read
-from slipmode.runner.recording.recover import recover
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import doctor, info, read, recover
 
 OF_SAMPLES = ("doctor", "export", "replay")
 

@@ -11,11 +11,9 @@ import pytest
 from endless_recording import rows
 from recordings import CHANNELS, HEADER
 
-from slipmode.runner import load
-from slipmode.runner.recording.check import doctor
+from slipmode.runner import doctor, load, recover
 from slipmode.runner.recording.mcap_writer import CHUNK_BYTES, FLUSH_SECONDS
 from slipmode.runner.recording.record import McapSink
-from slipmode.runner.recording.recover import recover
 
 SCRIPT = Path(__file__).parents[2] / "support" / "endless_recording.py"
 RECORD_BYTES = 31 + 27  # of a contact sample: the prefix of its record, and three tagged doubles

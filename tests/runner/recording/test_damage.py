@@ -8,14 +8,11 @@ import pytest
 from damage.kinds import CHUNKED, UNCHUNKED, messages
 from recordings import HEADER, STEP, damaged, rewritten
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner import load
+from slipmode.rom import SlipmodeError
+from slipmode.runner import DamagedRecordingWarning, doctor, info, load, recover
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.export import export
-from slipmode.runner.recording.load import DamagedRecordingWarning
 from slipmode.runner.recording.record import McapSink
-from slipmode.runner.recording.recover import recover
 
 CHANNELS = [channels.modes(), channels.contact(0), channels.elastic(range(320))]
 ROWS = 800

@@ -12,8 +12,8 @@ from mcap.writer import CompressionType, Writer
 from recordings import chunks, damaged, flip, rewritten, write
 from rrd import RERUN, verified
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
 from slipmode.runner.recording.external import as_curves, is_external, read_external
 from slipmode.runner.recording.load import Selection
 

@@ -9,10 +9,8 @@ import pytest
 from damage.bombs import bombs
 from recordings import CHANNELS, rewritten
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner import load
-from slipmode.runner.recording.check import doctor, info
-from slipmode.runner.recording.load import DamagedRecordingWarning
+from slipmode.rom import SlipmodeError
+from slipmode.runner import DamagedRecordingWarning, doctor, info, load
 
 SCRIPT = Path(__file__).parents[2] / "support" / "damage" / "reader_memory.py"
 BOMBS = bombs(CHANNELS[0].encode(np.ones((1, 6)))[0].tobytes())

@@ -16,9 +16,9 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
 from slipmode import runner
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.runner import load, read
 from slipmode.runner.recording import channels, mcap_writer
-from slipmode.runner.recording.load import load, read
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header, McapSink, Recorder, Sink
 from slipmode.runner.view import phase_portraits as portraits

@@ -10,13 +10,10 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from recordings import COUNT, STEP, chunk_end, chunks, damaged, flip, rewritten, samples, write
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner import load
-from slipmode.runner.cli import main
-from slipmode.runner.recording.check import doctor, info
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import doctor, info, load, read, recover
 from slipmode.runner.recording.export import export
-from slipmode.runner.recording.load import read
-from slipmode.runner.recording.recover import recover
 
 
 @pytest.fixture(scope="module")

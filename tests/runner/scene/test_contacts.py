@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.plan.plan import make_plan
+from slipmode.rom import SlipmodeError
+from slipmode.runner import make_plan, parse_scene
 from slipmode.runner.scene.contacts import check_scale, law_of, loaded_law
-from slipmode.runner.scene.scene import parse_scene
 from slipmode.runner.scene.script import Script
 
 pytestmark = pytest.mark.quick

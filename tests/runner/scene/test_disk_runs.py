@@ -7,11 +7,15 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.rom import SlipmodeError
-from slipmode.runner.curves.scene_curves import scene_backbone, scene_response_curve
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
-from slipmode.runner.study.study import run_study
-from slipmode.runner.validation.validate import validate
+from slipmode.runner import (
+    export_fmu,
+    parse_scene,
+    run_study,
+    scene_backbone,
+    scene_response_curve,
+    shipped_scenes,
+    validate,
+)
 
 DISK = shipped_scenes()["bladed-disk"].read_text(encoding="utf-8")
 DISK_24, LAW = rom.lumped_disk(24, 1e-5), rom.Jenkins(1.0, 5e4)

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom import SlipmodeError
-from slipmode.rom.structure.labels import Labels
-from slipmode.runner.cli import main
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
+from slipmode.__main__ import main
+from slipmode.rom import Labels, SlipmodeError
+from slipmode.runner import make_plan, parse_scene, shipped_scenes
 
 DISK = shipped_scenes()["bladed-disk"].read_text(encoding="utf-8")
 ORDER = "engine_order = 3"

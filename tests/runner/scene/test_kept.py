@@ -9,9 +9,8 @@ from elastic.frictional_beam import ROWS, TIP, structure
 
 from slipmode import rom
 from slipmode.rom.table import disk_cache
-from slipmode.runner.plan.plan import make_plan
+from slipmode.runner import load_scene, make_plan
 from slipmode.runner.scene import kept
-from slipmode.runner.scene.scene import load_scene
 
 LAW = rom.FrictionalContact(mu=0.4, preload=1.0, tangential_stiffness=20.0, normal_stiffness=30.0)
 

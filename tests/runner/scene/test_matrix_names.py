@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from slipmode.runner.cli import main
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.__main__ import main
+from slipmode.runner import parse_scene
 
 pytestmark = pytest.mark.quick
 

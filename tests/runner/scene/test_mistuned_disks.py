@@ -5,13 +5,16 @@ import pytest
 from cyclic.swept_annulus import carriers, swept
 
 from slipmode import rom, runner
-from slipmode.rom import SlipmodeError
-from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
-from slipmode.runner.cli import main
-from slipmode.runner.plan.mistuned import plan_scene
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
-from slipmode.runner.validation.validate import validate
+from slipmode.__main__ import main
+from slipmode.rom import DiskFlow, SlipmodeError
+from slipmode.runner import (
+    load_scene,
+    make_plan,
+    parse_scene,
+    plan_scene,
+    shipped_scenes,
+    validate,
+)
 
 MISTUNED = shipped_scenes()["mistuned-disk"].read_text(encoding="utf-8")
 DRAWN = "standard_deviation = 0.02\nseed = 3\n"

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom.structure.labels import Labels
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.rom import Labels
+from slipmode.runner import make_plan, parse_scene
 
 pytestmark = pytest.mark.quick
 

@@ -23,12 +23,10 @@ from recordings import table
 from scipy.integrate import cumulative_trapezoid
 
 from slipmode import fmu, rom, runner
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.curves.scene_curves import scene_response_curve
-from slipmode.runner.fmi.export import export_fmu
+from slipmode.runner import export_fmu, load_scene, parse_scene, scene_response_curve
 from slipmode.runner.fmi.load import open_fmu
-from slipmode.runner.scene.scene import load_scene, parse_scene
 
 REST_OF_SCENE = """[run]
 duration = 2.0

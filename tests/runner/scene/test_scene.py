@@ -8,10 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from runs import TANH_ON_BOTH_MODES
 
-from slipmode.rom import Tanh
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.structure.structure import two_mass
-from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.rom import SlipmodeError, Tanh, two_mass
+from slipmode.runner import load_scene, parse_scene, shipped_scenes
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.sections import Modes, Run, Window
 from slipmode.runner.scene.structures import MatrixFile, TwoMass

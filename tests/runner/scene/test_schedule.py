@@ -5,8 +5,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from slipmode.rom.reduction.combination import combination_resonances
-from slipmode.runner.scene.scene import load_scene
+from slipmode.rom import combination_resonances
+from slipmode.runner import load_scene
 from slipmode.runner.scene.schedule import Schedule, make_schedule
 from slipmode.runner.scene.script import Script
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
 from slipmode.runner.scene.script import Script
 
 pytestmark = pytest.mark.quick

@@ -11,13 +11,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.runner import open_results, run_study
 from slipmode.runner.study import study as of_study
 from slipmode.runner.study.design import Design, make_design
-from slipmode.runner.study.results import Results, open_results
+from slipmode.runner.study.results import Results
 from slipmode.runner.study.sample_outputs import Batch, Outputs
 from slipmode.runner.study.scene_model import Samples
-from slipmode.runner.study.study import run_study
 from slipmode.runner.study.study_file import load_study
 from slipmode.runner.study.workers import cluster
 from slipmode.runner.study.workers.foreman import Foreman, make_tasks

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slipmode.rom import SlipmodeError
-from slipmode.runner.study.study import run_study
+from slipmode.runner import run_study
 
 pytest.importorskip("zarr")
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.study.results import open_results
-from slipmode.runner.study.study import run_study
+from slipmode.runner import open_results, run_study
 from slipmode.runner.study.study_file import load_study
 from slipmode.runner.study.summary.amplifications import amplifications
 

@@ -4,7 +4,7 @@ import numpy as np
 from rates.saved_models import RANGE, TWO_SHAPES, steady_sizes, two_modes, two_rates
 
 from slipmode import rom
-from slipmode.runner.study.study import run_study
+from slipmode.runner import run_study
 from slipmode.runner.study.study_file import load_study
 
 FREQUENCY = 2.0 * np.pi * np.array([121.6, 242.6])

@@ -5,12 +5,11 @@ import pytest
 
 from slipmode import rom, runner
 from slipmode.rom import SlipmodeError
+from slipmode.runner import parse_scene, run_study, shipped_scenes
 from slipmode.runner.curves.scene_curves import SceneForcing
 from slipmode.runner.plan import excited
-from slipmode.runner.scene.scene import parse_scene, shipped_scenes
 from slipmode.runner.study import results
 from slipmode.runner.study.results import Results
-from slipmode.runner.study.study import run_study
 from slipmode.runner.study.workers import foreman
 
 ONE_MODE = shipped_scenes()["one-mode"].read_text()

@@ -8,10 +8,11 @@ from scipy.io import mmwrite
 from scipy.sparse import csr_array
 
 from slipmode import rom
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.rom.structure.files import source_files
-from slipmode.runner.cli import main
-from slipmode.runner.scene.scene import read_scene, shipped_scenes
+from slipmode.runner import shipped_scenes
+from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.toml_table import toml_text
 from slipmode.runner.study.design import make_design
 from slipmode.runner.study.scene_keys import check_key, declared, get, with_value

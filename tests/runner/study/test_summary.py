@@ -5,10 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.scene.scene import shipped_scenes
-from slipmode.runner.study.results import open_results
+from slipmode.runner import open_results, shipped_scenes
 from slipmode.runner.study.study_file import Choose, load_study
 from slipmode.runner.study.summary.charts import outputs
 from slipmode.runner.study.summary.statistics import choice, sensitivity

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import load_scene
+from slipmode.runner import load_scene, make_plan
 from slipmode.runner.scene.sections import Window
 from slipmode.runner.validation.validate import full_motion, slow_motion
 

@@ -8,13 +8,11 @@ import pytest
 from elastic import frictional_beam, l_frame
 
 from slipmode import rom, runner
+from slipmode.__main__ import main
 from slipmode.rom.full import integrate
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.structure.matrices import as_dense
-from slipmode.runner.cli import main
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.runner import export_fmu, make_plan, parse_scene
 from slipmode.runner.transients.estimate import RunError
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import Hybrid, fast_motion, stepper

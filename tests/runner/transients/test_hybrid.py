@@ -7,10 +7,8 @@ import pytest
 from elastic.frictional_beam import ROWS, SLIDER, TIP, structure
 
 from slipmode import rom, runner
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import parse_scene
+from slipmode.rom import SlipmodeError
+from slipmode.runner import export_fmu, make_plan, parse_scene
 from slipmode.runner.transients.full_order import friction_loss
 from slipmode.runner.transients.hybrid import fast_motion, stepper
 from slipmode.runner.transients.motion import slow_trajectory

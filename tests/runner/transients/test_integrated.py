@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from slipmode import rom, runner
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.curves.scene_curves import scene_backbone
-from slipmode.runner.fmi.export import export_fmu
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.scene.scene import load_scene, parse_scene
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import export_fmu, load_scene, make_plan, parse_scene, scene_backbone
 from slipmode.runner.validation.validate import full_motion
 
 SCENE = """

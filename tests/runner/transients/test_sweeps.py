@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.runner.cli import main
-from slipmode.runner.plan.plan import make_plan
-from slipmode.runner.recording.load import read
-from slipmode.runner.scene.scene import load_scene, parse_scene, shipped_scenes
+from slipmode.__main__ import main
+from slipmode.runner import load_scene, make_plan, parse_scene, read, shipped_scenes
 from slipmode.runner.validation.validate import full_motion, slow_motion
 
 SCENE = """

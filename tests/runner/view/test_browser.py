@@ -15,7 +15,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 OFFLINE = ("--disable-background-networking", "--disable-component-update", "--disable-sync")

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from rrd import RERUN
 
-from slipmode.runner import load
+from slipmode.runner import load, replay
 from slipmode.runner.recording.load import Selection
-from slipmode.runner.view.replay import replay
 from slipmode.runner.view.spatial import disk_view
 
 SECTORS = 24

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from slipmode.rom.slow.units import Units
-from slipmode.runner import run
+from slipmode.rom import Units
+from slipmode.runner import load_scene, parse_scene, run
 from slipmode.runner.recording import channels
-from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view.labels import (
     MOTION_PLOTS,
     find_plots,

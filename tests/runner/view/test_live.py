@@ -15,9 +15,9 @@ from recordings import CHANNELS, HEADER, samples
 from rerun.experimental import ViewerClient
 from rrd import RERUN
 
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.cli import main
-from slipmode.runner.recording.load import read
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import read
 from slipmode.runner.recording.record import McapSink, Recorder
 from slipmode.runner.view import viewer
 from slipmode.runner.view.rerun_sink import RerunSink

@@ -7,10 +7,9 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from slipmode.runner import run, shipped_scenes
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
+from slipmode.runner import replay, run, shipped_scenes
 from slipmode.runner.view.drawing import TIMELINE
-from slipmode.runner.view.replay import replay
 
 WORDS_ALONE = ("How to read this", "Events")
 SETTLING = 1.5  # [s]
@@ -136,7 +135,7 @@ def test_an_hour_of_signals_is_sent_in_few_pieces_and_shown(tmp_path, viewer, mo
     """The viewer takes its time for each piece; row by row it would be an hour's wait."""
     import rerun as rr
 
-    from slipmode.runner.scene.scene import load_scene, parse_scene
+    from slipmode.runner import load_scene, parse_scene
 
     text = load_scene("two-mode").text.replace("duration = 1500.0", "duration = 3600.0")
     text = text.replace("window = [1400.0, 1450.0]", "window = [0.0, 3600.0]")

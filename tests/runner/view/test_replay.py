@@ -9,10 +9,10 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from rrd import RERUN, verified
 
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom import SlipmodeError
+from slipmode.runner import read, replay
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Header, McapSink
-from slipmode.runner.view.replay import read, replay
 from slipmode.runner.view.rerun_sink import RerunSink
 
 HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e"}, "two")

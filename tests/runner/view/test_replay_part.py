@@ -9,8 +9,9 @@ import pytest
 from recordings import COUNT, STEP, samples, write
 from rrd import RERUN, verified
 
-from slipmode.runner.cli import main
-from slipmode.runner.recording.load import Selection, read
+from slipmode.__main__ import main
+from slipmode.runner import read
+from slipmode.runner.recording.load import Selection
 
 
 @pytest.fixture(scope="module")

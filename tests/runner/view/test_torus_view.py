@@ -7,12 +7,10 @@ import pytest
 from rrd import RERUN
 from scipy.interpolate import RegularGridInterpolator
 
-from slipmode.runner import load, run
+from slipmode.runner import load, load_scene, parse_scene, replay, run
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import Selection
-from slipmode.runner.scene.scene import load_scene, parse_scene
 from slipmode.runner.view.labels import readable
-from slipmode.runner.view.replay import replay
 from slipmode.runner.view.spatial import torus_view
 
 TURN = 2 * np.pi

@@ -11,7 +11,7 @@ import numpy as np
 import rerun
 from commands import COMMANDS  # beside this script
 
-from slipmode.runner.cli import main
+from slipmode.__main__ import main
 from slipmode.runner.view import rerun_sink
 
 assert np and rerun and rerun_sink  # imported for what they take

@@ -18,12 +18,10 @@ from elastic.family_report import WEAK, TooLongError, limited
 
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
-from slipmode.rom import full
+from slipmode.rom import SlowTrajectory, full, sum_harmonics
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
-from slipmode.rom.slow.motion import sum_harmonics
 from slipmode.rom.slow.slow_flow import inputs_of, rates, slow_flow
-from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.slow.transient import TransientError
 from slipmode.runner.transients.demodulation import carrier_signal, slow_parts, window_length
 

@@ -6,9 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from slipmode import rom
-from slipmode.rom import full
-from slipmode.rom.laws.frictional_contact import FrictionalContact
-from slipmode.rom.laws.joint_laws import Jenkins
+from slipmode.rom import FrictionalContact, Jenkins, full
 
 ELEMENTS, AXIAL = 12, 400.0  # Euler-Bernoulli, L = EI = rho A = 1, EA
 TIP = 3 * ELEMENTS - 2  # transverse DOF of the last node

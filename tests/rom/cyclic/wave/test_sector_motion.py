@@ -5,10 +5,9 @@ import pytest
 from cyclic.full_annulus import excitation, law_of_all
 
 from slipmode import rom
-from slipmode.rom import full
+from slipmode.rom import SlowTrajectory, full
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
 from slipmode.rom.cyclic.wave_cache import cached_waves
-from slipmode.rom.slow.trajectory import SlowTrajectory
 
 SECTORS, PERIODS, SAMPLES = 12, 200, 64
 # Tangential and normal motion of a shroud, both by the tips of neighbours.

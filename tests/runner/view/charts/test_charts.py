@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipmode.rom import SlipmodeError
-from slipmode.runner.study.study import run_study
+from slipmode.runner import run_study
 from slipmode.runner.study.summary.summary import summarise
 from slipmode.runner.view.charts import Axis, Chart, Layer, write_charts
 from slipmode.runner.view.labels import BLUE
