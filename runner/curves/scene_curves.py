@@ -59,7 +59,18 @@ def scene_response_curve(
     """Return steady states under the forces at the end of a scene, see `rom.response_curve`.
 
     The friction table has the range of the curve; on a saved model the curve ends where it leaves
-    the table. Default: the first forced mode's frequency, 5 % to both sides of its natural one.
+    the table.
+
+    Parameters
+    ----------
+    scene : Scene
+    vary : str, optional
+        The parameter, as in `rom.response_curve`. Default: the frequency of the first forced mode.
+    span : two values, optional
+        First and last value of the parameter. Default of a frequency: 5 % to both sides of the
+        natural one.
+    progress : bool
+        Shows progress bars on work longer than a second.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     excited, at_edge = forcing.plan.excited, 0.97  # of a table's range: the curve may be cut off
@@ -124,7 +135,15 @@ def scene_backbone(
 ) -> rom.Backbone:
     """Return frequency and damping of a mode up to the amplitudes of a scene.
 
-    See `rom.backbone`.
+    Parameters
+    ----------
+    scene : Scene
+    mode : {"A", "B"}, optional
+        Default: the first forced mode.
+    other : float
+        Amplitude of the other mode, see `rom.backbone` [kg^1/2 m].
+    progress : bool
+        Shows progress bars on work longer than a second.
     """
     plan = make_plan(scene, progress=progress)
     model, _ = plan.model(detuning=True, progress=progress)  # frequency follows amplitude
@@ -140,6 +159,14 @@ def scene_performance(
     the friction table is the forcing frequency of the scene. The table goes well beyond the
     scene's amplitudes, and, unless `model.amplitude` is given, beyond the onset of slip, so that
     the curve has both stuck and fully slipping contacts.
+
+    Parameters
+    ----------
+    scene : Scene
+    mode : {"A", "B"}, optional
+        Default: the first forced mode.
+    progress : bool
+        Shows progress bars on work longer than a second.
     """
     forcing = SceneForcing.of(scene, progress=progress)
     plan = forcing.plan

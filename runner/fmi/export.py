@@ -54,7 +54,7 @@ def export_fmu(
         Adds the contacts to the outputs if the scene has no [[contact]] window.
     progress : bool
         Shows progress bars on work longer than a second.
-    **options
+    options
         `platforms` and `origin` of `slipmode.fmu.export`.
     """
     if not (isfinite(headroom) and headroom >= 1.0):

@@ -94,6 +94,10 @@ def info(path: str | PathLike[str]) -> Info:
     """Return the contents of an MCAP file; of a damaged one, up to the damage.
 
     Raises SlipmodeError if there is no such file, or it is not MCAP.
+
+    Parameters
+    ----------
+    path : path
     """
     inventory = Inventory()
     with opened(path) as file:
@@ -125,8 +129,16 @@ def _describe(inventory: Inventory, number: int) -> ChannelInfo:
 def doctor(path: str | PathLike[str]) -> list[str]:
     """Check the structure of an MCAP file, its check sums, its index and its times.
 
-    Returns a line for each fault. Raises SlipmodeError if there is no such file, or it is not
-    MCAP.
+    Raises SlipmodeError if there is no such file, or it is not MCAP.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    list of str
+        A line for each fault.
     """
     inventory, summary = Inventory(), Summary()
     latest: dict[int, int] = {}  # log time of each channel [ns]

@@ -76,6 +76,13 @@ def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     Chunks whose check sum is right are copied; messages outside chunks are packed into chunks. An
     event says what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
     could be kept, or is `output`; OSError if `output` cannot be written.
+
+    Parameters
+    ----------
+    path : path
+        The damaged recording.
+    output : path
+        The file to write.
     """
     source, target = Path(path), Path(output)
     if target.is_dir():

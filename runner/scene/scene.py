@@ -106,9 +106,19 @@ def load_scene(scene: str | PathLike[str]) -> Scene:
 
 
 def parse_scene(text: str, folder: str | PathLike[str]) -> Scene:
-    """Read a scene from TOML text; file names in it are relative to `folder`.
+    """Read a scene from text.
 
-    Raises SlipmodeError, naming the key that is refused and what is allowed.
+    Parameters
+    ----------
+    text : str
+        TOML with the keys of a scene.
+    folder : path
+        File names in the scene are relative to it.
+
+    Raises
+    ------
+    SlipmodeError
+        Names the key that is refused and what is allowed.
     """
     return read_scene(parse_toml(text), folder, text)
 

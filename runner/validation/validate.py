@@ -121,6 +121,14 @@ def validate(
     <scene>.validation.mcap and .rrd. Of a mistuned disk a DOF of all blades is compared in
     [[elastic]] windows, in the last 512 samples of each; the error belongs to the worst blade.
     Raises SlipmodeError if the scene is refused.
+
+    Parameters
+    ----------
+    scene : Scene, path of a scene file, or name of a shipped scene
+    output : path
+        Folder of the recordings.
+    progress : bool
+        Shows progress bars on work longer than a second.
     """
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
