@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from slipmode.rom import SlipmodeError
-from slipmode.rom.extras import extra
 from slipmode.runner import run
 
 ROOT = Path(__file__).parents[1]
@@ -36,7 +34,7 @@ def slipmode_without(packages, *commands):
     """What commands return where these packages are not installed, and the lines they say."""
     blocked = "".join(f"sys.modules[{name!r}] = None\n" for name in packages)
     words = [[str(word) for word in command] for command in commands]
-    code = f"from slipmode.runner.cli import main\nreturned = [main(each) for each in {words!r}]"
+    code = f"from slipmode.__main__ import main\nreturned = [main(each) for each in {words!r}]"
     done = python(f"import sys\n{blocked}{code}\nprint(returned)")
     lines = [line for line in done.stderr.splitlines() if line and not BAR.search(line)]
     return json.loads(done.stdout.splitlines()[-1]), lines
@@ -53,7 +51,7 @@ def test_the_physics_and_the_component_load_nothing_for_files_or_pictures(statem
 
 
 @pytest.mark.parametrize(
-    "statement", ["from slipmode import runner", "from slipmode.runner.cli import main"]
+    "statement", ["from slipmode import runner", "from slipmode.__main__ import main"]
 )
 def test_the_runner_loads_no_viewer_until_one_is_wanted(statement):
     assert loaded_by(statement) <= {"mcap", "google.protobuf"}
@@ -98,9 +96,3 @@ def test_a_missing_package_is_one_line_that_names_its_extra(
     outputs = () if arguments[0] == "export" else ("-o", tmp_path / "out")
     said = f"slipmode: {package} is not installed: pip install 'slipmode[{name}]'"
     assert slipmode_without([package], (*words, *outputs)) == ([1], [said])
-
-
-def test_a_missing_part_of_a_package_is_named_by_the_package(monkeypatch):
-    monkeypatch.setitem(sys.modules, "fmpy.simulation", None)
-    with pytest.raises(SlipmodeError, match=r"^fmpy is not installed"):
-        extra("fmpy.simulation", "fmu")

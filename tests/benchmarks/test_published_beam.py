@@ -14,6 +14,7 @@ from slipmode import rom
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "published"
 
 pytestmark = [
+    pytest.mark.oracle,
     pytest.mark.skipif(not PUBLISHED.exists(), reason="needs published/ of the shared data"),
     pytest.mark.slow,
 ]

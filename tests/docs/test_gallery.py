@@ -32,7 +32,7 @@ def test_all_of_them_are_held():
     assert len(NUMBERS) >= 10
 
 
-SLOW = ("beating", "mistuning")
+SLOW = ("backbone", "beating", "mistuning", "response_curve")
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,6 @@
 
 import tomllib
 from dataclasses import replace
-from pathlib import Path
-from runpy import run_path
 
 import numpy as np
 import pytest
@@ -165,24 +163,6 @@ def test_leaving_a_key_out_is_its_default(case, tmp_path):
             np.testing.assert_allclose(*(getattr(each, matrix) for each in same), rtol=1e-15)
     else:
         assert plain(written) == plain(left_out)
-
-
-REQUIRED = [(header, key) for header, key in KEYS if key.shown_default == "required"]
-
-
-@pytest.mark.parametrize("case", REQUIRED, ids=ids)
-def test_a_required_key_is_missed(case, tmp_path):
-    header, key = case
-    text = with_value(header, key.name, "0").replace(f"\n{key.name} = 0\n", "\n")
-    assert f"{key.name}: " in refusal(text, tmp_path)
-
-
-def test_every_key_is_printed_with_its_meaning():
-    printed = run_path(Path(__file__).parents[2] / "docs" / "scene_keys.py")["as_markdown"]()
-    for header, key in KEYS:
-        section = printed.split(f"## `{header}`" if header else "## Top of the file")[1]
-        row = next(line for line in section.splitlines() if line.startswith(f"| `{key.name}` |"))
-        assert row.count("|") == 6 and key.meaning in row and key.meaning.endswith(".")
 
 
 def test_the_command_prints_the_keys_of_a_table(capsys):

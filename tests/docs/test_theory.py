@@ -55,6 +55,7 @@ def structure():
     return rom.Structure(mass=M, stiffness=100.0 * K, damping=0.001, contact=(1, 3))
 
 
+@pytest.mark.oracle
 def test_the_contact_problem_has_the_matrices_of_the_page(structure):
     M, C, K = structure.mass, structure.damping, structure.stiffness
     E, V = np.eye(5)[:, [0, 2, 4]], np.eye(5)[:, [1, 3]]
@@ -81,6 +82,7 @@ def test_the_contact_problem_has_the_matrices_of_the_page(structure):
     np.testing.assert_allclose(reduced.reaction(nu), H, rtol=1e-9)
 
 
+@pytest.mark.oracle
 def test_the_dual_problem_has_the_matrices_of_the_page(structure):
     law = rom.Jenkins(limit=1.0, stiffness=50.0)
     reduced = rom.reduce(structure, modes=(0,), law=law)
@@ -93,6 +95,7 @@ def test_the_dual_problem_has_the_matrices_of_the_page(structure):
     np.testing.assert_allclose(reduced.spring, -(phi.T @ W), atol=1e-12)
 
 
+@pytest.mark.oracle
 def test_steady_states_and_backbones_balance_as_the_page_says():
     law = rom.Tanh(limit=2.0, alpha=0.02)
     reduced = rom.reduce(rom.two_mass(), modes=(0,), carrier=(0.98,))
