@@ -2,7 +2,6 @@
 
 import importlib.util
 import os
-import platform
 import re
 import shutil
 import subprocess
