@@ -9,14 +9,14 @@ import sys
 import venv
 import zipfile
 from pathlib import Path
+from platform import machine
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
 PLATFORMS = ["aarch64-darwin", "aarch64-linux", "x86_64-darwin", "x86_64-linux", "x86_64-windows"]
-HOST = (
-    f"{platform.machine().replace('arm64', 'aarch64').replace('AMD64', 'x86_64')}-{sys.platform}"
-)
+MACHINE = {"arm64": "aarch64", "AMD64": "x86_64"}.get(machine(), machine())
+HOST = f"{MACHINE}-{'windows' if sys.platform == 'win32' else sys.platform}"
 FUNCTIONS = {
     name
     for path in (ROOT / "rom" / "kernel").glob("*.h")
