@@ -7,9 +7,7 @@ import sys
 import time
 
 import numpy as np
-from recordings import CHANNELS, HEADER
-
-from slipmode.runner.recording.record import McapSink
+from recordings import CHANNELS, HEADER, McapSink
 
 
 def rows(first, count):

@@ -173,35 +173,9 @@ def test_a_run_ends_inside_the_friction_table(two_mode, core):
     assert core.set(force_A=0.1) and len(core.play(500.0, 50, "time")) == 50
 
 
-def test_perturbing_moves_the_amplitudes_and_restarting_takes_them_back(two_mode, core):
-    start = core.get("time", *AMPLITUDES)
-    core.play(50.0, 1, "time")
-    before = core.get(*AMPLITUDES)
-    assert core.perturb(0.1)
-    moved = 0.1 * np.array(two_mode.model.table.amplitude_range)
-    assert core.get(*AMPLITUDES) - before == pytest.approx([moved[0], 0.0, moved[1], 0.0])
-    assert core.restart()
-    assert np.array_equal(core.get("time", *AMPLITUDES), start)
-
-
-def test_a_curve_stays_on_its_side_of_the_other_frequency(core):
-    found = core.curve(0, (0.9, 1.9))
-    assert found[:, 0].max() < 1.65
-    found = core.curve(1, (0.9, 1.9))
-    assert found[:, 0].min() > 0.98
-    assert len(core.curve(2, (0.9, 1.0))) == len(core.curve(0, (1.0, 0.9))) == 0
-
-
 @pytest.mark.parametrize(
-    "damage", [lambda b: b[:-8], lambda b: b"", lambda b: b[:5000] + b[5001:]]
+    "damage", [lambda b: b[:-8], lambda b: b"", lambda b: b[:9999] + b"x" + b[10000:]]
 )
 def test_damaged_files_are_refused(two_mode, browser_library, damage):
     opened = BrowserCore(browser_library, damage(two_mode.files), two_mode.variables)
     assert not opened.is_open and opened.message() != ""
-
-
-def test_a_flipped_byte_is_found(two_mode, browser_library):
-    files = bytearray(two_mode.files)
-    files[len(files) // 2] ^= 1
-    opened = BrowserCore(browser_library, bytes(files), two_mode.variables)
-    assert not opened.is_open and "resources/" in opened.message()

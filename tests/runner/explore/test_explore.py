@@ -9,9 +9,8 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from slipmode import rom, runner
+from slipmode import runner
 from slipmode.__main__ import main
-from slipmode.fmu.archive import browser
 from slipmode.rom import SlipmodeError
 from slipmode.runner import shipped_scenes
 from slipmode.runner.explore import explore as exploring
@@ -109,40 +108,6 @@ def test_a_title_is_shown_and_not_run(written):
     assert not [text for text in run if "alert" in text]
 
 
-FORCED = """[model]
-file = "model.npz"
-[forcing.A]
-dof = 0
-amplitude = 0.1
-frequency = 0.98
-[run]
-duration = 100.0
-step = 1.0
-"""
-
-
-@pytest.mark.parametrize("harmonics", [0, 3])
-def test_a_saved_model_shows_contacts_if_it_keeps_their_harmonics(
-    no_compiler, tmp_path, harmonics
-):
-    reduced = rom.reduce(rom.two_mass(), modes=(0,), carrier=(0.98,))
-    rom.tabulate(reduced, rom.Coulomb(2.0), (3.0,), 3e-2, harmonics=harmonics).save(
-        tmp_path / "model.npz"
-    )
-    scene = tmp_path / "saved.toml"
-    scene.write_text(FORCED, encoding="utf-8")
-    page = Elements(runner.explore(scene, tmp_path / "page.html").read_text(encoding="utf-8"))
-    content = json.loads(page.scripts["content"])
-    assert len(content["contacts"]) == (2 if harmonics else 0)
-    assert [each["name"] for each in content["inputs"]][-1] == "limit_scale"
-
-
-def test_waves_have_a_page_with_the_motion_of_a_sector_and_no_contacts(written):
-    content = json.loads(written("bladed-disk").scripts["content"])
-    assert content["contacts"] == [] and len(content["dofs"]) == 2
-    assert {each["name"] for each in content["inputs"]} == {"force_A", "frequency_A"}
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -169,34 +134,3 @@ def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_p
 def test_scenes_that_no_page_can_show_are_refused(written, change, message):
     with pytest.raises(SlipmodeError, match=re.escape(message)):
         written("one-mode", change)
-
-
-def test_it_opens_in_a_browser_if_asked(no_compiler, tmp_path, monkeypatch, capsys):
-    opened = []
-    monkeypatch.setattr(exploring.webbrowser, "open", opened.append)
-    monkeypatch.chdir(tmp_path)
-    assert main(["explore", "one-mode"]) == 0
-    assert capsys.readouterr().out == "one-mode.html\nnext:  open one-mode.html in a browser\n"
-    assert main(["explore", "one-mode", "--open"]) == 0
-    assert capsys.readouterr().out == "one-mode.html\n"
-    assert opened == [(tmp_path / "one-mode.html").as_uri()]
-
-
-@pytest.mark.slow
-def test_the_module_imports_nothing_and_its_size_fits_a_page():
-    pytest.importorskip("ziglang", reason="needs slipmode[explore]")
-    module = browser.browser_module()
-    assert module[:4] == b"\0asm"
-    assert len(zlib.compress(module, 9)) < 150e3  # measured: 117 kB
-    sections, at = [], 8
-    while at < len(module):
-        sections.append(module[at])
-        size = shift = 0
-        while True:  # LEB128
-            at += 1
-            size |= (module[at] & 0x7F) << shift
-            shift += 7
-            if module[at] < 0x80:
-                break
-        at += 1 + size
-    assert 2 not in sections  # no imports: no clock, no files, no network

@@ -6,13 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from damage.kinds import CHUNKED, UNCHUNKED, messages
-from recordings import HEADER, STEP, damaged, rewritten
+from recordings import HEADER, STEP, McapSink, channels, damaged, rewritten
 
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.runner import DamagedRecordingWarning, doctor, info, load, recover
-from slipmode.runner.recording import channels
-from slipmode.runner.recording.export import export
-from slipmode.runner.recording.record import McapSink
 
 CHANNELS = [channels.modes(), channels.contact(0), channels.elastic(range(320))]
 ROWS = 800
@@ -60,7 +58,7 @@ def check(whole, path, folder, *, gap):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         loaded = load(folder / "out.mcap")
-        export(folder / "out.mcap", folder / "out.npz")
+        assert main(["export", str(folder / "out.mcap"), "-o", str(folder / "out.npz")]) == 0
     assert set(loaded) == set(left)
     kept = 0
     with np.load(folder / "out.npz") as exported:
@@ -80,6 +78,7 @@ def check(whole, path, folder, *, gap):
     return found.kept
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("kind", CHUNKED)
 def test_readers_agree_on_a_damaged_recording(chunked, tmp_path, kind):
     change, cost = CHUNKED[kind]
@@ -92,6 +91,7 @@ def test_readers_agree_on_a_damaged_recording(chunked, tmp_path, kind):
         assert total * (1 - cost / 3) * 0.8 <= kept < total
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("kind", UNCHUNKED)
 def test_readers_agree_on_damage_outside_chunks(unchunked, tmp_path, kind):
     change, cost = UNCHUNKED[kind]
@@ -118,6 +118,7 @@ def drawn(data, rng):
     return data
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("chunks", [True, False])
 @pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.slow)])
 def test_what_is_recovered_from_drawn_damage_is_read_by_all(tmp_path, chunks, count):

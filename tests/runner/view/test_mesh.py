@@ -37,6 +37,7 @@ def tetrahedra(cells):
     return binary[:, FOUR].reshape(-1, 4)
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("kind", ["hexahedra", "tetrahedra"])
 def test_the_skin_is_closed_and_faces_outwards(kind):
     nodes, cells = block()

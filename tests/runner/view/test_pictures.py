@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from slipmode.__main__ import main
-from slipmode.runner import replay, run, shipped_scenes
-from slipmode.runner.view.drawing import TIMELINE
+from slipmode.runner import replay, shipped_scenes
 
 WORDS_ALONE = ("How to read this", "Events")
 SETTLING = 1.5  # [s]
@@ -24,7 +23,7 @@ PARTS += [(*sides, 885, 1045) for sides in (EVENTS, WORDS)]
 def pictures(viewer, rrd, end):
     """Of each view by its name: what it complains of, and its picture."""
     viewer.open(str(rrd))
-    viewer.set_time(TIMELINE, duration=end, play_state="paused")
+    viewer.set_time("time", duration=end, play_state="paused")
     viewer.take_screenshot(max_size=64)
     time.sleep(SETTLING)
     found, behind = {}, set()
@@ -95,30 +94,6 @@ def test_no_view_of_a_scene_is_empty(name, tmp_path, viewer, shipped_scene):
         assert shown > PLANES.get(view, LEGEND), view
 
 
-@pytest.mark.slow
-def test_an_empty_plot_has_fewer_colours_than_any_view(tmp_path, viewer):
-    """The bound above tells plots with curves from plots without."""
-    import rerun as rr
-    import rerun.blueprint as rrb
-
-    stream = rr.RecordingStream("slipmode")
-    views = rrb.Vertical(rrb.TimeSeriesView(name="plot"), rrb.Spatial2DView(name="Mode B"))
-    stream.save(tmp_path / "empty.rrd", default_blueprint=rrb.Blueprint(views))
-    style = rr.SeriesLines(names=["|A| [kg^0.5 m]", "|B| [kg^0.5 m]"], colors=[(76, 159, 230)] * 2)
-    stream.log("/modes", style, static=True)
-    stream.send_columns(
-        "/modes",
-        [rr.TimeColumn(TIMELINE, duration=[0.0])],
-        rr.Scalars.columns(scalars=[[1.0, 2.0]]),
-    )
-    stream.flush()
-    stream.disconnect()
-    found = pictures(viewer, tmp_path / "empty.rrd", 0.0)
-    assert found.keys() == {"plot", "Mode B"}
-    for name, (_, picture) in found.items():
-        assert coloured(picture) < PLANES.get(name, LEGEND), name
-
-
 def test_a_screenshot_is_a_small_picture_of_all_views(tmp_path, capsys, viewer, shipped_scene):
     recording = shipped_scene("one-mode")
     out = tmp_path / "views.png"
@@ -128,28 +103,3 @@ def test_a_screenshot_is_a_small_picture_of_all_views(tmp_path, capsys, viewer, 
     assert picture.shape == (1080, 1920, 3)
     assert coloured(picture) > 10_000
     assert out.stat().st_size < 150_000
-
-
-@pytest.mark.slow
-def test_an_hour_of_signals_is_sent_in_few_pieces_and_shown(tmp_path, viewer, monkeypatch):
-    """The viewer takes its time for each piece; row by row it would be an hour's wait."""
-    import rerun as rr
-
-    from slipmode.runner import load_scene, parse_scene
-
-    text = load_scene("two-mode").text.replace("duration = 1500.0", "duration = 3600.0")
-    text = text.replace("window = [1400.0, 1450.0]", "window = [0.0, 3600.0]")
-    recording = run(parse_scene(text, tmp_path), tmp_path)
-    assert recording.samples > 60_000
-    pieces = []
-    send = rr.RecordingStream.send_columns
-
-    def counted(self, entity, *arguments, **options):
-        pieces.append(entity)
-        send(self, entity, *arguments, **options)
-
-    monkeypatch.setattr(rr.RecordingStream, "send_columns", counted)
-    replay(recording.mcap, save=tmp_path / "hour.rrd")
-    assert 10 < len(pieces) < 100
-    viewer.open(str(tmp_path / "hour.rrd"))
-    assert coloured(decoded(viewer.take_screenshot())) > 10_000

@@ -1,138 +1,70 @@
-"""Reading recordings back, whole and damaged, and showing them."""
+"""Recordings read back, whole and damaged, and replayed in whole or in part."""
 
+import re
 import struct
 import subprocess
+import time
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
 from mcap.writer import Writer
+from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, flip, samples, write
 from rrd import RERUN, verified
 
+from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner import read, replay
-from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Header, McapSink
-from slipmode.runner.view.rerun_sink import RerunSink
+from slipmode.runner import load, read, replay
 
-HEADER = Header("Both modes", 'title = "Both modes"\n', {"model": "1f2e"}, "two")
-CHANNELS = [channels.modes(), channels.forcing(), channels.contact(0), channels.contact(1)]
 OVERVIEW = len(CHANNELS) + 2  # number of the channel that is thinned and not read back
 
 
-def batches(n=400):
-    rng = np.random.default_rng(3)
-    time = np.arange(n) * 0.25
-    return {
-        channel.topic: (time, rng.normal(size=(n, len(channel.fields)))) for channel in CHANNELS
-    }
-
-
-def fill(sink, n=400):
-    for topic, (time, values) in batches(n).items():
-        sink.write(topic, time, values)
-    sink.event(0.0, "info", "started")
-    sink.event(99.75, "error", "stopped")
-
-
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory):
-    path = tmp_path_factory.mktemp("recording") / "run.mcap"
-    with McapSink(path, HEADER, CHANNELS) as sink:
-        fill(sink)
-    return path
+def whole(tmp_path_factory):
+    return write(tmp_path_factory.mktemp("whole") / "run.mcap")
 
 
-@pytest.fixture(scope="module")
-def long_recording(tmp_path_factory):
-    path = tmp_path_factory.mktemp("recording") / "long.mcap"
-    with McapSink(path, HEADER, CHANNELS) as sink:
-        fill(sink, 12000)
-    return path
+def contents(path):
+    """What `rerun` prints of an .rrd file."""
+    print_it = [RERUN, "rrd", "print", "-vvv", path]
+    return subprocess.run(print_it, capture_output=True, check=True, text=True).stdout
 
 
-def test_what_was_written_is_read(recording):
-    data = read(recording)
-    assert data.damage == ""
-    assert not data.complete  # the run was stopped
+def test_what_was_written_is_read(whole):
+    data = read(whole)
+    assert data.complete and data.damage == ""
     assert data.header == HEADER
-    assert data.scene_text == HEADER.scene_text
-    assert [channel for channel, _, _ in data.channels.values()] == CHANNELS
-    for topic, (time, values) in batches().items():
-        np.testing.assert_array_equal(data.channels[topic][1], time)
-        np.testing.assert_array_equal(data.channels[topic][2], values)
-    assert data.events == [
-        channels.Event(0.0, "info", "started"),
-        channels.Event(99.75, "error", "stopped"),
-    ]
+    for topic, (time_, values) in samples().items():
+        np.testing.assert_array_equal(data.channels[topic].time, time_)
+        np.testing.assert_array_equal(data.channels[topic].values, values)
+    assert [(e.time, e.level, e.message) for e in data.events] == [(0.0, "info", "started")]
 
 
-def test_a_recording_without_samples(tmp_path):
-    path = tmp_path / "empty.mcap"
-    McapSink(path, HEADER, CHANNELS).close()
-    data = read(path)
-    assert data.complete
-    assert [values.shape for _, _, values in data.channels.values()] == [
-        (0, 6),
-        (0, 6),
-        (0, 3),
-        (0, 3),
-    ]
-    replay(path, save=tmp_path / "empty.rrd")
-    assert verified(tmp_path / "empty.rrd")
+def messages_in(data, kept):
+    """Messages of some chunks, by their indexes: 16 bytes for each of them."""
+    count = 0
+    for chunk in kept:
+        for channel, offset in chunk.message_index_offsets.items():
+            if channel != OVERVIEW:
+                count += struct.unpack_from("<I", data, offset + 1 + 8 + 2)[0] // 16
+    return count
 
 
-def test_every_whole_chunk_of_a_truncated_file_is_read(long_recording, tmp_path):
-    whole = long_recording.read_bytes()
-    with long_recording.open("rb") as file:
-        chunks = make_reader(file).get_summary().chunk_indexes
-    assert len(chunks) > 2
-    ends = [chunk.chunk_start_offset + chunk.chunk_length for chunk in chunks]
+def test_every_whole_chunk_of_a_truncated_file_is_read(whole, tmp_path):
+    data = whole.read_bytes()
+    ends = [chunk_end(chunk) for chunk in chunks(whole)]
+    assert len(ends) > 2
     rng = np.random.default_rng(5)
-    cuts = {*rng.integers(0, len(whole), 25).tolist(), *ends, *(end - 1 for end in ends)}
-    cut_file = tmp_path / "cut.mcap"
-    for cut in sorted(cuts):
-        cut_file.write_bytes(whole[:cut])
-        survivors = [end for end in ends if end <= cut]
-        data = read(cut_file)
-        assert not data.complete
-        assert data.events[-1].level == "warning"
-        assert samples_in(data) == messages_in(whole, chunks[: len(survivors)])
-
-
-def test_a_file_cut_at_any_early_byte_gives_a_recording_or_one_clear_line(recording, tmp_path):
-    whole = recording.read_bytes()
-    with recording.open("rb") as file:
-        (chunk,) = make_reader(file).get_summary().chunk_indexes
-    cut_file = tmp_path / "cut.mcap"
-    refused = 0
-    for cut in range(chunk.chunk_start_offset + 100):
-        cut_file.write_bytes(whole[:cut])
+    for cut in {*rng.integers(0, len(data), 15).tolist(), *ends, *(end - 1 for end in ends)}:
+        path = damaged(whole, tmp_path, lambda content, cut=cut: content[:cut])
         try:
-            data = read(cut_file)
+            left = read(path)
         except SlipmodeError as error:
-            refused += 1
-            assert "\n" not in str(error)
-            assert str(cut_file) in str(error)
-        else:
-            assert not data.complete
-    assert 0 < refused < chunk.chunk_start_offset
-
-
-def test_damage_within_a_chunk_is_noticed(long_recording, tmp_path):
-    damaged = bytearray(long_recording.read_bytes())
-    with long_recording.open("rb") as file:
-        second = make_reader(file).get_summary().chunk_indexes[1]
-    damaged[second.chunk_start_offset + second.chunk_length // 2] ^= 0x10
-    path = tmp_path / "damaged.mcap"
-    path.write_bytes(damaged)
-    data = read(path)
-    assert not data.complete
-    assert samples_in(data) > 0
-    _, values = batches(12000)["/modes"]
-    kept = data.channels["/modes"][2]
-    np.testing.assert_array_equal(kept, values[: len(kept)])
-    assert "cut short" in data.events[-1].message
+            assert cut < chunks(whole)[0].chunk_start_offset and "\n" not in str(error)
+            continue
+        assert not left.complete and left.events[-1].level == "warning"
+        found = sum(len(each.time) for each in left.channels.values()) + len(left.events) - 1
+        survivors = [chunk for chunk in chunks(whole) if chunk_end(chunk) <= cut]
+        assert found == messages_in(data, survivors)
 
 
 def test_files_that_are_no_recordings(tmp_path):
@@ -154,54 +86,100 @@ def test_files_that_are_no_recordings(tmp_path):
         with pytest.raises(SlipmodeError, match=complaint) as refusal:
             read(path)
         assert str(path) in str(refusal.value)
-        assert "\n" not in str(refusal.value)
+    with pytest.raises(SlipmodeError, match=r"^path: must be a string or a path, got 3$"):
+        load(3)
 
 
-def test_replay_shows_what_the_run_would_have_shown(recording, tmp_path):
-    with RerunSink(tmp_path / "run.rrd", HEADER, CHANNELS) as sink:
-        fill(sink)
-    replay(recording, save=tmp_path / "replay.rrd")
-    assert verified(tmp_path / "replay.rrd")
-    compared = subprocess.run(
-        [RERUN, "rrd", "compare", "--unordered", tmp_path / "run.rrd", tmp_path / "replay.rrd"],
-        capture_output=True,
-        text=True,
-    )
+def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path):
+    replay(damaged(whole, tmp_path, lambda data: data[:-100]), save=tmp_path / "cut.rrd")
+    assert verified(tmp_path / "cut.rrd")
+    assert "cut short" in contents(tmp_path / "cut.rrd")
+
+
+def test_replay_shows_what_the_run_showed(tmp_path, shipped_scene):
+    recording = shipped_scene("one-mode")
+    replay(recording.mcap, save=tmp_path / "again.rrd")
+    compare = [RERUN, "rrd", "compare", "--unordered", recording.rrd, tmp_path / "again.rrd"]
+    compared = subprocess.run(compare, capture_output=True, text=True)
     assert compared.returncode == 0, compared.stderr[-500:]
 
 
-def test_replay_of_a_truncated_recording(recording, tmp_path):
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(recording.read_bytes()[:-100])
-    replay(cut, save=tmp_path / "cut.rrd")
-    assert verified(tmp_path / "cut.rrd")
-    text = subprocess.run(
-        [RERUN, "rrd", "print", "-vvv", tmp_path / "cut.rrd"], capture_output=True, check=True
-    )
-    assert b"cut short" in text.stdout
+@pytest.mark.parametrize(
+    ("start", "end", "first", "last"),
+    [("1000", "2000", 4000, 8000), ("4000.1", "inf", 16001, COUNT - 1), ("7.5", "7.5", 30, 30)],
+)
+def test_a_part_has_the_samples_between_two_times_ends_included(
+    whole, tmp_path, start, end, first, last
+):
+    out = tmp_path / "part.rrd"
+    part = ["--start", start, "--end", end, "--topics", "/contact/0"]
+    assert main(["replay", str(whole), *part, "--save", str(out)]) == 0
+    assert verified(out)
+    shown = contents(out)
+    assert "/contact/0/friction_force" in shown and "/modes" not in shown
+    force = samples()["/contact/0"][1][:, 2]
+    for row, there in ((first, True), (last, True), (first - 1, False)):
+        assert (f"{force[row]}" in shown) == there
+    assert last == COUNT - 1 or f"{force[last + 1]}" not in shown
 
 
-def test_screenshot_without_a_renderer_names_the_packages(recording, tmp_path, monkeypatch):
-    monkeypatch.setenv("VK_ICD_FILENAMES", str(tmp_path / "none.json"))
-    monkeypatch.setenv("VK_DRIVER_FILES", str(tmp_path / "none.json"))
-    monkeypatch.setenv("LIBGL_DRIVERS_PATH", str(tmp_path))
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--start", "5", "--end", "3"], "--start 5 s: must not be after end = 3 s"),
+        (["--start", "6000"], "there are no samples from 6000 to inf s; .* ends at 4999.75 s"),
+        (["--topics", "/mode,/modes"], "/mode: no such channel; the recording has /"),
+        (["--speed", "0"], "speed must be > 0 and finite, got 0"),
+    ],
+)
+def test_parts_that_are_not_there_are_refused_in_one_line(
+    whole, tmp_path, capsys, options, complaint
+):
+    out = tmp_path / "part.rrd"
+    assert main(["replay", str(whole), *options, "--save", str(out)]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(complaint, line)
+    assert not out.exists()
+
+
+def test_a_replay_without_a_display_says_what_to_do(whole, capsys, monkeypatch, tmp_path):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    assert main(["replay", str(whole)]) == 1
+    assert "--save and --screenshot need no window" in capsys.readouterr().err
+    assert main(["replay", str(whole), "--headless"]) == 1
+    assert "give --save or --screenshot" in capsys.readouterr().err
+    for name in ("VK_ICD_FILENAMES", "VK_DRIVER_FILES", "LIBGL_DRIVERS_PATH"):
+        monkeypatch.setenv(name, str(tmp_path / "none.json"))
     with pytest.raises(SlipmodeError, match=r"apt-get install .*mesa-vulkan-drivers"):
-        replay(recording, screenshot=tmp_path / "views.png")
+        replay(whole, screenshot=tmp_path / "views.png")
     assert not (tmp_path / "views.png").exists()
 
 
-def samples_in(data):
-    recorded = sum(len(time) for _, time, _ in data.channels.values())
-    return recorded + len(data.events) - bool(data.damage)  # the warning is ours
+@pytest.mark.parametrize("kind", ["ends early", "flipped"])
+def test_a_damaged_recording_is_shown_up_to_the_damage(whole, tmp_path, capsys, kind):
+    third = chunks(whole)[2].chunk_start_offset
+    change = (lambda data: data[: third + 100]) if kind == "ends early" else flip(third + 80)
+    path = damaged(whole, tmp_path, change)
+    before = path.read_bytes()
+    assert main(["replay", str(path), "--save", str(tmp_path / "out.rrd")]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert float(line.split("shown up to t = ")[1].split(" s")[0]) > 0.0
+    assert path.read_bytes() == before
 
 
-def messages_in(whole, chunks):
-    """Messages of some chunks, by their indexes: 16 bytes for each of them."""
-    count = 0
-    for chunk in chunks:
-        for channel, offset in chunk.message_index_offsets.items():
-            if channel == OVERVIEW:
-                continue
-            (size,) = struct.unpack_from("<I", whole, offset + 1 + 8 + 2)
-            count += size // 16
-    return count
+@pytest.mark.slow
+def test_the_viewer_plays_a_part_again_and_again_at_the_requested_speed(whole, tmp_path, viewer):
+    """Without a window a frame is 0.1 s of the viewer's time, however long the machine takes."""
+    out = tmp_path / "part.rrd"
+    options = ["--speed", "200", "--loop", "--start", "100", "--end", "300"]
+    assert main(["replay", str(whole), *options, "--save", str(out)]) == 0
+    viewer.open(str(out))
+    frames = [0.0]
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline and min(np.diff([0.0, *frames])) >= 0.0:
+        for recording in viewer.get_state().recordings:
+            if recording.current_time is not None:
+                frames.append((recording.current_time / 1e9 - 100.0) / (0.1 * 200.0))
+    np.testing.assert_allclose(frames, np.round(frames), atol=1e-6)
+    assert max(frames) == 10.0 and min(np.diff(frames)) < 0.0

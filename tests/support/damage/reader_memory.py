@@ -12,9 +12,8 @@ import rerun
 from commands import COMMANDS  # beside this script
 
 from slipmode.__main__ import main
-from slipmode.runner.view import rerun_sink
 
-assert np and rerun and rerun_sink  # imported for what they take
+assert np and rerun  # imported for what they take
 
 
 def peak():
