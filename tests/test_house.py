@@ -1,6 +1,7 @@
 """The house: rooms by concept, none crowded, whose imports flow one way."""
 
 import ast
+import re
 import subprocess
 from collections import Counter
 from pathlib import Path
@@ -26,6 +27,8 @@ FLOORS = {
     "runner": ("recording", "scene", "plan", "transients", "view"),
 }
 MOST_FILES, MOST_LINES = 12, 500
+# What keeps tests valid when the inside is rewritten.
+LEAST_SHARE_OF_ORACLES, MOST_INTERNAL_TEST_FILES, MOST_TEST_LINES = 0.4, 30, 26_000
 
 
 def sources(*endings):
@@ -77,3 +80,34 @@ def test_rooms_know_only_those_below(package):
         known = {names[1] for names in imported(path) if names[0] == package and len(names) > 1}
         assert not known & above, path
     assert seen == set(floors)
+
+
+def has_oracle(node):
+    """Whether the marker `oracle` is among the decorators, or in `pytestmark` of a module."""
+    if isinstance(node, ast.Module):
+        marks = [n for n in node.body if isinstance(n, ast.Assign)]
+        marks = [n for n in marks if ast.unparse(n.targets[0]) == "pytestmark"]
+    else:
+        marks = node.decorator_list
+    return any("mark.oracle" in ast.unparse(mark) for mark in marks)
+
+
+def test_tests_are_evidence_through_public_names():
+    tests = [path for path in sources(".py") if path.parts[0] == "tests"]
+    functions = oracles = 0
+    internal = set()
+    for path in tests:
+        module = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+        for node in ast.walk(module):
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                functions += 1
+                oracles += has_oracle(node) or has_oracle(module)
+            if isinstance(node, ast.ImportFrom) and re.match(
+                r"slipmode\.\w+\.", node.module or ""
+            ):
+                internal.add(path)
+    assert oracles / functions >= LEAST_SHARE_OF_ORACLES, (oracles, functions)
+    assert len(internal) <= MOST_INTERNAL_TEST_FILES, internal
+    of_tests = [path for path in sources(".py", ".c", ".h") if path.parts[0] == "tests"]
+    lines = sum(len((ROOT / path).read_text(encoding="utf-8").splitlines()) for path in of_tests)
+    assert lines <= MOST_TEST_LINES
