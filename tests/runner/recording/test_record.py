@@ -134,8 +134,10 @@ def test_a_link_is_replaced_and_its_target_stays(tmp_path, there):
 
 
 def test_a_full_disk_keeps_what_was_written(run, tmp_path):
+    most = int(0.9 * run.mcap.stat().st_size)
+
     def full_disk():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     command = [sys.executable, "-m", "slipmode", "run", "two-mode", "-o", tmp_path]
     done = subprocess.run(command, preexec_fn=full_disk, capture_output=True, text=True)

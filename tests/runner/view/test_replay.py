@@ -96,14 +96,6 @@ def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path)
     assert "cut short" in contents(tmp_path / "cut.rrd")
 
 
-def test_replay_shows_what_the_run_showed(tmp_path, shipped_scene):
-    recording = shipped_scene("one-mode")
-    replay(recording.mcap, save=tmp_path / "again.rrd")
-    compare = [RERUN, "rrd", "compare", "--unordered", recording.rrd, tmp_path / "again.rrd"]
-    compared = subprocess.run(compare, capture_output=True, text=True)
-    assert compared.returncode == 0, compared.stderr[-500:]
-
-
 @pytest.mark.parametrize(
     ("start", "end", "first", "last"),
     [("1000", "2000", 4000, 8000), ("4000.1", "inf", 16001, COUNT - 1), ("7.5", "7.5", 30, 30)],
