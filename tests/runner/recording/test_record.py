@@ -141,7 +141,7 @@ def test_a_full_disk_keeps_what_was_written(run, tmp_path):
 
     scene = tmp_path / "two-mode.toml"
     text = shipped_scenes()["two-mode"].read_text(encoding="utf-8")
-    scene.write_text(f"{text}\n[log]\nrerun = false\n", encoding="utf-8")
+    scene.write_text(text.replace("rerun = true", "rerun = false"), encoding="utf-8")
     command = [sys.executable, "-m", "slipmode", "run", scene, "-o", tmp_path]
     done = subprocess.run(command, preexec_fn=full_disk, capture_output=True, text=True)
     assert done.returncode == 1
