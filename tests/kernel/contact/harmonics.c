@@ -1,115 +1,84 @@
 /* Signals as sums of harmonics along a slow trajectory. */
-#include <complex.h>
-#include <math.h>
-#include <stdlib.h>
+#include "motion.h"
 
-#include "driver.h"
-#include "fixtures.h"
+void check_harmonics(int times);
+void check_harmonics_refusals(void);
 
-#define SAMPLES 9
-#define SEGMENTS 2
 #define SIGNALS 3
 #define ORDERS 3
+#define COEFFICIENTS ((SEGMENTS + 1) * SIGNALS * 2 * ORDERS)
 
-/* All arguments of sm_harmonic_motion. */
 typedef struct {
     sm_harmonic_sum sum;
-    size_t segments, samples;
-    sm_segment segment[SEGMENTS];
-    sm_segment *first;
-    double *shape, *coefficient, *times, *motion;
+    problem p;
+    motion_call along;
+    double *shape, *coefficient, *motion;
 } harmonics_call;
 
 static const int32_t orders[2 * ORDERS] = {1, 0, -2, 3, 4, -1};
 
-static harmonics_call new_call(void) {
-    harmonics_call c = {.segments = SEGMENTS,
-                        .samples = SAMPLES,
-                        .shape = new_doubles(SM_MODES * SIGNALS),
-                        .coefficient = new_doubles((SEGMENTS + 1) * SIGNALS * 2 * ORDERS),
-                        .times = new_doubles(SAMPLES),
-                        .motion = new_doubles(SAMPLES * SIGNALS)};
-    for (int k = 0; k < SEGMENTS; k++) {
-        const sm_segment g = {.start = 1.0 + 2.0 * k,
-                              .duration = 2.0,
-                              .amplitude_start = {1.0, 0.5, -0.2, 0.3},
-                              .amplitude_end = {1.0, 0.5, -0.2, 0.3},
-                              .angle = {0.3 + 2.0 * k, 0.1 + 3.4 * k},
-                              .frequency = {1.0, 1.7}};
-        c.segment[k] = g;
-    }
-    for (int k = 0; k < SM_MODES * SIGNALS; k++) c.shape[k] = 0.1 * k;
-    for (int k = 0; k < (SEGMENTS + 1) * SIGNALS * 2 * ORDERS; k++)
-        c.coefficient[k] = cos(0.7 * k);
-    for (int k = 0; k < SAMPLES; k++) c.times[k] = 1.0 + 0.5 * k;
-    c.sum = (sm_harmonic_sum){SM_MODES, ORDERS, orders, SIGNALS, c.shape, c.coefficient};
-    return c;
-}
-
-static void free_call(harmonics_call *c) {
-    free(c->shape);
-    free(c->coefficient);
-    free(c->times);
-    free(c->motion);
+static void new_call(harmonics_call *c) {
+    c->p = new_problem(SIGNALS, 2, SM_TANH);
+    new_motion(&c->along, &c->p.contact, SAMPLES);
+    c->shape = new_doubles(SM_MODES * SIGNALS);
+    c->coefficient = new_doubles(COEFFICIENTS);
+    c->motion = new_doubles(SAMPLES * SIGNALS);
+    memset(c->p.coupling, 0, 4 * SIGNALS * sizeof(double));
+    for (int k = 0; k < SM_MODES * SIGNALS; k++) /* so that -forcing is that part of a signal */
+        c->p.coupling[2 * k] = c->shape[k] = 0.1 * k;
+    for (int k = 0; k < COEFFICIENTS; k++) c->coefficient[k] = cos(0.7 * k);
+    c->sum = (sm_harmonic_sum){SM_MODES, ORDERS, orders, SIGNALS, c->shape, c->coefficient};
 }
 
 static sm_status add_up(void *arguments) {
     harmonics_call *c = arguments;
-    return sm_harmonic_motion(&c->sum, c->segments, c->first, c->samples, c->times, c->motion);
+    return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES,
+                              c->along.times, c->motion);
 }
 
-/* Constant amplitudes, coefficients straight in time: written out at one sample. */
+/* Coefficients straight in time. */
 static double expected(const harmonics_call *c, double time, int s) {
-    const int g = time < 3.0 ? 0 : 1;
-    const double r = (time - c->segment[g].start) / 2.0;
-    const double theta[] = {0.3 + (time - 1.0), 0.1 + 1.7 * (time - 1.0)};
-    double value = 0.0;
-    for (int j = 0; j < SM_MODES; j++) {
-        const double *a = c->segment[0].amplitude_start + 2 * j;
-        value += c->shape[j * SIGNALS + s] * creal((a[0] + I * a[1]) * cexp(I * theta[j]));
-    }
+    const int g = time > 14.0;
+    const sm_segment *segment = &c->along.two[g];
+    const double t = time - segment->start, r = t / segment->duration;
+    double theta[2], value = -forcing(&c->along, s, time);
+    for (int j = 0; j < 2; j++)
+        theta[j] = segment->angle[j] + t * (segment->frequency[j] + 0.5 * segment->frequency_rate[j] * t);
     for (int q = 0; q < ORDERS; q++) {
-        double complex part[2];
-        for (int end = 0; end < 2; end++) {
-            const double *row = c->coefficient + ((g + end) * SIGNALS + s) * 2 * ORDERS;
-            part[end] = row[q] + I * row[ORDERS + q];
-        }
-        const double angle = orders[2 * q] * theta[0] + orders[2 * q + 1] * theta[1];
-        value += creal(((1.0 - r) * part[0] + r * part[1]) * cexp(I * angle));
+        const double *row = c->coefficient + (g * SIGNALS + s) * 2 * ORDERS + q;
+        const double *next = row + SIGNALS * 2 * ORDERS;
+        const double complex now = (1.0 - r) * (row[0] + I * row[ORDERS]) + r * (next[0] + I * next[ORDERS]);
+        value += 2.0 * creal(now * cexp(I * (orders[2 * q] * theta[0] + orders[2 * q + 1] * theta[1])));
     }
-    return 2.0 * value;
+    return value;
 }
 
-static void check_refusals(harmonics_call *c) {
-    CHECK_REFUSES(sm_segment *, c->first, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double *, c->times, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double *, c->motion, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, c->sum.shape, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, c->sum.coefficient, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const int32_t *, c->sum.orders, NULL, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->sum.modes, 3, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->sum.orders_count, -1, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->sum.orders_count, INT32_MAX, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(size_t, c->sum.signals, 0, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(size_t, c->sum.signals, SIZE_MAX, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->times[SAMPLES - 1], 5.1, add_up(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES_NOT_FINITE(c->shape, SM_MODES * SIGNALS, add_up, c);
-    CHECK_REFUSES_NOT_FINITE(c->coefficient, (SEGMENTS + 1) * SIGNALS * 2 * ORDERS, add_up, c);
-    CHECK_REFUSES_NOT_FINITE(c->times, SAMPLES, add_up, c);
-    const int32_t too_high[] = {129, 0};
-    c->sum.orders_count = 1;
-    CHECK_REFUSES(const int32_t *, c->sum.orders, too_high, add_up(c), SM_BAD_ARGUMENT);
-    c->sum.orders_count = ORDERS;
-    CHECK_STATUS(sm_harmonic_motion(NULL, 1, c->first, 0, NULL, NULL), SM_BAD_ARGUMENT);
-}
-
-void check_harmonics(void) {
-    harmonics_call c = new_call();
-    c.first = c.segment;
+void check_harmonics(int times) {
+    harmonics_call c;
+    (void)times;
+    new_call(&c);
     CHECK_STATUS(add_up(&c), SM_OK);
-    for (int k = 0; k < SAMPLES; k++)
-        for (int s = 0; s < SIGNALS; s++)
-            CHECK_NEAR(c.motion[k * SIGNALS + s], expected(&c, c.times[k], s), 1e-13);
-    check_refusals(&c);
-    free_call(&c);
+    for (int k = 0; k < SAMPLES * SIGNALS; k++)
+        CHECK_NEAR(c.motion[k], expected(&c, c.along.times[k / SIGNALS], k % SIGNALS), 1e-12);
+}
+
+void check_harmonics_refusals(void) {
+    harmonics_call c;
+    const int32_t too_high[2 * ORDERS] = {129, 0};
+    new_call(&c);
+    REFUSES_NULL(&c.along.segment, add_up, &c);
+    REFUSES_NULL(&c.along.times, add_up, &c);
+    REFUSES_NULL(&c.motion, add_up, &c);
+    REFUSES_NULL(&c.sum.shape, add_up, &c);
+    REFUSES_NULL(&c.sum.coefficient, add_up, &c);
+    REFUSES_NULL(&c.sum.orders, add_up, &c);
+    REFUSES_NULL(&c.sum.signals, add_up, &c);
+    REFUSES_INTS(&c.sum.modes, add_up, &c, 0, 3);
+    REFUSES_INTS(&c.sum.orders_count, add_up, &c, -1, INT32_MAX);
+    REFUSES(&c.along.times[SAMPLES - 1], add_up, &c, 31.1);
+    REFUSES_NOT_FINITE(c.shape, SM_MODES * SIGNALS, add_up, &c);
+    REFUSES_NOT_FINITE(c.coefficient, COEFFICIENTS, add_up, &c);
+    REFUSES_NOT_FINITE(c.along.times, SAMPLES, add_up, &c);
+    c.sum.orders = too_high;
+    CHECK_STATUS(add_up(&c), SM_BAD_ARGUMENT);
 }
