@@ -98,27 +98,6 @@ static void check_chain(int contacts, int modes, double alpha, double joint) {
     free_doubles();
 }
 
-/* Three contacts on a part that moves in a plane: K has rank two, and without damping so has the
- * matrix of a step. */
-static void check_rank_deficient_stiffness(void) {
-    for (int k = 0; k < 10; k++) {
-        const double angle = 0.3 * (k + 1), to[3][2] = {{1.0, 0.0}, {0.0, 1.0},
-                                                        {cos(angle), sin(angle)}};
-        problem p = new_problem(3, 2, SM_COULOMB);
-        for (int i = 0; i < 3; i++) {
-            for (int part = 0; part < 4; part++) /* forces that the part can balance */
-                p.coupling[2 * (part / 2 * 3 + i) + part % 2] =
-                    to[i][0] * (1.0 + part) + to[i][1] * (0.5 - part);
-            for (int j = 0; j < 3; j++) {
-                p.damping[3 * i + j] = 0.0;
-                p.stiffness[3 * i + j] = 20.0 * (to[i][0] * to[j][0] + to[i][1] * to[j][1]);
-            }
-        }
-        check_laws(&p);
-        free_doubles();
-    }
-}
-
 /* A single Coulomb contact without damping is the play operator: x stays unless the band
  * (u +- limit) / K around it moves past. */
 static void check_play_operator(void) {
@@ -180,7 +159,6 @@ void check_friction(int times) {
         check_chain(4, 1, 1e-3, joint);
         check_chain(12, 1, 0.0, joint);
     }
-    check_rank_deficient_stiffness();
     check_play_operator();
     for (int massive = 0; massive < 2; massive++) /* of second order */
         CHECK_NEAR(log2(linear_error(32, 5.0 * massive) / linear_error(64, 5.0 * massive)), 2.0, 0.2);
@@ -188,50 +166,38 @@ void check_friction(int times) {
 
 static sm_status call_contact_check(void *contact) { return sm_contact_check(contact); }
 
-static void check_contact(void) {
-    problem p = new_problem(3, 2, SM_TANH);
-    sm_contact *c = &p.contact;
-    double H[2 * 18] = {0.1}, mass[] = {1.0, 0.1, 0.0, 0.1, 1.0, 0.1, 0.0, 0.1, 1.0};
-    int32_t orders[] = {2, -1, 3, 0};
-    sm_modal_response response = {.orders_count = 2, .orders = orders, .dynamic_stiffness = H};
-    c->mass = mass;
-    c->response = &response;
-    CHECK_STATUS(sm_contact_check(c), SM_OK);
-    CHECK_STATUS(sm_contact_check(NULL), SM_BAD_ARGUMENT);
-    REFUSES_INTS(&c->contacts, call_contact_check, c, 0, -1, INT32_MIN, INT32_MAX, 32769);
-    REFUSES_INTS(&c->modes, call_contact_check, c, 0, -1, 3, INT32_MIN, INT32_MAX);
-    REFUSES_INTS(&c->law, call_contact_check, c, -1, 3, INT32_MIN, INT32_MAX);
-    REFUSES_NULL(&c->limit, call_contact_check, c);
-    REFUSES_NULL(&c->stiffness, call_contact_check, c);
-    REFUSES_NULL(&c->damping, call_contact_check, c);
-    REFUSES_NULL(&c->coupling, call_contact_check, c);
-    REFUSES_NOT_FINITE(p.limit, 3, call_contact_check, c);
-    REFUSES_NOT_FINITE(p.stiffness, 9, call_contact_check, c);
-    REFUSES_NOT_FINITE(p.damping, 9, call_contact_check, c);
-    REFUSES_NOT_FINITE(p.coupling, 12, call_contact_check, c);
-    REFUSES_NOT_FINITE(mass, 9, call_contact_check, c);
-    REFUSES_NOT_FINITE(&c->alpha, 1, call_contact_check, c);
-    REFUSES(&c->alpha, call_contact_check, c, 0.0, -0.02);
-    REFUSES(&p.limit[2], call_contact_check, c, -1e-9);
-    REFUSES(&p.stiffness[4], call_contact_check, c, 0.0);
-    REFUSES(&p.stiffness[1], call_contact_check, c, 18.1); /* not symmetric */
-    REFUSES(&p.damping[1], call_contact_check, c, 0.17);
-    REFUSES(&mass[1], call_contact_check, c, 0.2);
-    REFUSES_NULL(&response.orders, call_contact_check, c);
-    REFUSES_INTS(&response.orders_count, call_contact_check, c, -1, INT32_MIN, INT32_MAX);
-    REFUSES_INTS(&orders[1], call_contact_check, c, -100000, INT32_MIN, INT32_MAX);
-    REFUSES_INTS(&response.asked, call_contact_check, c, -1, 3);
-    REFUSES_NOT_FINITE(H, COUNT(H), call_contact_check, c);
-}
-
 void check_friction_refusals(void) {
     problem p = new_problem(2, 2, SM_TANH);
     motion_call c;
-    check_contact();
+    sm_contact *contact = &p.contact;
+    double H[2 * 8] = {0.1}, mass[] = {1.0, 0.1, 0.1, 1.0};
+    int32_t orders[] = {2, -1, 3, 0};
+    sm_modal_response response = {.orders_count = 2, .orders = orders, .dynamic_stiffness = H};
+    const entry check = call_contact_check;
+    contact->mass = mass;
+    contact->response = &response;
+    CHECK_STATUS(sm_contact_check(contact), SM_OK);
+    CHECK_STATUS(sm_contact_check(NULL), SM_BAD_ARGUMENT);
+    REFUSES_NULL(check, contact, &contact->limit, &contact->stiffness, &contact->damping,
+                 &contact->coupling, &response.orders);
+    REFUSES_NOT_FINITE(check, contact, {p.limit, 2}, {p.stiffness, 4}, {p.damping, 4},
+                       {p.coupling, 8}, {mass, 4}, {&contact->alpha, 1}, {H, COUNT(H)});
+    REFUSES_INTS(&contact->contacts, check, contact, 0, -1, INT32_MIN, INT32_MAX, 32769);
+    REFUSES_INTS(&contact->modes, check, contact, 0, -1, 3, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&contact->law, check, contact, -1, 3, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&response.orders_count, check, contact, -1, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&orders[1], check, contact, -100000, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&response.asked, check, contact, -1, 3);
+    REFUSES(&contact->alpha, check, contact, 0.0, -0.02);
+    REFUSES(&p.limit[1], check, contact, -1e-9);
+    REFUSES(&p.stiffness[3], check, contact, 0.0);
+    REFUSES(&p.stiffness[1], check, contact, 18.1); /* not symmetric */
+    REFUSES(&p.damping[1], check, contact, 0.17);
+    REFUSES(&mass[1], check, contact, 0.2);
+    contact->mass = NULL;
+    contact->response = NULL;
     new_motion(&c, &p.contact, SAMPLES);
-    REFUSES_NULL(&c.segments, march, &c);
-    REFUSES_NULL(&c.segment, march, &c);
-    REFUSES_NULL(&c.times, march, &c);
+    REFUSES_NULL(march, &c, &c.segments, &c.segment, &c.times);
     REFUSES_INTS(&c.steps_per_period, march, &c, 3, 0, -1, 65537, INT32_MAX, INT32_MIN);
     REFUSES(&c.times[4], march, &c, c.times[5]);
     REFUSES(&c.times[0], march, &c, 2.999);
@@ -242,9 +208,7 @@ void check_friction_refusals(void) {
     REFUSES(&c.two[0].frequency[0], march, &c, 1e15, -1e300);
     CHECK_WITH(&c.two[0].amplitude_start[0], 1e308, march(&c), SM_NOT_FINITE);
     for (int k = 0; k < SEGMENTS; k++)
-        REFUSES_NOT_FINITE((double *)&c.two[k], SEGMENT_COUNT, march, &c);
-    REFUSES_NOT_FINITE(c.times, SAMPLES, march, &c);
-    REFUSES_NOT_FINITE(c.start_x, 2, march, &c);
-    REFUSES_NOT_FINITE(p.limit, 2, march, &c);
+        REFUSES_NOT_FINITE(march, &c, {(double *)&c.two[k], SEGMENT_COUNT});
+    REFUSES_NOT_FINITE(march, &c, {c.times, SAMPLES}, {c.start_x, 2}, {p.limit, 2});
     check_no_memory(march, &c);
 }

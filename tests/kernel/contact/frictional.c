@@ -49,49 +49,10 @@ static void check_touch_down(int tangents) {
     CHECK_NEAR(force[tangents], K_N * 0.1, 1e-15);
 }
 
-/* Wherever it goes: no tension, friction within its cone, and on it only if it has slid. A force that
- * is continuous along any path, so that a tenth of a path changes it by little; on a closed loop the
- * work on the contact is lost, not gained. */
-static void check_any_path(int tangents, double preload) {
-    double memory[MOST] = {0.0}, x[3] = {0.0}, to[3], last[3] = {0.0}, force[3], work = 0.0;
-    int open = 0, slips = 0;
-    enum { TURNS = 500, PARTS = 64 };
-    move(tangents, preload, x, memory, last);
-    for (int k = 0; k < TURNS; k++) {
-        for (int i = 0; i <= tangents; i++) to[i] = k < TURNS - 1 ? 0.5 * random_sign() : 0.0;
-        double from[3] = {x[0], x[1], x[2]};
-        for (int part = 1; part <= PARTS; part++) {
-            double size = 0.0, moved = 0.0, changed = 0.0;
-            for (int i = 0; i <= tangents; i++) {
-                const double at = from[i] + (to[i] - from[i]) * part / PARTS;
-                moved = fmax(moved, fabs(at - x[i]));
-                x[i] = at;
-            }
-            move(tangents, preload, x, memory, force);
-            for (int i = 0; i <= tangents; i++) {
-                work += 0.5 * (force[i] + last[i]) * (to[i] - from[i]) / PARTS;
-                changed = fmax(changed, fabs(force[i] - last[i]));
-                if (i < tangents) size = hypot(size, force[i]);
-                last[i] = force[i];
-            }
-            const double normal = force[tangents] + preload;
-            CHECK_NEAR(normal, fmax(0.0, preload + K_N * x[tangents]), 1e-14);
-            CHECK(size <= MU * normal + 1e-13);
-            CHECK(changed <= 2.0 * (K_T + MU * K_N) * moved);
-            open += normal == 0.0;
-            slips += normal > 0.0 && size > MU * normal - 1e-13;
-        }
-    }
-    CHECK(open > 1000 && slips > 1000 && work > 1.0);
-}
-
 void check_frictional(int times) {
     (void)times;
     check_tractrix(1);
     check_tractrix(64);
-    for (int tangents = 1; tangents <= 2; tangents++) {
-        check_touch_down(tangents);
-        check_any_path(tangents, 0.0);
-        check_any_path(tangents, 0.3);
-    }
+    check_touch_down(1);
+    check_touch_down(2);
 }

@@ -66,19 +66,13 @@ void check_harmonics_refusals(void) {
     harmonics_call c;
     const int32_t too_high[2 * ORDERS] = {129, 0};
     new_call(&c);
-    REFUSES_NULL(&c.along.segment, add_up, &c);
-    REFUSES_NULL(&c.along.times, add_up, &c);
-    REFUSES_NULL(&c.motion, add_up, &c);
-    REFUSES_NULL(&c.sum.shape, add_up, &c);
-    REFUSES_NULL(&c.sum.coefficient, add_up, &c);
-    REFUSES_NULL(&c.sum.orders, add_up, &c);
-    REFUSES_NULL(&c.sum.signals, add_up, &c);
+    REFUSES_NULL(add_up, &c, &c.along.segment, &c.along.times, &c.motion, &c.sum.shape,
+                 &c.sum.coefficient, &c.sum.orders, &c.sum.signals);
     REFUSES_INTS(&c.sum.modes, add_up, &c, 0, 3);
     REFUSES_INTS(&c.sum.orders_count, add_up, &c, -1, INT32_MAX);
     REFUSES(&c.along.times[SAMPLES - 1], add_up, &c, 31.1);
-    REFUSES_NOT_FINITE(c.shape, SM_MODES * SIGNALS, add_up, &c);
-    REFUSES_NOT_FINITE(c.coefficient, COEFFICIENTS, add_up, &c);
-    REFUSES_NOT_FINITE(c.along.times, SAMPLES, add_up, &c);
+    REFUSES_NOT_FINITE(add_up, &c, {c.shape, SM_MODES * SIGNALS}, {c.coefficient, COEFFICIENTS},
+                       {c.along.times, SAMPLES});
     c.sum.orders = too_high;
     CHECK_STATUS(add_up(&c), SM_BAD_ARGUMENT);
 }

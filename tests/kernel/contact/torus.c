@@ -209,23 +209,6 @@ static void check_jenkins_element(void) {
     }
 }
 
-/* Contacts that hardly resist follow at once: the hat sees the amplitude in its middle. */
-static void check_linear_growth(void) {
-    problem p = new_problem(1, 1, SM_COULOMB);
-    torus_call c;
-    double still[2 * ORDERS];
-    p.limit[0] = p.damping[0] = 0.0;
-    new_call(&c, &p.contact, 1, 1);
-    c.amplitudes[0] = 1.2;
-    c.grid.steps = 4096;
-    CHECK_STATUS(grow(&c), SM_OK);
-    memcpy(still, c.motion.harmonics, sizeof still);
-    c.growth[0] = 0.1;
-    CHECK_STATUS(grow(&c), SM_OK);
-    for (int k = 0; k < 2 * ORDERS; k++) CHECK_NEAR(c.motion.harmonics[k], still[k], 1e-6);
-    CHECK(hypot(still[0], still[1]) > 1e-3);
-}
-
 void check_torus(int times) {
     const int contacts[] = {1, 2, 3, 7}, lines[] = {1, 8, 32};
     (void)times;
@@ -239,7 +222,6 @@ void check_torus(int times) {
     }
     check_coulomb_contact();
     check_jenkins_element();
-    check_linear_growth();
 }
 
 static void *solve_in_thread(void *call) {
@@ -266,14 +248,10 @@ void check_same_bits(int times) {
 }
 
 static void check_both(torus_call *c, entry call) {
-    REFUSES_NOT_FINITE(c->rates, 2, call, c);
-    REFUSES_NOT_FINITE(c->amplitudes, 6, call, c);
+    REFUSES_NOT_FINITE(call, c, {c->rates, 2}, {c->amplitudes, 6});
     CHECK_WITH(&c->amplitudes[0], 1e308, call(c), SM_NOT_FINITE); /* what follows is not finite */
-    REFUSES_NULL(&c->contact, call, c);
-    REFUSES_NULL(&c->grid.rates, call, c);
-    REFUSES_NULL(&c->grid.orders, call, c);
-    REFUSES_NULL(&c->where.amplitudes, call, c);
-    REFUSES_NULL(&c->motion.harmonics, call, c);
+    REFUSES_NULL(call, c, &c->contact, &c->grid.rates, &c->grid.orders, &c->where.amplitudes,
+                 &c->motion.harmonics);
     REFUSES_INTS(&c->grid.steps, call, c, 0, -16, 3, INT32_MIN, INT32_MAX);
     REFUSES_INTS(&c->grid.lines, call, c, 0, -16, 3, 24, 8192, INT32_MIN, INT32_MAX);
     REFUSES_INTS(&c->grid.orders_count, call, c, 0, -1, INT32_MIN, INT32_MAX);
@@ -299,13 +277,10 @@ void check_torus_refusals(void) {
     new_call(&c, &p.contact, 8, 3);
     check_both(&c, solve);
     check_both(&c, grow);
-    REFUSES_NOT_FINITE(c.growth, 6, grow, &c);
-    REFUSES_NOT_FINITE(c.smallest, 2, solve, &c);
-    REFUSES_NOT_FINITE(&c.grid.tolerance, 1, solve, &c);
-    REFUSES_NULL(&c.grid.smallest_scale, solve, &c);
-    REFUSES_NULL(&c.motion.mean_square, solve, &c);
-    REFUSES_NULL(&c.motion.residual, solve, &c);
-    REFUSES_NULL(&c.motion.marched, solve, &c);
+    REFUSES_NOT_FINITE(grow, &c, {c.growth, 6});
+    REFUSES_NOT_FINITE(solve, &c, {c.smallest, 2}, {&c.grid.tolerance, 1});
+    REFUSES_NULL(solve, &c, &c.grid.smallest_scale, &c.motion.mean_square, &c.motion.residual,
+                 &c.motion.marched);
     REFUSES_INTS(&c.grid.max_periods, solve, &c, 0, -1, 2001, INT32_MAX);
     REFUSES(&c.grid.tolerance, solve, &c, -1e-9);
     REFUSES(&c.smallest[1], solve, &c, -1.0);
@@ -315,7 +290,7 @@ void check_torus_refusals(void) {
     p.contact.response = &response; /* modes must respond to the harmonics that are computed */
     CHECK_STATUS(solve(&c), SM_OK);
     CHECK_STATUS(grow(&c), SM_BAD_ARGUMENT);
-    REFUSES_NULL(&response.dynamic_stiffness, solve, &c);
+    REFUSES_NULL(solve, &c, &response.dynamic_stiffness);
     REFUSES_INTS(&response.orders_count, solve, &c, ORDERS - 1);
     REFUSES_INTS(&orders[3], solve, &c, 2);
     p.contact.response = NULL;

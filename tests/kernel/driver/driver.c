@@ -45,10 +45,7 @@ void check_refuses(void *at, const void *wrong, size_t size, size_t count, entry
     unsigned char right[sizeof(double) + sizeof(void *)];
     memcpy(right, at, size);
     for (size_t k = 0; k < count; k++) {
-        if (wrong)
-            memcpy(at, (const unsigned char *)wrong + k * size, size);
-        else
-            memset(at, 0, size);
+        memcpy(at, (const unsigned char *)wrong + k * size, size);
         const sm_status status = call(arguments);
         if (status != SM_BAD_ARGUMENT) fprintf(stderr, "wrong value %lu: ", (unsigned long)k);
         check_status(status, SM_BAD_ARGUMENT, where);
@@ -56,18 +53,26 @@ void check_refuses(void *at, const void *wrong, size_t size, size_t count, entry
     memcpy(at, right, size);
 }
 
-void check_refuses_not_finite(double *values, size_t count, entry call, void *arguments,
+void check_refuses_null(void **pointers, size_t count, entry call, void *arguments, place where) {
+    static const void *const none = NULL;
+    for (size_t k = 0; k < count; k++)
+        check_refuses(pointers[k], &none, sizeof none, 1, call, arguments, where);
+}
+
+void check_refuses_not_finite(const array *arrays, size_t count, entry call, void *arguments,
                               place where) {
     const double wrong[] = {NAN, INFINITY, -INFINITY};
-    for (size_t k = 0; k < 3 * count; k++) {
-        const double right = values[k / 3];
-        values[k / 3] = wrong[k % 3];
-        const sm_status status = call(arguments);
-        if (status != SM_NOT_FINITE)
-            fprintf(stderr, "%g in entry %lu: ", wrong[k % 3], (unsigned long)k / 3);
-        check_status(status, SM_NOT_FINITE, where);
-        values[k / 3] = right;
-    }
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < 3 * arrays[i].count; k++) {
+            double *at = arrays[i].values + k / 3;
+            const double right = *at;
+            *at = wrong[k % 3];
+            const sm_status status = call(arguments);
+            if (status != SM_NOT_FINITE)
+                fprintf(stderr, "%g in entry %d of array %d: ", *at, (int)k / 3, (int)i);
+            check_status(status, SM_NOT_FINITE, where);
+            *at = right;
+        }
 }
 
 void check_no_memory(entry call, void *arguments) {

@@ -18,9 +18,11 @@ typedef struct {
     check_near((value), (expected), (tolerance), HERE(#value))
 #define CHECK_FINITE(values, count) check_finite((values), (count), HERE(#values))
 
-/* `call` is refused with SM_BAD_ARGUMENT while *at is NULL, or each of the numbers in turn. */
-#define REFUSES_NULL(at, call, arguments) \
-    check_refuses((at), NULL, sizeof(void *), 1, (call), (arguments), HERE(#at))
+/* `call` is refused with SM_BAD_ARGUMENT while each of the pointers is NULL, or *at is each of the
+ * numbers in turn. */
+#define REFUSES_NULL(call, arguments, ...)                                               \
+    check_refuses_null((void *[]){__VA_ARGS__}, sizeof((void *[]){__VA_ARGS__}) / sizeof(void *), \
+                       (call), (arguments), HERE(#__VA_ARGS__))
 #define REFUSES_INTS(at, call, arguments, ...)                                           \
     check_refuses((at), (const int32_t[]){__VA_ARGS__}, sizeof(int32_t),                 \
                   sizeof((const int32_t[]){__VA_ARGS__}) / sizeof(int32_t), (call), (arguments), \
@@ -29,9 +31,15 @@ typedef struct {
     check_refuses((at), (const double[]){__VA_ARGS__}, sizeof(double),                   \
                   sizeof((const double[]){__VA_ARGS__}) / sizeof(double), (call), (arguments), \
                   HERE(#at))
-/* SM_NOT_FINITE with a NaN, and with either infinity, in each of `values`. */
-#define REFUSES_NOT_FINITE(values, count, call, arguments) \
-    check_refuses_not_finite((values), (count), (call), (arguments), HERE(#values))
+/* SM_NOT_FINITE with a NaN, and with either infinity, in each number of arrays {values, count}. */
+typedef struct {
+    double *values;
+    size_t count;
+} array;
+#define REFUSES_NOT_FINITE(call, arguments, ...)                                          \
+    check_refuses_not_finite((const array[]){__VA_ARGS__},                                \
+                             sizeof((const array[]){__VA_ARGS__}) / sizeof(array), (call), \
+                             (arguments), HERE(#__VA_ARGS__))
 /* `call` has this status while a number is wrong. */
 #define CHECK_WITH(at, wrong, call, expected)    \
     do {                                         \
@@ -47,7 +55,8 @@ void check_near(double value, double expected, double tolerance, place where);
 void check_finite(const double *values, size_t count, place where);
 void check_refuses(void *at, const void *wrong, size_t size, size_t count, entry call,
                    void *arguments, place where);
-void check_refuses_not_finite(double *values, size_t count, entry call, void *arguments,
+void check_refuses_null(void **pointers, size_t count, entry call, void *arguments, place where);
+void check_refuses_not_finite(const array *arrays, size_t count, entry call, void *arguments,
                               place where);
 /* SM_NO_MEMORY whichever allocation fails, and none of the others leaks. */
 void check_no_memory(entry call, void *arguments);

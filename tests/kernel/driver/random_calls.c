@@ -37,22 +37,6 @@ static void random_torus(void) {
     free_doubles();
 }
 
-static void random_motion(void) {
-    const int contacts = 1 + random_below(4);
-    const size_t n = (size_t)contacts;
-    problem p = new_problem(contacts, 1 + random_below(2), random_below(2));
-    sm_segment g = {.start = 1.0, .duration = 2.0, .amplitude_start = {1.0, 0.0, 0.0, 1.0},
-                    .amplitude_end = {0.5, 2.0, 0.3, 0.0}, .frequency = {1.0, 1.7}};
-    double times[] = {1.5, 2.0, 3.0}, *x = new_doubles(9 * n), *start = new_doubles(n);
-    double *arrays[] = {p.limit, p.coupling, &p.contact.alpha, (double *)&g, times, start};
-    const size_t counts[] = {n, 2 * n, 1, SEGMENT_COUNT, 3, n};
-    for (size_t k = 0; k < COUNT(arrays); k++)
-        if (random_below(3) == 0) spoil(arrays[k], counts[k]);
-    const sm_contact_samples samples = {3, times, x, x + 3 * n, x + 6 * n};
-    check_response(sm_contact_motion(&p.contact, 1, &g, start, 4 + random_below(9), &samples), x, 9 * n);
-    free_doubles();
-}
-
 static void random_rate(void) {
     table t = new_table(1 + random_below(2), 4, 4);
     double rate[4], powers[2], amplitude[4];
@@ -132,7 +116,6 @@ void check_random_calls(int times) {
     int solved = 0;
     for (int k = 0; k < times * 1000; k++) {
         random_rate();
-        random_motion();
         if (k % 4 == 0) random_torus();
         if (k % 4 == 0) solved += random_elastic_call();
     }
@@ -166,8 +149,8 @@ static void check_component_calls(model *m) {
     CHECK_STATUS(sm_component_step(c, 12.3), SM_OK);
     CHECK_STATUS(sm_component_get_state(c, state), SM_OK);
     memcpy(next, state, m->state * sizeof(double));
-    REFUSES_NOT_FINITE(next, m->state, set_state, with_state);
-    REFUSES_NOT_FINITE((double *)&inputs, INPUT_COUNT, set_inputs, with_inputs);
+    REFUSES_NOT_FINITE(set_state, with_state, {next, m->state});
+    REFUSES_NOT_FINITE(set_inputs, with_inputs, {(double *)&inputs, INPUT_COUNT});
     for (int j = 0; j < 2; j++) REFUSES(&inputs.frequency[j], set_inputs, with_inputs, 0.0, -1.0);
     REFUSES(&inputs.limit_scale, set_inputs, with_inputs, 0.0, 1.5); /* of the tanh law */
     const struct {
@@ -221,20 +204,12 @@ static void check_creation(model *m) {
     REFUSES_INTS(&m->motion.steps_per_period, create_again, m, 3, INT32_MIN, INT32_MAX);
     REFUSES_INTS(&m->motion.orders_count, create_again, m, -1, INT32_MIN, 513, INT32_MAX);
     REFUSES_INTS(&m->orders[1], create_again, m, 129);
-    REFUSES_NULL(&m->motion.orders, create_again, m);
-    REFUSES_NULL(&m->motion.reaction, create_again, m);
-    REFUSES_NULL(&m->motion.response, create_again, m);
-    REFUSES_NULL(&m->motion.modes_out, create_again, m);
-    REFUSES_NULL(&m->motion.contacts_out, create_again, m);
-    REFUSES_NOT_FINITE(&m->tolerance, 1, create_again, m);
-    REFUSES_NOT_FINITE(m->flow.natural, 4, create_again, m); /* and damping */
-    REFUSES_NOT_FINITE(m->t.values, 16, create_again, m);
-    REFUSES_NOT_FINITE(m->p.limit, 2, create_again, m);
-    REFUSES_NOT_FINITE(m->modes_out, ELASTIC * 4, create_again, m);
-    REFUSES_NOT_FINITE(m->forces_out, ELASTIC * 4, create_again, m);
-    REFUSES_NOT_FINITE(m->contacts_out, ELASTIC * 2, create_again, m);
-    REFUSES_NOT_FINITE(m->reaction, 200, create_again, m);
-    REFUSES_NOT_FINITE(m->response, 200, create_again, m);
+    REFUSES_NULL(create_again, m, &m->motion.orders, &m->motion.reaction, &m->motion.response,
+                 &m->motion.modes_out, &m->motion.contacts_out);
+    REFUSES_NOT_FINITE(create_again, m, {&m->tolerance, 1}, {m->flow.natural, 4},
+                       {m->t.values, 16}, {m->p.limit, 2}, {m->modes_out, ELASTIC * 4},
+                       {m->forces_out, ELASTIC * 4}, {m->contacts_out, ELASTIC * 2},
+                       {m->reaction, 200}, {m->response, 200});
     check_no_memory(create_again, m);
     m->tolerance = 1e-300; /* which no step can follow */
     CHECK_STATUS(create_again(m), SM_OK);

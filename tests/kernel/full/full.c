@@ -154,20 +154,13 @@ void check_full_refusals(void) {
     REFUSES_INTS(&p.full.coordinates, march, &p, 0, -1, 2);
     REFUSES_INTS(&p.elastic.elements, march, &p, 4);
     REFUSES_INTS(&p.element[1].column[0], march, &p, 3);
-    REFUSES_NULL(&p.full.flexibility, march, &p);
-    REFUSES_NULL(&p.full.own, march, &p);
-    REFUSES_NULL(&p.full.ahead, march, &p);
-    REFUSES_NULL(&p.full.elastic, march, &p);
-    REFUSES_NULL(&p.elastic.reference, march, &p);
-    REFUSES_NULL(&p.samples.contact, march, &p);
-    REFUSES_NULL(&p.samples.every, march, &p);
+    REFUSES_NULL(march, &p, &p.full.flexibility, &p.full.own, &p.full.ahead, &p.full.elastic,
+                 &p.elastic.reference, &p.samples.contact, &p.samples.every);
     REFUSES(&p.own[2], march, &p, 0.0, -1.0);
     REFUSES(&p.slider[1], march, &p, 0.0);
     REFUSES(&p.full.step, march, &p, 0.0);
-    REFUSES_NOT_FINITE(p.flexibility, COUNT(p.flexibility), march, &p);
-    REFUSES_NOT_FINITE(p.slider, COUNT(p.slider), march, &p);
-    REFUSES_NOT_FINITE(p.inverse, N, march, &p);
-    REFUSES_NOT_FINITE(p.own, N, march, &p);
-    REFUSES_NOT_FINITE(p.state, STATE + CONTACTS, march, &p);
+    REFUSES_NOT_FINITE(march, &p, {p.flexibility, COUNT(p.flexibility)},
+                       {p.slider, COUNT(p.slider)}, {p.inverse, N}, {p.own, N},
+                       {p.state, STATE + CONTACTS});
     check_no_memory(march, &p);
 }

@@ -199,33 +199,6 @@ static void script(sm_inputs *inputs) {
     inputs[3].force_rate[1] = -2e-4;
 }
 
-/* One long step, or many of uneven length: the same result within tolerance; on ramps. */
-static void check_step_pattern(void) {
-    model m, often;
-    sm_inputs inputs[STEPS];
-    double ends[STEPS * SM_OUTPUTS_FIXED], out[SM_OUTPUTS_FIXED];
-    size_t done;
-    script(inputs);
-    new_model(&m, 2, 1, 0);
-    new_model(&often, 2, 1, 0);
-    CHECK_STATUS(sm_component_run(m.component, STEPS, DURATION, inputs, ends, &done), SM_OK);
-    for (int k = 0; k < STEPS; k++) {
-        sm_inputs now = inputs[k];
-        for (double at = 0.0, h; at < DURATION[k]; at += h) {
-            h = fmin(DURATION[k] - at, 5.0 * random_number() + 1e-3);
-            now.frequency[0] = inputs[k].frequency[0] + at * now.frequency_rate[0];
-            now.force[1] = inputs[k].force[1] + at * now.force_rate[1];
-            CHECK_STATUS(sm_component_set_inputs(often.component, &now), SM_OK);
-            CHECK_STATUS(sm_component_step(often.component, h), SM_OK);
-        }
-        CHECK_STATUS(sm_component_outputs(often.component, out), SM_OK);
-        for (int i = 0; i < SM_OUTPUTS_FIXED; i++)
-            CHECK_NEAR(out[i], ends[k * SM_OUTPUTS_FIXED + i], 2e-6);
-    }
-    free_model(&m);
-    free_model(&often);
-}
-
 void check_component(int times) {
     (void)times;
     check_linear_response();
@@ -234,7 +207,6 @@ void check_component(int times) {
         check_motion_outputs(modes, 1);
         check_motion_outputs(modes, 3);
     }
-    check_step_pattern();
 }
 
 /* A trace in calls of `capacity` rows has the same rows and leaves the same state, to the bit, as in
