@@ -1,8 +1,9 @@
-/* Contacts of rigid friction along a slow trajectory: the laws tanh and Coulomb. */
+/* Contacts of rigid friction along a slow trajectory: the laws tanh and Coulomb. And signals along it. */
 #include "motion.h"
 
 void check_friction(int times);
 void check_friction_refusals(void);
+static void check_sum(void);
 
 void new_motion(motion_call *c, const sm_contact *contact, size_t samples) {
     const double rise[2][4] = {{0.05, -0.02, 0.03, 0.01}, {-0.04, 0.01, 0.02, -0.03}};
@@ -160,8 +161,55 @@ void check_friction(int times) {
         check_chain(12, 1, 0.0, joint);
     }
     check_play_operator();
+    check_sum();
     for (int massive = 0; massive < 2; massive++) /* of second order */
         CHECK_NEAR(log2(linear_error(32, 5.0 * massive) / linear_error(64, 5.0 * massive)), 2.0, 0.2);
+}
+
+/* One signal: the modes, with the coupling to a contact for their shape, and two harmonics with
+ * coefficients that are straight in time over a segment. */
+typedef struct {
+    sm_harmonic_sum sum;
+    motion_call along;
+    problem p;
+    double shape[2], coefficient[(SEGMENTS + 1) * 4];
+    int32_t orders[4];
+} sum_call;
+
+static void new_sum(sum_call *c) {
+    *c = (sum_call){.p = new_problem(1, 2, SM_TANH), .shape = {0.3, -0.8}, .orders = {3, -1, 0, 2}};
+    new_motion(&c->along, &c->p.contact, SAMPLES);
+    memset(c->p.coupling, 0, 4 * sizeof(double));
+    for (int j = 0; j < 2; j++) c->p.coupling[2 * j] = c->shape[j];
+    for (size_t k = 0; k < COUNT(c->coefficient); k++) c->coefficient[k] = cos(0.7 * (double)k);
+    c->sum = (sm_harmonic_sum){2, 2, c->orders, 1, c->shape, c->coefficient};
+}
+
+static sm_status add_up(void *arguments) {
+    sum_call *c = arguments;
+    return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES, c->along.times,
+                              c->along.x);
+}
+
+static void check_sum(void) {
+    sum_call c;
+    new_sum(&c);
+    CHECK_STATUS(add_up(&c), SM_OK);
+    for (int k = 0; k < SAMPLES; k++) {
+        const double time = c.along.times[k];
+        const sm_segment *g = &c.along.two[time > 14.0];
+        const double *row = c.coefficient + (time > 14.0 ? 4 : 0), t = time - g->start;
+        double value = -forcing(&c.along, 0, time), r = t / g->duration;
+        for (int q = 0; q < 2; q++) {
+            double angle = 0.0;
+            for (int j = 0; j < 2; j++)
+                angle += c.orders[2 * q + j]
+                         * (g->angle[j] + t * (g->frequency[j] + 0.5 * g->frequency_rate[j] * t));
+            value += 2.0 * ((1.0 - r) * row[q] + r * row[4 + q]) * cos(angle);
+            value -= 2.0 * ((1.0 - r) * row[2 + q] + r * row[6 + q]) * sin(angle);
+        }
+        CHECK_NEAR(c.along.x[k], value, 1e-12);
+    }
 }
 
 static sm_status call_contact_check(void *contact) { return sm_contact_check(contact); }
@@ -211,4 +259,13 @@ void check_friction_refusals(void) {
         REFUSES_NOT_FINITE(march, &c, {(double *)&c.two[k], SEGMENT_COUNT});
     REFUSES_NOT_FINITE(march, &c, {c.times, SAMPLES}, {c.start_x, 2}, {p.limit, 2});
     check_no_memory(march, &c);
+    sum_call s;
+    new_sum(&s);
+    REFUSES_NULL(add_up, &s, &s.along.segment, &s.along.times, &s.along.x, &s.sum.shape,
+                 &s.sum.coefficient, &s.sum.orders, &s.sum.signals);
+    REFUSES_NOT_FINITE(add_up, &s, {s.shape, 2}, {s.coefficient, COUNT(s.coefficient)},
+                       {s.along.times, SAMPLES});
+    REFUSES_INTS(&s.sum.modes, add_up, &s, 0, 3);
+    REFUSES_INTS(&s.sum.orders_count, add_up, &s, -1, INT32_MAX);
+    REFUSES_INTS(&s.orders[0], add_up, &s, 129);
 }

@@ -87,9 +87,9 @@ void check_no_memory(entry call, void *arguments) {
 }
 
 #define GROUPS(GROUP)                                                                       \
-    GROUP(friction) GROUP(frictional) GROUP(elastic) GROUP(torus) GROUP(harmonics)          \
+    GROUP(friction) GROUP(frictional) GROUP(elastic) GROUP(torus)                           \
     GROUP(slow_flow) GROUP(curves) GROUP(disk) GROUP(full) GROUP(component) GROUP(long_run) \
-    GROUP(directional) GROUP(trace) GROUP(same_bits) GROUP(refusals) GROUP(random_calls)
+    GROUP(trace) GROUP(same_bits) GROUP(refusals) GROUP(random_calls)
 #define DECLARE(name) void check_##name(int times);
 #define ENTRY(name) {#name, check_##name},
 

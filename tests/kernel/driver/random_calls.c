@@ -7,35 +7,11 @@ void check_refusals(int times);
 void check_friction_refusals(void);
 void check_elastic_refusals(void);
 void check_torus_refusals(void);
-void check_harmonics_refusals(void);
 void check_slow_flow_refusals(void);
 void check_curves_refusals(void);
 void check_disk_refusals(void);
 void check_full_refusals(void);
 int random_elastic_call(void);
-
-static void random_torus(void) {
-    const int contacts = 1 + random_below(4), modes = 1 + random_below(2);
-    problem p = new_problem(contacts, modes, random_below(2));
-    const size_t points = (size_t)random_below(4), n = (size_t)contacts;
-    const int32_t orders[] = {1, 0, random_below(9) - 4, random_below(9) - 4};
-    double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1}, *P = new_doubles(points * n * 4);
-    double *amplitudes = new_doubles(points * 2 + 1), *square = new_doubles(points * n);
-    double *arrays[] = {p.limit, p.coupling, &p.contact.alpha, rates, smallest, amplitudes};
-    const size_t counts[] = {n, 2 * n, 1, 2, 2, points * 2 + 1};
-    for (size_t k = 0; k < points * 2; k++) amplitudes[k] = 3.0 * random_number();
-    for (size_t k = 0; k < COUNT(arrays); k++)
-        if (random_below(4) == 0) spoil(arrays[k], counts[k]);
-    const sm_discretisation grid = {rates,  4 + random_below(5), 1 << random_below(6), 2,
-                                    orders, 1e-4, smallest, 1 + random_below(3)};
-    const sm_torus_points where = {.count = points, .amplitudes = amplitudes};
-    const sm_torus_motion motion = {P, square, new_doubles(points),
-                                    (int32_t *)(void *)new_doubles(points)};
-    const sm_status status = sm_torus_harmonics(&p.contact, &grid, &where, &motion);
-    check_response(status, P, points * n * 4);
-    check_response(status, square, points * n);
-    free_doubles();
-}
 
 static void random_rate(void) {
     table t = new_table(1 + random_below(2), 4, 4);
@@ -116,7 +92,6 @@ void check_random_calls(int times) {
     int solved = 0;
     for (int k = 0; k < times * 1000; k++) {
         random_rate();
-        if (k % 4 == 0) random_torus();
         if (k % 4 == 0) solved += random_elastic_call();
     }
     CHECK(solved > 80 * times && solved < 245 * times); /* neither all harmless nor all hopeless */
@@ -222,9 +197,9 @@ static void check_creation(model *m) {
 
 void check_refusals(int times) {
     void (*const others[])(void) = {check_friction_refusals,  check_elastic_refusals,
-                                    check_torus_refusals,     check_harmonics_refusals,
-                                    check_slow_flow_refusals, check_curves_refusals,
-                                    check_disk_refusals,      check_full_refusals};
+                                    check_torus_refusals,     check_slow_flow_refusals,
+                                    check_curves_refusals,    check_disk_refusals,
+                                    check_full_refusals};
     model m;
     (void)times;
     for (size_t k = 0; k < COUNT(others); k++) others[k]();

@@ -55,11 +55,6 @@ static void check_circle(void) {
     const double on[] = {0.4 * sin(1.0), 0.5 + 0.4 * cos(1.0)}, off[] = {0.3, 0.5};
     CHECK(sm_curve_passes(1, c.count, ROW(1), c.first, on));
     CHECK(!sm_curve_passes(1, c.count, ROW(1), c.first, off));
-    const double guess[] = {0.02, 0.09}, upwards[] = {1.0, 0.0};
-    double point[ROW(1)];
-    CHECK_STATUS(sm_curve_point_near(&c.curve, guess, upwards, upwards, point), SM_OK);
-    CHECK_NEAR(point[1], 0.5 - sqrt(0.16 - 0.02 * 0.02), 1e-12);
-    CHECK(point[2] > 0.0);
 }
 
 /* Stable if all eigenvalues are on the left: of blocks [d -w; w d] in random coordinates. */

@@ -2,7 +2,6 @@
 #include "fixtures.h"
 
 void check_slow_flow(int times);
-void check_directional(int times);
 void check_slow_flow_refusals(void);
 
 #define INPUTS (sizeof(sm_inputs) / sizeof(double))
@@ -93,22 +92,6 @@ static void check_equation(int modes, int paper) {
     }
 }
 
-/* From rest the rate is the one just after: the effective amplitude has a direction only then. */
-static void check_rest(void) {
-    rate_call c;
-    double at_rest[4];
-    new_call(&c, 2, 0, 0);
-    c.elapsed = 0.0;
-    memset(c.amplitude, 0, sizeof c.amplitude);
-    CHECK_STATUS(rate(&c), SM_OK);
-    memcpy(at_rest, c.rate, sizeof at_rest);
-    for (c.elapsed = 1e-6; c.elapsed < 1e-2; c.elapsed *= 1e3) {
-        for (int k = 0; k < 4; k++) c.amplitude[k] = c.elapsed * at_rest[k];
-        CHECK_STATUS(rate(&c), SM_OK);
-        for (int k = 0; k < 4; k++) CHECK_NEAR(c.rate[k], at_rest[k], 0.1 * c.elapsed + 1e-9);
-    }
-}
-
 /* A force that holds the amplitudes still: what it puts in goes into friction and damping, and the
  * balance of steady motion says so term by term; its Jacobian is the difference of its rates. */
 static void check_balance(void) {
@@ -165,43 +148,7 @@ void check_slow_flow(int times) {
         check_table(modes, 2, 2);
         check_table(modes, 17, 5);
     }
-    check_rest();
     check_balance();
-}
-
-/* Along a direction, against a difference of fourth order of the rates. */
-static void check_direction(rate_call *c) {
-    const double h = 1e-3, weight[] = {1.0, -8.0, 0.0, 8.0, -1.0};
-    double difference[RESULTS] = {0.0};
-    for (int k = 0; k < 5; k++) {
-        rate_call at = *c;
-        at.a = at.amplitude;
-        at.result = at.rate;
-        for (int i = 0; i < 4; i++) at.amplitude[i] += h * (k - 2) * c->d_amplitude[i];
-        for (size_t i = 0; i < INPUTS; i++)
-            ((double *)&at.inputs)[i] += h * (k - 2) * ((const double *)&c->d_inputs)[i];
-        CHECK_STATUS(rate(&at), SM_OK);
-        for (int r = 0; r < RESULTS; r++) difference[r] += weight[k] * at.rate[r] / (12.0 * h);
-    }
-    CHECK_STATUS(directional(c), SM_OK);
-    for (int r = 0; r < RESULTS; r++)
-        CHECK_NEAR(c->rate[r], difference[r], 1e-9 * (1.0 + fabs(difference[r])));
-}
-
-/* Along each amplitude and each input alone, and along all of them. */
-void check_directional(int times) {
-    (void)times;
-    for (int which = 0; which < 4; which++) {
-        rate_call c;
-        new_call(&c, 1 + which % 2, which / 2, which % 2);
-        c.elapsed = 0.0;
-        for (size_t k = 0; k <= 4 + INPUTS; k++) {
-            for (size_t i = 0; i < 4 + INPUTS; i++)
-                *(i < 4 ? &c.d_amplitude[i] : &((double *)&c.d_inputs)[i - 4]) =
-                    k == 4 + INPUTS ? 0.05 * random_sign() : i == k;
-            check_direction(&c);
-        }
-    }
 }
 
 static sm_status look_up(void *arguments) {
