@@ -21,18 +21,11 @@ SCENES.append("""
 matrices = "structure.npz"
 damping = 0.01
 [[contacts]]
-law = "jenkins"
-contacts = [0]
-limit = 2.0
-stiffness = 30.0
-[[contacts]]
 law = "iwan"
-contacts = [1]
 force = 1.0
 stiffness = 20.0
 chi = -0.5
 beta = 0.1
-sliders = 10
 [limits]
 scale = [[0, 1.0], [50, 2.0]]
 [modes]
@@ -46,13 +39,6 @@ A = [0.5, -0.5]
 [run]
 duration = 100.0
 step = 1.0
-tolerance = 1e-6
-[model]
-amplitude = [2.0]
-[[elastic]]
-window = [10.0, 20.0]
-[output]
-elastic = [0, 3]
 """)
 
 

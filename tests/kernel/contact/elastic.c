@@ -15,9 +15,9 @@ typedef struct {
     double *slider, *reference, *stiffness, *coupling; /* stiffness: -R */
 } joints;
 
-/* A preloaded frictional contact in two directions, sliders, and a frictional contact with a gap, on
- * a structure of stiffness K: R = (diag(k_ref) + K)^-1, K a diagonal matrix and one of rank one.
- * `j` must stay where it is. */
+/* A preloaded frictional contact in two directions, sliders, and a frictional contact with a gap,
+ * on a structure of stiffness K: R = (diag(k_ref) + K)^-1, K a diagonal matrix and one of rank
+ * one. `j` must stay where it is. */
 static void new_joints(joints *j, int modes) {
     double soft = decades(-2.5, 4.0), w[N], whole = 1.0;
     *j = (joints){.slider = new_doubles(2 * SLIDERS), .reference = new_doubles(N),
@@ -61,8 +61,8 @@ static double deviation(const joints *j, int i, const double *x, const double *f
     return sum;
 }
 
-/* Along a trajectory the contacts are in equilibrium with the structure, and no force is beyond its
- * law: that of sliders side by side, no tension, or the cone of friction. */
+/* Along a trajectory the contacts are in equilibrium with the structure, and no force is beyond
+ * its law: that of sliders side by side, no tension, or the cone of friction. */
 static void check_motion(void) {
     joints j;
     motion_call c;
@@ -186,13 +186,15 @@ static void spoil_joints(joints *j) {
     double *const numbers[] = {&e->friction, &e->preload, &e->gap, &e->tangential_stiffness,
                                &e->normal_stiffness, j->reference, j->stiffness, j->coupling,
                                j->slider};
-    int32_t *const counts[] = {&e->column[0], &e->sliders, &e->first_slider, &e->tangents, &e->law};
+    int32_t *const counts[] = {&e->column[0], &e->sliders, &e->first_slider, &e->tangents,
+                               &e->law};
     const int which = random_below(30);
     if (which < 9) spoil(numbers[which], which > 4 ? N : 1);
     else if (which < 14) *counts[which - 9] = number;
 }
 
-/* Torus, growth and motion of spoiled contacts under random responses; whether the torus was solved. */
+/* Torus, growth and motion of spoiled contacts under random responses; whether the torus was
+ * solved. */
 int random_elastic_call(void) {
     joints j;
     motion_call c;

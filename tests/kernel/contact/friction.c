@@ -1,4 +1,4 @@
-/* Contacts of rigid friction along a slow trajectory: the laws tanh and Coulomb. And signals along it. */
+/* Along a slow trajectory: contacts of rigid friction, tanh and Coulomb, and sums of harmonics. */
 #include "motion.h"
 
 void check_friction(int times);
@@ -66,7 +66,8 @@ static void check_laws(const problem *p) {
     CHECK_STATUS(march(&c), SM_OK);
     for (int k = 0; k < SAMPLES * n; k++) {
         const int i = k % n, row = k - i;
-        const double v = c.v[k], f = c.f[k], limit = p->limit[i], u = forcing(&c, i, c.times[k / n]);
+        const double v = c.v[k], f = c.f[k], limit = p->limit[i];
+        const double u = forcing(&c, i, c.times[k / n]);
         double left = f, scale = limit + fabs(u);
         for (int j = 0; j < n; j++) {
             const double elastic = p->stiffness[i * n + j] * c.x[row + j];
@@ -163,7 +164,8 @@ void check_friction(int times) {
     check_play_operator();
     check_sum();
     for (int massive = 0; massive < 2; massive++) /* of second order */
-        CHECK_NEAR(log2(linear_error(32, 5.0 * massive) / linear_error(64, 5.0 * massive)), 2.0, 0.2);
+        CHECK_NEAR(log2(linear_error(32, 5.0 * massive) / linear_error(64, 5.0 * massive)), 2.0,
+                   0.2);
 }
 
 /* One signal: the modes, with the coupling to a contact for their shape, and two harmonics with
@@ -177,7 +179,8 @@ typedef struct {
 } sum_call;
 
 static void new_sum(sum_call *c) {
-    *c = (sum_call){.p = new_problem(1, 2, SM_TANH), .shape = {0.3, -0.8}, .orders = {3, -1, 0, 2}};
+    *c = (sum_call){.p = new_problem(1, 2, SM_TANH), .shape = {0.3, -0.8},
+                    .orders = {3, -1, 0, 2}};
     new_motion(&c->along, &c->p.contact, SAMPLES);
     memset(c->p.coupling, 0, 4 * sizeof(double));
     for (int j = 0; j < 2; j++) c->p.coupling[2 * j] = c->shape[j];
@@ -187,8 +190,8 @@ static void new_sum(sum_call *c) {
 
 static sm_status add_up(void *arguments) {
     sum_call *c = arguments;
-    return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES, c->along.times,
-                              c->along.x);
+    return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES,
+                              c->along.times, c->along.x);
 }
 
 static void check_sum(void) {

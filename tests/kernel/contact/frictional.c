@@ -18,8 +18,8 @@ static void move(int tangents, double preload, const double *x, double *memory, 
     CHECK_STATUS(sm_elastic_force(&elastic, tangents + 1, x, memory, force), SM_OK);
 }
 
-/* Dragged along a straight line the spring turns as the string of a tractrix: after a way s its angle
- * to the line has tan(theta / 2) exp(-s / rho), rho = mu N / k_t. In one step, or in many. */
+/* Dragged along a straight line the spring turns as the string of a tractrix. After a way s its
+ * angle to the line is 2 atan(tan(theta / 2) exp(-s / rho)), rho = mu N / k_t. */
 static void check_tractrix(int steps) {
     const double N = 1.2, rho = MU * N / K_T, along = 0.7, angle = 1.2;
     double memory[MOST] = {0.0}, x[3] = {0.0}, force[3];

@@ -72,7 +72,7 @@ static double complex dynamic_stiffness(double nu, int other, int i, int k) {
     return of_i * of_k / (natural * natural - nu * nu + I * damping * nu);
 }
 
-/* Without friction, (K + i nu D [- nu^2 M] [- H(nu)]) P + L a = 0 at each carrier; what is left. */
+/* Without friction, (K + i nu D [- nu^2 M] [- H(nu)]) P + L a = 0 at each carrier: its error. */
 static double linear_error(int32_t steps, int what) {
     double H[ORDERS * 9 * 2] = {0.0}, worst = 0.0;
     problem p = new_problem(3, 2, SM_TANH);
@@ -118,7 +118,7 @@ static double complex describing_function(double k, double c) {
     return k * (theta - 0.5 * sin(2.0 * theta) + 4.0 * I * c * (1.0 - c)) / PI;
 }
 
-/* One undamped Coulomb contact on a spring K: under L a the slider gives the spring's complement. */
+/* One undamped Coulomb contact on a spring K: under L a the slider adds to the spring. */
 static void check_coulomb_contact(void) {
     const double amplitudes[] = {0.5, 0.99, 1.05, 1.3, 2.0, 4.0, 50.0};
     problem p = new_problem(1, 1, SM_COULOMB);
@@ -151,8 +151,8 @@ static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elast
 }
 
 /* Its force deficit is k x - N x. While |x| = 2 a grows by r per second, a reversal that lies tau
- * back was at an amplitude 2 r tau smaller, and while the slider sticks the force is by k 2 r tau off
- * that of steady motion; it sticks until cos tau = 1 - 2 c. */
+ * back was at an amplitude 2 r tau smaller, and while the slider sticks the force is by k 2 r tau
+ * off that of steady motion; it sticks until cos tau = 1 - 2 c. */
 static void check_jenkins_element(void) {
     const double slider[] = {1.5, 3.0}, by = 1e-3; /* slips from |x| = 0.5 on; growth per period */
     torus_call c;
@@ -176,7 +176,8 @@ static void check_jenkins_element(void) {
     for (size_t k = 0; k < 3; k++) {
         const double cut = 0.25 / c.amplitudes[k], T = cut < 1.0 ? acos(1.0 - 2.0 * cut) : PI;
         const double complex weighted = (1.0 + I * T) * cexp(-I * T) - 1.0;
-        const double complex late = -slider[1] / PI * weighted / PI; /* growth 1 / 2 pi in a second */
+        /* growth 1 / 2 pi in a second */
+        const double complex late = -slider[1] / PI * weighted / PI;
         CHECK_NEAR(cabs(P[k] - (k == 0 ? 0.0 : late)), 0.0, 2e-3);
         CHECK(k == 0 || cabs(late) > 0.1);
     }
@@ -197,9 +198,9 @@ static void *solve_in_thread(void *call) {
     return NULL;
 }
 
-/* A call gives the same bits also beside others; points that do not fill a group of lanes come out as if
- * each were alone, as closely as either found the periodic motion. Friction takes the work of the
- * forcing, L a on x. */
+/* A call gives the same bits also beside others; points that do not fill a group of lanes come out
+ * as if each were alone, as closely as either found the periodic motion. Friction takes the work
+ * of the forcing, L a on x. */
 void check_same_bits(int times) {
     enum { THREADS = 4, POINTS = 5, VALUES = 3 * 2 * ORDERS };
     (void)times;
@@ -279,7 +280,8 @@ void check_torus_refusals(void) {
     REFUSES_INTS(&response.orders_count, solve, &c, ORDERS - 1);
     REFUSES_INTS(&orders[3], solve, &c, 2);
     p.contact.response = NULL;
-    memset(p.damping, 0, 4 * sizeof(double)); /* nothing holds the contacts where K is indefinite */
+    /* nothing holds the contacts where K is indefinite */
+    memset(p.damping, 0, 4 * sizeof(double));
     p.stiffness[1] = p.stiffness[2] = 30.0;
     CHECK_STATUS(solve(&c), SM_BAD_ARGUMENT);
 }

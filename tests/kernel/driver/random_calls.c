@@ -1,5 +1,5 @@
-/* Random calls with a fixed seed: whatever the arguments, an answer without a NaN or a status. And calls
- * that a component refuses, after which its state is as before. */
+/* Random calls with a fixed seed: whatever the arguments, an answer without a NaN or a status. And
+ * calls that a component refuses, after which its state is as before. */
 #include "component.h"
 
 void check_random_calls(int times);
@@ -25,14 +25,15 @@ static void random_rate(void) {
     check_response(sm_table_lookup(&t.table, 1, amplitude, rate), rate, terms);
     spoil((double *)&inputs, INPUT_COUNT);
     spoil(flow.natural, 2);
-    const sm_status status = sm_slow_flow_rate(&flow, &inputs, random_number(), amplitude, rate, powers);
+    const sm_status status = sm_slow_flow_rate(&flow, &inputs, random_number(), amplitude, rate,
+                                               powers);
     check_response(status, rate, terms);
     check_response(status, powers, 2);
     free_doubles();
 }
 
-/* One call on a component; a refused one must leave the state alone. A step that succeeds has outputs;
- * if only its contact motion fails, these are NaN. */
+/* One call on a component; a refused one must leave the state alone. A step that succeeds has
+ * outputs; if only its contact motion fails, these are NaN. */
 static void random_component_call(model *m, double *before, double *state, double *out) {
     sm_component *c = m->component;
     sm_inputs inputs = resonant_inputs();
@@ -79,7 +80,8 @@ static void random_component(int modes, int wanted, int calls) {
     const sm_inputs inputs = resonant_inputs();
     model m;
     new_model(&m, modes, 2, wanted);
-    double *before = new_doubles(m.state), *state = new_doubles(m.state), *out = new_doubles(m.outputs);
+    double *before = new_doubles(m.state), *state = new_doubles(m.state);
+    double *out = new_doubles(m.outputs);
     for (int k = 0; k < calls; k++) random_component_call(&m, before, state, out);
     CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK); /* and it still works */
     CHECK_STATUS(sm_component_reset(m.component, 0.0, zero), SM_OK);
@@ -117,7 +119,8 @@ static sm_status set_state(void *pair) {
 static void check_component_calls(model *m) {
     sm_component *c = m->component;
     sm_inputs inputs = resonant_inputs();
-    double *state = new_doubles(m->state), *next = new_doubles(m->state), *out = new_doubles(m->outputs);
+    double *state = new_doubles(m->state), *next = new_doubles(m->state);
+    double *out = new_doubles(m->outputs);
     double rest[4] = {0.0};
     void *with_inputs[] = {c, &inputs}, *with_state[] = {c, next};
     CHECK_STATUS(sm_component_set_inputs(c, &inputs), SM_OK);
@@ -134,7 +137,8 @@ static void check_component_calls(model *m) {
     } steps[] = {{0.15, 0.0, 0.0, 0.0, SM_BAD_ARGUMENT}, {0.15, 0.0, 0.0, -1.0, SM_BAD_ARGUMENT},
                  {0.15, 0.0, 0.0, NAN, SM_NOT_FINITE}, {0.15, 0.0, 0.0, INFINITY, SM_NOT_FINITE},
                  {0.15, 0.0, -0.5, 4.0, SM_BAD_ARGUMENT}, /* the frequency is 0 after 2 s */
-                 {10.0, 0.0, 0.0, 1000.0, SM_OUTSIDE_TABLE}, {1e100, 0.0, 0.0, 1.0, SM_OUTSIDE_TABLE},
+                 {10.0, 0.0, 0.0, 1000.0, SM_OUTSIDE_TABLE},
+                 {1e100, 0.0, 0.0, 1.0, SM_OUTSIDE_TABLE},
                  {1e308, 0.0, 0.0, 1.0, SM_NOT_FINITE}, {0.0, 1e308, 0.0, 10.0, SM_NOT_FINITE}};
     for (size_t k = 0; k < COUNT(steps); k++) {
         inputs.force[0] = steps[k].force;

@@ -27,7 +27,8 @@ static void set_step(full_call *p, double h) {
         p->own[k] = own;
         p->inverse[k] = 1.0 / (1.0 / own + p->damping[k] + own * p->stiffness[k]);
         if (k == CONTACTS) break;
-        p->flexibility[k * (CONTACTS + 1)] = own * p->inverse[k] / (1.0 + p->reference[k] * own * p->inverse[k]);
+        const double D = own * p->inverse[k];
+        p->flexibility[k * (CONTACTS + 1)] = D / (1.0 + p->reference[k] * D);
     }
 }
 
@@ -52,15 +53,16 @@ static void new_full(full_call *p, int frictional, size_t samples) {
         p->slider[2 * i] = 0.5 + i;
         p->slider[2 * i + 1] = p->reference[i] = 4.0;
         p->directions[i * N + i] = 1.0;
-        p->element[i] = (sm_element){.law = SM_SLIDERS, .column = {i}, .sliders = 1, .first_slider = i};
+        p->element[i] = (sm_element){.law = SM_SLIDERS, .column = {i}, .sliders = 1,
+                                     .first_slider = i};
     }
     if (frictional)
         p->element[0] = (sm_element){.law = SM_FRICTIONAL, .column = {0, 1, 2}, .tangents = 2,
                                      .friction = 0.4, .preload = 0.5, .tangential_stiffness = 4.0,
                                      .normal_stiffness = 4.0};
     p->contact = new_doubles(samples * 3 * CONTACTS);
-    p->samples = (sm_full_samples){samples, 5, new_doubles(samples), new_doubles(samples), p->contact,
-                                   new_doubles(samples)};
+    p->samples = (sm_full_samples){samples, 5, new_doubles(samples), new_doubles(samples),
+                                   p->contact, new_doubles(samples)};
     set_step(p, 0.05);
     p->state = new_doubles(sm_full_state_count(&p->full));
 }
@@ -70,8 +72,9 @@ static sm_status march(void *arguments) {
     return sm_full_march(&p->full, &p->inputs, 0.0, p->state, &p->samples);
 }
 
-/* The trapezoidal rule conserves energy exactly: without forces and dampers, what the masses lose is the
- * work on the contacts. Friction stays within its limit, or on the cone of contacts that open. */
+/* The trapezoidal rule conserves energy exactly: without forces and dampers, what the masses lose
+ * is the work on the contacts. Friction stays within its limit, or on the cone of contacts that
+ * open. */
 static void check_energy(int frictional) {
     full_call p;
     int slips = 0, open = 0;
@@ -85,7 +88,7 @@ static void check_energy(int frictional) {
         double energy = p.samples.dissipated[0] - 0.5 * (1.0 + 2.25 + 4.0 + 6.25);
         const double *x = p.contact, *f = x + 6;
         for (int k = 0; k < N; k++)
-            energy += 0.5 * (p.stiffness[k] * p.state[k] * p.state[k] + p.state[N + k] * p.state[N + k]);
+            energy += 0.5 * (p.stiffness[k] * pow(p.state[k], 2.0) + pow(p.state[N + k], 2.0));
         CHECK_NEAR(energy, 0.0, 1e-11);
         CHECK_STATUS(march(&p), SM_OK);
         const double normal = fmax(0.0, 0.5 + 4.0 * x[2]), size = hypot(f[0], f[1]);

@@ -4,7 +4,7 @@
 void check_curves(int times);
 void check_curves_refusals(void);
 
-#define ROW(unknowns) (2 * ((size_t)(unknowns) + 1) + (size_t)((unknowns) * (unknowns))) /* doubles */
+#define ROW(unknowns) (2 * ((size_t)(unknowns) + 1) + (size_t)((unknowns) * (unknowns)))
 
 /* y^2 + (p - 1/2)^2 = 0.16: folds at p = 0.1 and 0.9. */
 static sm_status circle(const void *of, const double *z, double *F, double *J) {

@@ -14,8 +14,8 @@ typedef struct {
     sm_disk_inputs inputs;
     double pole[2 * MODES], excitation[2 * MODES], motion[2 * MODES * CONTACTS],
         projection[2 * MODES * CONTACTS], others[2 * CONTACTS * (CONTACTS + 1)],
-        secant[4 * NODES * KINDS], start[2 * MODES], rest[2 * CONTACTS], first, *amplitude, *deficit,
-        *step;
+        secant[4 * NODES * KINDS], start[2 * MODES], rest[2 * CONTACTS], first, *amplitude,
+        *deficit, *step;
 } disk_call;
 
 /* Contact j is moved by mode j % MODES alone, and acts on it; contacts do not act on each other.
@@ -50,8 +50,8 @@ static sm_status march(void *arguments) {
     return sm_disk_march(&p->disk, &p->inputs, p->amplitude, p->deficit, p->step);
 }
 
-/* Contacts change the pole, a' = (lambda - i Omega(t)) a + b F(t), with the integral over a ramp by
- * the midpoint rule: in closed form Fresnel integrals. */
+/* Contacts change the pole, a' = (lambda - i Omega(t)) a + b F(t), with the integral over a ramp
+ * by the midpoint rule: in closed form Fresnel integrals. */
 static void check_linear(double swept, double rising) {
     disk_call p;
     new_disk(&p);

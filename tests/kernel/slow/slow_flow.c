@@ -49,8 +49,8 @@ static sm_status directional(void *arguments) {
     return sm_slow_flow_directional(&c->flow, &at, &along, c->result, c->rate + 4);
 }
 
-/* (F exp(i ph) / 2 + Q a) / mass after t, at the amplitudes of both modes; `slow` a is the rest. In the
- * consistent formulation (d/dt + mass) (d/dt - slow) a = mass u holds as the mode vibrates. */
+/* (F exp(i ph) / 2 + Q a) / mass after t, at the amplitudes of both modes; `slow` a is the rest.
+ * In the consistent formulation (d/dt + mass) (d/dt - slow) a = mass u holds as it vibrates. */
 static void driven(const rate_call *c, double t, const double complex *a, double complex *u,
                    double complex *mass, double complex *slow) {
     const int modes = c->flow.table.modes;
@@ -74,7 +74,8 @@ static void driven(const rate_call *c, double t, const double complex *a, double
 static void check_equation(int modes, int paper) {
     rate_call c;
     const double step = 1e-5;
-    double complex a[2], u[2], v[2] = {0.0}, to[2], after[2], before[2], mass[2], slow[2], other[2];
+    double complex a[2], u[2], v[2] = {0.0}, to[2], after[2], before[2], mass[2], slow[2];
+    double complex other[2];
     new_call(&c, modes, paper, 0);
     CHECK_STATUS(rate(&c), SM_OK);
     for (int j = 0; j < 2; j++) a[j] = c.amplitude[2 * j] + I * c.amplitude[2 * j + 1];
@@ -156,7 +157,10 @@ static sm_status look_up(void *arguments) {
     return sm_table_lookup(&c->t.table, 1, c->a, c->result);
 }
 
-static sm_status table_check(void *arguments) { return sm_table_check(&((rate_call *)arguments)->t.table); }
+static sm_status table_check(void *arguments) {
+    rate_call *c = arguments;
+    return sm_table_check(&c->t.table);
+}
 
 void check_slow_flow_refusals(void) {
     rate_call c;
