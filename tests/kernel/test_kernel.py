@@ -1,58 +1,40 @@
-"""The C core under the address and undefined-behaviour sanitizers, by a driver in C."""
+"""The C core through slipmode.h, under the address and undefined-behaviour sanitizers."""
 
 import shutil
-from pathlib import Path
 
 import pytest
 from native import CORE, WARNINGS, compile_all, run
 
-GROUPS = (
-    "friction",
-    "frictional-contact",
-    "full",
-    "elastic",
-    "torus",
-    "torus-growth",
-    "motion",
-    "harmonics",
-    "table",
-    "curves",
-    "slow-flow",
-    "directional",
-    "disk",
-    "component",
-    "component-refusals",
-    "component-trace",
-    "long-run",
-    "random-calls",
-)
+# Groups of driver/driver.c in its order: closed forms, conservation laws, orders of convergence
+PHYSICS = ("friction", "frictional", "elastic", "torus", "slow_flow", "curves", "disk", "full")
+PHYSICS += ("component", "long_run")
+CONTRACTS = ("trace", "same_bits", "refusals", "random_calls")
 
 
-@pytest.fixture
-def driver(drivers: dict[str, Path]) -> Path:
-    return drivers["kernel"]
-
-
-def test_every_group_of_checks_is_run_here(driver: Path) -> None:
-    assert tuple(run(driver).stdout.split()) == GROUPS
-
-
-@pytest.mark.parametrize("group", GROUPS)
-def test_core(driver: Path, group: str) -> None:
-    result = run(driver, group)
+@pytest.mark.oracle
+@pytest.mark.parametrize("group", PHYSICS)
+def test_core_agrees_with_closed_forms(drivers, group):
+    result = run(drivers["kernel"], group)
     assert result.returncode == 0, result.stderr
 
 
+@pytest.mark.parametrize("group", CONTRACTS)
+def test_core_keeps_its_contracts(drivers, group):
+    result = run(drivers["kernel"], group)
+    assert result.returncode == 0, result.stderr
+    assert tuple(run(drivers["kernel"]).stdout.split()) == PHYSICS + CONTRACTS
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("group", ["long-run", "random-calls"])
-def test_core_for_longer(driver: Path, group: str) -> None:
-    result = run(driver, group, "4")  # times as long
+@pytest.mark.parametrize("group", ["long_run", "random_calls"])
+def test_core_for_longer(drivers, group):
+    result = run(drivers["kernel"], group, "4")  # times as long
     assert result.returncode == 0, result.stderr
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["gcc", "clang"])
-def test_core_compiles_without_warnings_when_optimised(name: str, tmp_path: Path) -> None:
+def test_core_compiles_without_warnings_when_optimised(name, tmp_path):
     compiler = shutil.which(name)
     if compiler is None:
         pytest.skip(f"no {name}")

@@ -13,11 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from slipmode.fmu.archive.binaries import INCLUDE_FOLDERS, fmi_headers, source_files
-
 TESTS = Path(__file__).parents[1]
 CORE = TESTS.parent / "rom" / "kernel"
-DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "full", "table", "slow")]
+FACE = TESTS.parent / "fmu" / "src"
+DRIVER_ROOMS = [TESTS / "kernel" / room for room in ("driver", "contact", "full", "slow")]
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 SANITIZERS = (
     *("-g1", "-O1", "-fno-omit-frame-pointer"),
@@ -37,7 +36,7 @@ def compile_all(
     compiler: str, folder: Path, commands: dict[Path, tuple[str, ...]]
 ) -> dict[Path, Path]:
     """{source: object}; those that the folder does not have yet are compiled side by side."""
-    folders = (*INCLUDE_FOLDERS, *sorted({source.parent for source in commands}))
+    folders = (FACE, CORE, *sorted({source.parent for source in commands}))
     headers = sorted({path for folder in folders for path in folder.rglob("*.h")})
     common = run(compiler, "--version").stdout.encode() + b"".join(map(Path.read_bytes, headers))
 
@@ -80,15 +79,14 @@ def drivers(
     flags = (*WARNINGS, *SANITIZERS, *NOT_INLINED, *simd)
 
     core = sorted(CORE.rglob("*.c"))
-    face = [path for path in source_files().values() if path.suffix == ".c"]
-    face = sorted(path for path in face if path not in core)
+    face = sorted(path for path in FACE.rglob("*.c") if path.parent.name != "browser")
     own = {
         "kernel": [path for room in DRIVER_ROOMS for path in sorted(room.glob("*.c"))],
         "fmu": sorted((TESTS / "fmu" / "native").glob("*.c")),
     }
     drivers = [f"-I{room}" for room in DRIVER_ROOMS]
-    includes = [f"-I{folder}" for folder in INCLUDE_FOLDERS]
-    through = (*flags, *includes, f"-isystem{fmi_headers()}")
+    fmi_headers = Path(pytest.importorskip("fmpy").__file__).parent / "c-code"
+    through = (*flags, f"-I{FACE}", f"-I{CORE}", f"-isystem{fmi_headers}")
     commands = dict.fromkeys(core, (*flags, f"-I{CORE}", FAIL_TO_ALLOCATE))
     commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}", *drivers))
     commands |= dict.fromkeys((*face, *own["fmu"]), through)
@@ -96,7 +94,7 @@ def drivers(
     for stale in set(kept.glob("*.o")) - set(objects.values()):
         stale.unlink(missing_ok=True)
 
-    allocation = TESTS / "kernel" / "driver" / "fixtures.c"
+    allocation = TESTS / "kernel" / "driver" / "allocation.c"
     parts = {
         "kernel": (*core, *own["kernel"]),
         "fmu": (*core, *face, *own["fmu"], allocation),
@@ -105,6 +103,6 @@ def drivers(
     for name, sources in parts.items():
         programs[name] = folder / name
         linked = [objects[source] for source in sources]
-        result = run(compiler, *SANITIZERS, *linked, "-lm", "-o", programs[name])
+        result = run(compiler, *SANITIZERS, *linked, "-lm", "-pthread", "-o", programs[name])
         assert result.returncode == 0, result.stderr
     return programs

@@ -71,7 +71,7 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
  * need its second derivatives. A central difference of the rates is used instead. */
 
 /* Distance of the two points relative to the ranges of amplitudes and inputs. The error of the
- * difference is FAR^2 by its order and 1e-16 / FAR by rounding (tests/kernel/slow/directional.c). */
+ * difference is FAR^2 by its order and 1e-16 / FAR by rounding. */
 #define FAR 1e-5
 
 /* A point and a direction through it. */

@@ -1,455 +1,274 @@
-/* Friction laws as resolvents, and the stage equation of the implicit step. */
-#include <math.h>
-#include <stdlib.h>
+/* Along a slow trajectory: contacts of rigid friction, tanh and Coulomb, and sums of harmonics. */
+#include "motion.h"
 
-#include "contact/friction.h"
-#include "contact/stage/active_set.h"
-#include "contact/stage/chebyshev.h"
-#include "driver.h"
-#include "fixtures.h"
+void check_friction(int times);
+void check_friction_refusals(void);
+static void check_sum(void);
 
-#define STEPS 48
-
-/* g(v) as the model defines it, not as the core computes it */
-static double tanh_force(const sm_contact *contact, int i, double v) {
-    return contact->limit[i] * tanh(v / contact->alpha);
-}
-
-/* Velocities v(y) and slopes dv/dy, lanes by lanes, each checked against the law. */
-static void check_resolvent(int32_t law, double s, double limit, double alpha, const double *y,
-                            int lanes) {
-    const sm_resolvent f = sm_resolvent_make(law, s, limit, alpha);
-    double v[SM_LANES], d[SM_LANES];
-    for (int l = 0; l < SM_LANES; l += lanes) {
-        if (lanes == 1)
-            sm_resolve(1, &f, y + l, v + l, d + l);
-        else
-            sm_resolve(SM_LANES, &f, y, v, d);
-    }
-    for (int l = 0; l < SM_LANES; l++) {
-        if (law == SM_TANH && limit > 0.0) {
-            const double t = tanh(v[l] / alpha), rate = limit / alpha * (1.0 - t * t);
-            CHECK_NEAR(s * v[l] + limit * t, y[l], 1e-14 * (limit + fabs(y[l])));
-            CHECK_NEAR(s * v[l] + limit * t, y[l], 1e-12 * fabs(y[l]) + 1e-16 * limit);
-            /* it only steers Newton; and 1 - tanh^2 is known to rounding only */
-            CHECK_NEAR(d[l] * (s + rate), 1.0, 1e-3 + 1e-15 * limit / alpha / s);
-        } else if (fabs(y[l]) <= limit) {
-            CHECK(v[l] == 0.0 && d[l] == 0.0);
-        } else {
-            CHECK_NEAR(s * v[l] + copysign(limit, v[l]), y[l], 1e-14 * fabs(y[l]));
-            CHECK_NEAR(d[l] * s, 1.0, 1e-14);
+void new_motion(motion_call *c, const sm_contact *contact, size_t samples) {
+    const double rise[2][4] = {{0.05, -0.02, 0.03, 0.01}, {-0.04, 0.01, 0.02, -0.03}};
+    const size_t n = (size_t)contact->contacts;
+    *c = (motion_call){.contact = contact, .segments = SEGMENTS, .samples = samples,
+                       .segment = c->two, .start_x = new_doubles(n),
+                       .times = new_doubles(samples), .x = new_doubles(samples * n),
+                       .v = new_doubles(samples * n), .f = new_doubles(samples * n),
+                       .steps_per_period = 64};
+    sm_segment *g = c->two;
+    for (int k = 0; k < SEGMENTS; k++) {
+        const double h = g[0].duration;
+        g[k].start = k == 0 ? 3.0 : 14.0;
+        g[k].duration = k == 0 ? 11.0 : 17.0;
+        for (int p = 0; p < 4; p++) {
+            g[k].amplitude_start[p] = k == 0 ? 0.3 * p + 0.5 : g[0].amplitude_end[p];
+            g[k].rate_start[p] = g[k].rate_end[p] = rise[k][p];
+            g[k].amplitude_end[p] = g[k].amplitude_start[p] + rise[k][p] * g[k].duration;
+        }
+        for (int j = 0; j < SM_MODES; j++) {
+            g[k].frequency_rate[j] = 0.002 * (j + 1);
+            g[k].frequency[j] = (j == 0 ? 1.0 : 1.7) + (k == 0 ? 0.0 : g[0].frequency_rate[j] * h);
+            g[k].angle[j] = 0.4 * j;
+            if (k > 0)
+                g[k].angle[j] += h * (g[0].frequency[j] + 0.5 * g[0].frequency_rate[j] * h);
         }
     }
+    for (size_t k = 0; k < samples; k++)
+        c->times[k] = 3.0 + 28.0 * (double)(k + 1) / (double)samples;
 }
 
-static void check_resolvents(void) {
-    const double limits[] = {0.0, 1e-3, 2.0, 1e9}, stiff[] = {1e-6, 0.06, 3.0, 1e4};
-    for (int i = 0; i < 4; i++)
-        for (int k = 0; k < 4; k++)
-            for (int e = 0; e <= 8; e++) {
-                const double limit = limits[i], scale = limit > 0.0 ? limit : 1.0;
-                double y[SM_LANES];
-                for (int l = 0; l < SM_LANES; l++) /* from far inside to far beyond the limit */
-                    y[l] = (l % 2 ? -1.0 : 1.0) * scale * pow(10.0, 0.4 * (l - 11.3));
-                y[0] = 0.0;
-                y[1] = scale;
-                y[2] = -scale * (1.0 - 1e-9);
-                y[3] = scale * (1.0 + 1e-9);
-                const double alpha = pow(10.0, -e);
-                for (int lanes = 1; lanes <= SM_LANES; lanes += SM_LANES - 1)
-                    check_resolvent(e == 0 ? SM_COULOMB : SM_TANH, stiff[k], limit, alpha, y,
-                                    lanes);
-            }
+sm_status march(void *arguments) {
+    motion_call *c = arguments;
+    const sm_contact_samples samples = {c->samples, c->times, c->x, c->v, c->f};
+    return sm_contact_motion(c->contact, c->segments, c->segment, c->start_x, c->steps_per_period,
+                             &samples);
 }
 
-/* S v + g(v) = r, or -limit <= r - S v <= limit in stick, with S and r of the driver's own. */
-static void check_stage(const sm_contact *contact, double h, const double *u, const double *x,
-                        const double *v) {
-    const int n = contact->contacts;
-    for (int i = 0; i < n; i++) {
-        double r = u[i], scale = contact->limit[i] + fabs(u[i]), rest;
+double forcing(const motion_call *c, int i, double time) {
+    const sm_segment *g = &c->two[time > 14.0];
+    const double t = time - g->start;
+    double u = 0.0;
+    for (int j = 0; j < c->contact->modes; j++) {
+        const double *L = c->contact->coupling + 2 * (j * c->contact->contacts + i);
+        const double re = g->amplitude_start[2 * j] + t * g->rate_start[2 * j];
+        const double im = g->amplitude_start[2 * j + 1] + t * g->rate_start[2 * j + 1];
+        const double theta = g->angle[j] + t * (g->frequency[j] + 0.5 * g->frequency_rate[j] * t);
+        u -= 2.0 * creal((L[0] + I * L[1]) * (re + I * im) * cexp(I * theta));
+    }
+    return u;
+}
+
+/* D v + K x + f = u at every sample; f = limit tanh(v / alpha), or Coulomb's law, with a stuck
+ * contact that does not creep. */
+static void check_laws(const problem *p) {
+    motion_call c;
+    const int n = p->contact.contacts;
+    int slips = 0;
+    new_motion(&c, &p->contact, SAMPLES);
+    CHECK_STATUS(march(&c), SM_OK);
+    for (int k = 0; k < SAMPLES * n; k++) {
+        const int i = k % n, row = k - i;
+        const double v = c.v[k], f = c.f[k], limit = p->limit[i];
+        const double u = forcing(&c, i, c.times[k / n]);
+        double left = f, scale = limit + fabs(u);
         for (int j = 0; j < n; j++) {
-            const double k = contact->stiffness[i * n + j];
-            const double viscous = (contact->damping[i * n + j] + SM_GAMMA * h * k) * v[j];
-            r -= k * x[j] + viscous;
-            scale += fabs(k * x[j]) + fabs(viscous);
+            const double elastic = p->stiffness[i * n + j] * c.x[row + j];
+            left += p->damping[i * n + j] * c.v[row + j] + elastic;
+            scale += fabs(elastic);
         }
-        if (contact->law == SM_TANH)
-            rest = fabs(r - tanh_force(contact, i, v[i]));
+        CHECK_NEAR(left, u, 1e-9 * scale);
+        CHECK(fabs(f) <= limit);
+        if (p->contact.law == SM_TANH)
+            CHECK_NEAR(f, limit * tanh(v / p->contact.alpha), 1e-9 * scale);
         else
-            rest = v[i] == 0.0 ? fmax(0.0, fabs(r) - contact->limit[i])
-                               : fabs(r - copysign(contact->limit[i], v[i]));
-        CHECK_NEAR(rest, 0.0, 2.0 * SM_STAGE_TOLERANCE * scale);
-    }
-}
-
-/* Contacts in one lane, and the memory that they are in. */
-typedef struct {
-    sm_stepper stepper;
-    sm_lanes lane;
-    sm_warm warm;
-    double *memory, *pull;
-} one_lane;
-
-/* At rest, to be released by free(memory). Stages are solved to rounding. */
-static one_lane new_lane(const sm_contact *contact, double h) {
-    const int n = contact->contacts;
-    one_lane m = {.memory = NULL};
-    sm_block block = {NULL, 0};
-    for (int counts = 1; counts >= 0; counts--) {
-        if (!counts) CHECK(sm_allocate(&block));
-        m.memory = block.memory;
-        m.pull = sm_take(&block, (size_t)n);
-        sm_stepper_place(&m.stepper, n, &block);
-        sm_lanes_place(&m.lane, n, 1, &block);
-        sm_warm_place(&m.warm, n, &block);
-    }
-    CHECK_STATUS(sm_stepper_set(&m.stepper, contact, h), SM_OK);
-    sm_warm_start(&m.stepper, &m.warm, m.lane.v, m.lane.x); /* both are 0 */
-    m.warm.tolerance = 1e-13;
-    return m;
-}
-
-static sm_status stage_of(one_lane *m, int stage) {
-    return sm_stage_one(&m->stepper, &m->warm, &m->lane, m->pull, stage);
-}
-
-/* A period under forces that make contacts slip and stick; `spread` tells them apart. */
-static void check_steps(const sm_contact *contact, double spread) {
-    const int n = contact->contacts;
-    const double h = TWO_PI / STEPS;
-    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
-    one_lane m = new_lane(contact, h);
-    sm_lanes *lane = &m.lane;
-    int slips = 0, sticks = 0;
-    for (int k = 0; k < 2 * STEPS; k++) {
-        const int stage = k % 2;
-        for (int i = 0; i < n; i++)
-            lane->u[i] = u[i] = 3.0 * (1.0 + spread * i)
-                               * sin(h * (k / 2 + (stage ? 1.0 : SM_TR_END)) + spread * i);
-        CHECK_STATUS(stage_of(&m, stage), SM_OK);
-        memcpy(x, lane->base, (size_t)n * sizeof(double));
-        check_stage(contact, h, u, x, lane->v);
-        for (int i = 0; i < n; i++) {
-            const int stuck = fabs(lane->v[i]) <= 1e-4 * contact->alpha;
-            slips += !stuck;
-            sticks += stuck;
-        }
+            CHECK(fabs(f) < limit * (1.0 - 1e-9) ? v == 0.0 : v * f >= 0.0);
+        slips += fabs(v) > 1e-3;
     }
     CHECK(slips > 0);
-    CHECK(contact->law == SM_TANH || sticks > 0);
-    free(m.memory);
-    free(u);
-    free(x);
 }
 
-/* One stage from rest under forces u; its status, and its velocities if that is good. */
-static sm_status solve_stage(const sm_contact *contact, double h, const double *u, double *v) {
-    const size_t size = (size_t)contact->contacts * sizeof(double);
-    one_lane m = new_lane(contact, h);
-    memcpy(m.lane.u, u, size);
-    const sm_status status = stage_of(&m, 0);
-    memcpy(v, m.lane.v, size);
-    free(m.memory);
-    return status;
-}
-
-/* Contacts without friction, no force at two of them: the residual there is rounding alone. */
-static void check_frictionless_stage(void) {
-    problem p = new_problem(3, 1, SM_COULOMB);
-    const double u[] = {1.0, 0.0, 0.0}, x[3] = {0.0};
-    double v[3];
-    for (int i = 0; i < 3; i++) p.limit[i] = 0.0;
-    CHECK_STATUS(solve_stage(&p.contact, 0.1, u, v), SM_OK);
-    CHECK(fabs(v[1]) > 0.1);
-    check_stage(&p.contact, 0.1, u, x, v);
-    free_problem(&p);
-}
-
-/* Three contacts on a part that moves in a plane: K has rank two, and Newton nothing to divide by
- * where all slide. */
-static void check_rank_deficient_stage(void) {
-    for (int law = SM_TANH; law <= SM_COULOMB; law++)
-        for (int k = 0; k < 50; k++) {
-            const double direction[3][2] = {
-                {1.0, 0.0}, {0.0, 1.0}, {cos(0.1 * (k + 1)), sin(0.1 * (k + 1))}};
-            problem p = new_problem(3, 1, law);
-            const double f[] = {20.0 * random_number() - 10.0, 20.0 * random_number() - 10.0};
-            double u[3], v[3];
-            const double x[3] = {0.0};
-            for (int i = 0; i < 3; i++) {
-                u[i] = direction[i][0] * f[0] + direction[i][1] * f[1];
-                p.limit[i] *= 0.1 * (k % 3); /* without friction, too */
-                for (int j = 0; j < 3; j++) {
-                    p.damping[3 * i + j] = 0.0;
-                    p.stiffness[3 * i + j] = 20.0 * (direction[i][0] * direction[j][0]
-                                                     + direction[i][1] * direction[j][1]);
-                }
-            }
-            CHECK_STATUS(solve_stage(&p.contact, 0.1, u, v), SM_OK);
-            check_stage(&p.contact, 0.1, u, x, v);
-            free_problem(&p);
-        }
-}
-
-/* Forces whose velocities overflow: a status, not a NaN that counts as solved. */
-static void check_overflowing_stage(void) {
-    for (int n = 2; n <= 3; n++) {
-        problem p = new_problem(n, 1, SM_TANH);
-        const double u[] = {1e308, -1e308, 1e308};
-        double v[3];
-        CHECK_STATUS(solve_stage(&p.contact, 1e-3, u, v), SM_NOT_FINITE);
-        free_problem(&p);
-    }
-}
-
-static void check_coupled_steps(void) {
-    for (int e = 1; e <= 9; e++) { /* 9: exact Coulomb */
-        problem p = new_problem(7, 1, e == 9 ? SM_COULOMB : SM_TANH);
-        p.contact.alpha = pow(10.0, -e);
-        check_steps(&p.contact, 1.0);
-        free_problem(&p);
-    }
-}
-
-/* Limits that are scaled from one march to the next, in steps of one length. */
-static void check_scaled_limits(void) {
-    problem p = new_problem(2, 1, SM_COULOMB);
-    one_lane m = new_lane(&p.contact, 0.1);
-    p.limit[0] *= 0.5;
-    CHECK_STATUS(sm_stepper_set(&m.stepper, &p.contact, 0.1), SM_OK);
-    for (int i = 0; i < 2; i++) CHECK_NEAR(m.stepper.laws[i].limit, p.limit[i], 0.0);
-    free(m.memory);
-    free_problem(&p);
-}
-
-/* Contacts on a rigid part: K is singular, and without damping the stage matrix too. */
-static void check_singular_stiffness(void) {
-    const double alphas[] = {0.0, 0.02, 1e-6};
-    for (int a = 0; a < 3; a++)
-        for (int n = 2; n <= 3; n++)
-            for (int equal = 0; equal <= 1; equal++) {
-                problem p = new_problem(n, 1, alphas[a] > 0.0 ? SM_TANH : SM_COULOMB);
-                p.contact.alpha = alphas[a];
-                for (int k = 0; k < n * n; k++) {
-                    p.stiffness[k] = 1.0 / (SM_GAMMA * TWO_PI / STEPS); /* S = 1 */
-                    p.damping[k] = 0.0;
-                }
-                for (int i = 0; i < n && equal; i++) p.limit[i] = 2.0;
-                check_steps(&p.contact, 0.0);
-                check_steps(&p.contact, 0.3);
-                free_problem(&p);
-            }
-}
-
-/* A chain: each contact joined to the next by `joint` of its own stiffness. */
-static void join(problem *p, double joint) {
-    const int n = p->contact.contacts;
-    for (int k = 0; k < n * n; k++) {
-        const int i = k / n, apart = abs(i - k % n), joints = (i > 0) + (i < n - 1);
-        p->stiffness[k] = apart == 0   ? 20.0 * (1.0 + joint * joints)
-                          : apart == 1 ? -20.0 * joint
-                                       : 0.0;
-        p->damping[k] = 0.01 * p->stiffness[k];
-    }
-}
-
-/* Contacts, each joined to the next by `joint` of its own stiffness, in lanes under different
- * forces; alpha 0: exact Coulomb. Whether conjugate gradients were enough. */
-static int check_many_contacts(int n, double joint, double alpha) {
-    problem p = new_problem(n, 1, alpha > 0.0 ? SM_TANH : SM_COULOMB);
+/* A chain: each contact joined to the next by `joint` of its own stiffness; 0: as they are. */
+static void check_chain(int contacts, int modes, double alpha, double joint) {
+    problem p = new_problem(contacts, modes, alpha > 0.0 ? SM_TANH : SM_COULOMB);
     p.contact.alpha = alpha;
-    join(&p, joint);
-    const double h = TWO_PI / STEPS;
-    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n), *v = new_doubles((size_t)n);
-    sm_stepper stepper;
-    sm_lanes lanes;
-    sm_block block = {NULL, 0};
-    for (int counts = 1; counts >= 0; counts--) {
-        if (!counts) CHECK(sm_allocate(&block));
-        sm_stepper_place(&stepper, n, &block);
-        sm_lanes_place(&lanes, n, SM_LANES, &block);
+    for (int k = 0; k < contacts * contacts && joint > 0.0; k++) {
+        const int i = k / contacts, apart = abs(i - k % contacts);
+        const double neighbours = (i > 0) + (i < contacts - 1);
+        p.stiffness[k] = apart == 0   ? 20.0 * (1.0 + joint * neighbours)
+                         : apart == 1 ? -20.0 * joint : 0.0;
+        p.damping[k] = 0.01 * p.stiffness[k];
     }
-    CHECK_STATUS(sm_stepper_set(&stepper, &p.contact, h), SM_OK);
-    double *base = new_doubles((size_t)n * SM_LANES), *forces = new_doubles((size_t)n * SM_LANES);
-    int enough = 1;
-    for (int k = 0; k < 2 * STEPS; k++) {
-        const double t = h * (k / 2 + (k % 2 ? 1.0 : SM_GAMMA));
-        for (int i = 0; i < n * SM_LANES; i++) /* from sticking to sliding */
-            forces[i] = (i % SM_LANES) * sin(t + 0.02 * (i / SM_LANES));
-        memcpy(lanes.u, forces, (size_t)n * SM_LANES * sizeof(double));
-        memcpy(base, k % 2 ? lanes.base : lanes.x, (size_t)n * SM_LANES * sizeof(double));
-        CHECK_STATUS(sm_stage_lanes(&stepper, &lanes, k % 2), SM_OK);
-        enough &= lanes.factors_for == 0;
-        for (int l = 0; l < SM_LANES; l++) {
-            for (int i = 0; i < n; i++) {
-                u[i] = forces[i * SM_LANES + l];
-                x[i] = base[i * SM_LANES + l];
-                v[i] = lanes.v[i * SM_LANES + l];
-            }
-            check_stage(&p.contact, h, u, x, v);
+    check_laws(&p);
+    free_doubles();
+}
+
+/* A single Coulomb contact without damping is the play operator: x stays unless the band
+ * (u +- limit) / K around it moves past. */
+static void check_play_operator(void) {
+    problem p = new_problem(1, 1, SM_COULOMB);
+    motion_call c;
+    p.damping[0] = 0.0;
+    new_motion(&c, &p.contact, SAMPLES);
+    double x = c.start_x[0] = 0.03;
+    c.steps_per_period = 2048;
+    CHECK_STATUS(march(&c), SM_OK);
+    for (int step = 1, k = 0; k < SAMPLES; step++) { /* far finer than the core marches */
+        const double u = forcing(&c, 0, 3.0 + 28.0 * step / (SAMPLES * 2000.0));
+        x = fmax((u - p.limit[0]) / p.stiffness[0], fmin(x, (u + p.limit[0]) / p.stiffness[0]));
+        if (step % 2000 == 0) CHECK_NEAR(c.x[k++], x, 1e-6);
+    }
+    for (int k = 0; k < SAMPLES; k++) c.x[k] = -1.0;
+    p.limit[0] = 1e6; /* stuck */
+    CHECK_STATUS(march(&c), SM_OK);
+    for (int k = 0; k < SAMPLES; k++) CHECK(c.x[k] == 0.03 && c.v[k] == 0.0);
+}
+
+/* [M x'' +] D x' + K x = u of one contact, a long time after the start. */
+static double linear_error(int32_t steps, double mass) {
+    problem p = new_problem(1, 1, SM_COULOMB);
+    motion_call c;
+    double worst = 0.0;
+    p.contact.mass = mass > 0.0 ? &mass : NULL;
+    p.damping[0] = p.stiffness[0];
+    p.limit[0] = 0.0;
+    new_motion(&c, &p.contact, SAMPLES);
+    c.segments = 1;
+    c.steps_per_period = steps;
+    sm_segment *g = c.two;
+    *g = (sm_segment){.start = 3.0, .duration = 40.0, .amplitude_start = {1.0, 0.5},
+                      .amplitude_end = {1.0, 0.5}, .frequency = {1.0}};
+    for (int k = 0; k < SAMPLES; k++) c.times[k] = 35.0 + 0.1 * k;
+    CHECK_STATUS(march(&c), SM_OK);
+    const double complex L = p.coupling[0] + I * p.coupling[1];
+    const double complex x = -2.0 * L * (1.0 + 0.5 * I) / (p.stiffness[0] * (1.0 + I) - mass);
+    for (int k = 0; k < SAMPLES; k++) {
+        const double complex turn = cexp(I * (c.times[k] - 3.0));
+        worst = fmax(worst, fabs(c.x[k] - creal(x * turn)));
+        worst = fmax(worst, fabs(c.v[k] - creal(I * x * turn)));
+    }
+    free_doubles();
+    return worst;
+}
+
+void check_friction(int times) {
+    const int contacts[] = {1, 2, 3, 7, 40};
+    (void)times;
+    for (int n = 0; n < 5; n++)
+        for (int modes = 1; modes <= (n < 4 ? 2 : 1); modes++) {
+            check_chain(contacts[n], modes, 0.02, 0.0);
+            check_chain(contacts[n], modes, 1e-6, 0.0);
+            check_chain(contacts[n], modes, 0.0, 0.0);
         }
+    for (double joint = 1.0; joint < 1e6; joint *= 20.0) { /* up to a bar that is all but rigid */
+        check_chain(4, 1, 1e-3, joint);
+        check_chain(12, 1, 0.0, joint);
     }
-    free(block.memory);
-    free(u);
-    free(x);
-    free(v);
-    free(base);
-    free(forces);
-    free_problem(&p);
-    return enough;
+    check_play_operator();
+    check_sum();
+    for (int massive = 0; massive < 2; massive++) /* of second order */
+        CHECK_NEAR(log2(linear_error(32, 5.0 * massive) / linear_error(64, 5.0 * massive)), 2.0,
+                   0.2);
 }
 
-#define MANY 32 /* contacts: conjugate gradients take over from here on */
+/* One signal: the modes, with the coupling to a contact for their shape, and two harmonics with
+ * coefficients that are straight in time over a segment. */
+typedef struct {
+    sm_harmonic_sum sum;
+    motion_call along;
+    problem p;
+    double shape[2], coefficient[(SEGMENTS + 1) * 4];
+    int32_t orders[4];
+} sum_call;
 
-static void check_many(void) {
-    for (int e = 1; e <= 5; e++) { /* smaller alpha: some stages by factors */
-        const int enough = check_many_contacts(MANY, 0.25, pow(10.0, -e));
-        CHECK(enough || e > 2);
-    }
-    CHECK(!check_many_contacts(MANY, 1e4, 1e-3)); /* stiffly joined: by factors */
-    problem p = new_problem(60, 1, SM_TANH);    /* one lane */
-    check_steps(&p.contact, 0.02);
-    free_problem(&p);
+static void new_sum(sum_call *c) {
+    *c = (sum_call){.p = new_problem(1, 2, SM_TANH), .shape = {0.3, -0.8},
+                    .orders = {3, -1, 0, 2}};
+    new_motion(&c->along, &c->p.contact, SAMPLES);
+    memset(c->p.coupling, 0, 4 * sizeof(double));
+    for (int j = 0; j < 2; j++) c->p.coupling[2 * j] = c->shape[j];
+    for (size_t k = 0; k < COUNT(c->coefficient); k++) c->coefficient[k] = cos(0.7 * (double)k);
+    c->sum = (sm_harmonic_sum){2, 2, c->orders, 1, c->shape, c->coefficient};
 }
 
-/* The forces of one stage need not lie close to those of the last: here they have nothing to do
- * with each other. Every third contact is without friction. */
-static void check_any_forces(int n, double joint) {
-    problem p = new_problem(n, 1, SM_COULOMB);
-    const double h = 1.0;
-    double *u = new_doubles((size_t)n), *x = new_doubles((size_t)n);
-    join(&p, joint);
-    for (int i = 2; i < n; i += 3) p.limit[i] = 0.0;
-    one_lane m = new_lane(&p.contact, h);
-    for (int k = 0; k < 200; k++) {
-        for (int i = 0; i < n; i++) m.lane.u[i] = u[i] = 20.0 * random_number() - 10.0;
-        memset(m.lane.x, 0, (size_t)n * sizeof(double));
-        CHECK_STATUS(stage_of(&m, 0), SM_OK);
-        check_stage(&p.contact, h, u, x, m.lane.v);
-    }
-    free(m.memory);
-    free(u);
-    free(x);
-    free_problem(&p);
+static sm_status add_up(void *arguments) {
+    sum_call *c = arguments;
+    return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES,
+                              c->along.times, c->along.x);
 }
 
-/* Up to a bar that is all but rigid: neither Newton nor Gauss-Seidel sweeps solve its stages. */
-static void check_joined_coulomb_contacts(void) {
-    const double joints[] = {1.0, 10.0, 25.0, 100.0, 1e3, 1e4, 1e5, 1e7};
-    for (int k = 0; k < 8; k++) {
-        for (int n = 2; n <= 30; n += n < 10 ? 4 : 20) {
-            check_many_contacts(n, joints[k], 0.0);
-            check_any_forces(n, joints[k]);
+static void check_sum(void) {
+    sum_call c;
+    new_sum(&c);
+    CHECK_STATUS(add_up(&c), SM_OK);
+    for (int k = 0; k < SAMPLES; k++) {
+        const double time = c.along.times[k];
+        const sm_segment *g = &c.along.two[time > 14.0];
+        const double *row = c.coefficient + (time > 14.0 ? 4 : 0), t = time - g->start;
+        double value = -forcing(&c.along, 0, time), r = t / g->duration;
+        for (int q = 0; q < 2; q++) {
+            double angle = 0.0;
+            for (int j = 0; j < 2; j++)
+                angle += c.orders[2 * q + j]
+                         * (g->angle[j] + t * (g->frequency[j] + 0.5 * g->frequency_rate[j] * t));
+            value += 2.0 * ((1.0 - r) * row[q] + r * row[4 + q]) * cos(angle);
+            value -= 2.0 * ((1.0 - r) * row[2 + q] + r * row[6 + q]) * sin(angle);
         }
+        CHECK_NEAR(c.along.x[k], value, 1e-12);
     }
-    check_many_contacts(100, 1e4, 0.0);
-    check_any_forces(100, 1e4);
 }
 
-static sm_status call_contact_check(void *p) { return sm_contact_check(p); }
+static sm_status call_contact_check(void *contact) { return sm_contact_check(contact); }
 
-static void check_contact_refusals(void) {
-    problem p = new_problem(3, 2, SM_TANH);
-    sm_contact *c = &p.contact;
-    CHECK_STATUS(sm_contact_check(c), SM_OK);
-    CHECK_STATUS(sm_contact_check(NULL), SM_BAD_ARGUMENT);
-    const int32_t counts[] = {0, -1, INT32_MIN, INT32_MAX, 32769};
-    for (int k = 0; k < 5; k++) {
-        CHECK_REFUSES(int32_t, c->contacts, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, c->modes, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
-        if (counts[k] != SM_TANH)
-            CHECK_REFUSES(int32_t, c->law, counts[k], sm_contact_check(c), SM_BAD_ARGUMENT);
-    }
-    CHECK_REFUSES(const double *, p.contact.limit, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, p.contact.stiffness, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, p.contact.damping, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(const double *, p.contact.coupling, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES_NOT_FINITE(p.limit, 3, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(p.stiffness, 9, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(p.damping, 9, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(p.coupling, 12, call_contact_check, c);
-    CHECK_REFUSES_NOT_FINITE(&c->alpha, 1, call_contact_check, c);
-    CHECK_REFUSES(double, c->alpha, 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->alpha, -0.02, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, p.limit[2], -1e-9, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, p.stiffness[4], 0.0, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, p.stiffness[1], 18.1, sm_contact_check(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, p.damping[1], 0.17, sm_contact_check(c), SM_BAD_ARGUMENT);
-    double mass[] = {1.0, 0.1, 0.0, 0.1, 1.0, 0.1, 0.0, 0.1, 1.0};
-    c->mass = mass;
-    CHECK_REFUSES_NOT_FINITE(mass, 9, call_contact_check, c);
-    CHECK_REFUSES(double, mass[1], 0.2, sm_contact_check(c), SM_BAD_ARGUMENT);
-    c->law = SM_COULOMB; /* has no use for alpha */
-    CHECK_REFUSES(double, c->alpha, NAN, sm_contact_check(c), SM_OK);
-    free_problem(&p);
-}
-
-static void check_response_refusals(void) {
+void check_friction_refusals(void) {
     problem p = new_problem(2, 2, SM_TANH);
-    double dynamic_stiffness[8] = {0.1, 0.0, 0.02, 0.01, 0.02, 0.01, 0.1, 0.0};
-    int32_t orders[] = {2, -1};
-    sm_modal_response response = {
-        .orders_count = 1, .orders = orders, .dynamic_stiffness = dynamic_stiffness};
-    sm_contact *c = &p.contact;
-    c->response = &response;
-    CHECK_STATUS(sm_contact_check(c), SM_OK);
-    CHECK_REFUSES(const double *, response.dynamic_stiffness, NULL, sm_contact_check(c), SM_OK);
-    CHECK_REFUSES(const int32_t *, response.orders, NULL, sm_contact_check(c), SM_BAD_ARGUMENT);
-    const int32_t wrong[] = {-100000, INT32_MIN, INT32_MAX};
-    for (int k = 0; k < 3; k++) {
-        CHECK_REFUSES(int32_t, response.orders_count, wrong[k], sm_contact_check(c),
-                      SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, orders[1], wrong[k], sm_contact_check(c), SM_BAD_ARGUMENT);
-    }
-    CHECK_REFUSES_NOT_FINITE(dynamic_stiffness, 8, call_contact_check, c);
-    free_problem(&p);
-}
-
-/* Contacts begin and cease to slip in any order: the factor stays that of S over those that do. */
-static void check_slipping(void) {
-    enum { N = 12 };
-    double matrix[N * N], counts[N + 1] = {0.0}, factor[N * N] = {0.0};
-    for (int i = 0; i < N; i++)
-        for (int j = 0; j <= i; j++)
-            matrix[i * N + j] = matrix[j * N + i] = i == j ? N : random_number();
-    const sm_slipping a = sm_slipping_of(N, 0, counts, factor);
-    int most = 0;
-    for (int k = 0; k < 2000; k++) {
-        const int i = (int)(N * random_number()) % N;
-        if (a.place[i])
-            sm_slipping_remove(&a, N, i);
-        else
-            sm_slipping_add(&a, N, matrix, i);
-        double z[N], b[N];
-        for (int row = 0; row < *a.count; row++) z[row] = b[row] = random_number() - 0.5;
-        sm_slipping_divide(&a, N, z);
-        for (int row = 0; row < *a.count; row++) {
-            CHECK(a.place[a.order[row]] == row + 1);
-            double rest = b[row];
-            for (int j = 0; j < *a.count; j++)
-                rest -= matrix[a.order[row] * N + a.order[j]] * z[j];
-            CHECK_NEAR(rest, 0.0, 1e-13);
-        }
-        most = *a.count > most ? *a.count : most;
-    }
-    CHECK(most > N / 2);
-    sm_slipping_forget(&a, N);
-    CHECK(*a.count == 0);
-    for (int i = 0; i < N; i++) CHECK(a.place[i] == 0);
-}
-
-void check_friction(void) {
-    check_slipping();
-    check_resolvents();
-    check_coupled_steps();
-    check_many();
-    check_joined_coulomb_contacts();
-    check_scaled_limits();
-    check_singular_stiffness();
-    check_frictionless_stage();
-    check_rank_deficient_stage();
-    check_overflowing_stage();
-    check_contact_refusals();
-    check_response_refusals();
+    motion_call c;
+    sm_contact *contact = &p.contact;
+    double H[2 * 8] = {0.1}, mass[] = {1.0, 0.1, 0.1, 1.0};
+    int32_t orders[] = {2, -1, 3, 0};
+    sm_modal_response response = {.orders_count = 2, .orders = orders, .dynamic_stiffness = H};
+    const entry check = call_contact_check;
+    contact->mass = mass;
+    contact->response = &response;
+    CHECK_STATUS(sm_contact_check(contact), SM_OK);
+    CHECK_STATUS(sm_contact_check(NULL), SM_BAD_ARGUMENT);
+    REFUSES_NULL(check, contact, &contact->limit, &contact->stiffness, &contact->damping,
+                 &contact->coupling, &response.orders);
+    REFUSES_NOT_FINITE(check, contact, {p.limit, 2}, {p.stiffness, 4}, {p.damping, 4},
+                       {p.coupling, 8}, {mass, 4}, {&contact->alpha, 1}, {H, COUNT(H)});
+    REFUSES_INTS(&contact->contacts, check, contact, 0, -1, INT32_MIN, INT32_MAX, 32769);
+    REFUSES_INTS(&contact->modes, check, contact, 0, -1, 3, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&contact->law, check, contact, -1, 3, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&response.orders_count, check, contact, -1, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&orders[1], check, contact, -100000, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&response.asked, check, contact, -1, 3);
+    REFUSES(&contact->alpha, check, contact, 0.0, -0.02);
+    REFUSES(&p.limit[1], check, contact, -1e-9);
+    REFUSES(&p.stiffness[3], check, contact, 0.0);
+    REFUSES(&p.stiffness[1], check, contact, 18.1); /* not symmetric */
+    REFUSES(&p.damping[1], check, contact, 0.17);
+    REFUSES(&mass[1], check, contact, 0.2);
+    contact->mass = NULL;
+    contact->response = NULL;
+    new_motion(&c, &p.contact, SAMPLES);
+    REFUSES_NULL(march, &c, &c.segments, &c.segment, &c.times);
+    REFUSES_INTS(&c.steps_per_period, march, &c, 3, 0, -1, 65537, INT32_MAX, INT32_MIN);
+    REFUSES(&c.times[4], march, &c, c.times[5]);
+    REFUSES(&c.times[0], march, &c, 2.999);
+    REFUSES(&c.times[SAMPLES - 1], march, &c, 31.1);
+    REFUSES(&c.two[0].duration, march, &c, 0.0, -11.0, 10.9);
+    REFUSES(&c.two[1].start, march, &c, 2.0);
+    /* more steps than anybody can wait for, or than an integer counts */
+    REFUSES(&c.two[0].frequency[0], march, &c, 1e15, -1e300);
+    CHECK_WITH(&c.two[0].amplitude_start[0], 1e308, march(&c), SM_NOT_FINITE);
+    for (int k = 0; k < SEGMENTS; k++)
+        REFUSES_NOT_FINITE(march, &c, {(double *)&c.two[k], SEGMENT_COUNT});
+    REFUSES_NOT_FINITE(march, &c, {c.times, SAMPLES}, {c.start_x, 2}, {p.limit, 2});
+    check_no_memory(march, &c);
+    sum_call s;
+    new_sum(&s);
+    REFUSES_NULL(add_up, &s, &s.along.segment, &s.along.times, &s.along.x, &s.sum.shape,
+                 &s.sum.coefficient, &s.sum.orders, &s.sum.signals);
+    REFUSES_NOT_FINITE(add_up, &s, {s.shape, 2}, {s.coefficient, COUNT(s.coefficient)},
+                       {s.along.times, SAMPLES});
+    REFUSES_INTS(&s.sum.modes, add_up, &s, 0, 3);
+    REFUSES_INTS(&s.sum.orders_count, add_up, &s, -1, INT32_MAX);
+    REFUSES_INTS(&s.orders[0], add_up, &s, 129);
 }

@@ -1,359 +1,287 @@
-/* Periodic contact motion on the torus. */
-#include <complex.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+/* Periodic contact motion on the torus, in steady motion and while amplitudes grow. */
+#include <pthread.h>
 
-#include "driver.h"
 #include "fixtures.h"
 
-/* All arguments of sm_torus_harmonics. */
-typedef struct {
-    problem p;
-    double rates[SM_MODES], smallest_scale[SM_MODES], tolerance;
-    int32_t steps, lines, max_periods, orders_count;
-    size_t points;
-    double *amplitudes, *harmonics, *mean_square, *residual;
-    int32_t *orders, *marched;
-} torus_call;
+void check_torus(int times);
+void check_torus_refusals(void);
+void check_same_bits(int times);
 
 #define ORDERS 4
 
-static torus_call new_call(int contacts, int modes, int law, int32_t lines, size_t points) {
-    static const int32_t orders[ORDERS][2] = {{1, 0}, {0, 1}, {3, 0}, {-2, 1}};
-    torus_call c = {.p = new_problem(contacts, modes, law),
-                    .rates = {1.0, 1.7},
-                    .tolerance = 1e-6,
-                    .steps = 16,
-                    .lines = lines,
-                    .max_periods = 100,
-                    .orders_count = ORDERS,
-                    .points = points};
-    c.amplitudes = new_doubles(points * (size_t)modes);
-    c.harmonics = new_doubles(points * ORDERS * (size_t)contacts * 2);
-    c.mean_square = new_doubles(points * (size_t)contacts);
-    c.residual = new_doubles(points);
-    c.marched = calloc(points, sizeof *c.marched);
-    c.orders = malloc(sizeof orders);
-    if (!c.marched || !c.orders) abort();
-    memcpy(c.orders, orders, sizeof orders);
-    for (size_t k = 0; k < points * (size_t)modes; k++) c.amplitudes[k] = 0.4 * (double)(k % 9);
-    return c;
-}
+/* All arguments of sm_torus_harmonics and of sm_torus_growing. */
+typedef struct {
+    sm_contact *contact;
+    double rates[SM_MODES], smallest[SM_MODES];
+    sm_discretisation grid;
+    sm_torus_points where;
+    sm_torus_motion motion;
+    double *amplitudes, *growth;
+    int32_t orders[2 * ORDERS];
+} torus_call;
 
-static void free_call(torus_call *c) {
-    free_problem(&c->p);
-    free(c->amplitudes);
-    free(c->harmonics);
-    free(c->mean_square);
-    free(c->residual);
-    free(c->marched);
-    free(c->orders);
+static void new_call(torus_call *c, sm_contact *contact, int32_t lines, size_t points) {
+    const int32_t orders[2 * ORDERS] = {1, 0, 0, 1, 3, 0, -2, 1};
+    const size_t n = (size_t)contact->contacts, modes = (size_t)contact->modes;
+    *c = (torus_call){.contact = contact, .rates = {1.0, 1.7},
+                      .amplitudes = new_doubles(points * modes),
+                      .growth = new_doubles(points * modes)};
+    memcpy(c->orders, orders, sizeof orders);
+    for (size_t k = 0; k < points * modes; k++) c->amplitudes[k] = 0.4 * (double)(k % 9);
+    c->grid = (sm_discretisation){c->rates, 16, lines, ORDERS, c->orders, 1e-6, c->smallest, 100};
+    c->where = (sm_torus_points){.count = points, .amplitudes = c->amplitudes};
+    c->motion = (sm_torus_motion){new_doubles(points * ORDERS * n * 2), new_doubles(points * n),
+                                  new_doubles(points), (int32_t *)(void *)new_doubles(points)};
 }
 
 static sm_status solve(void *arguments) {
-    torus_call *c = arguments;
-    const sm_discretisation grid = {c->rates,        c->steps,  c->lines,     c->orders_count,
-                                    c->orders,       c->tolerance, c->smallest_scale,
-                                    c->max_periods};
-    const sm_torus_points points = {.count = c->points, .amplitudes = c->amplitudes};
-    const sm_torus_motion motion = {c->harmonics, c->mean_square, c->residual, c->marched};
-    return sm_torus_harmonics(&c->p.contact, &grid, &points, &motion);
+    const torus_call *c = arguments;
+    return sm_torus_harmonics(c->contact, &c->grid, &c->where, &c->motion);
 }
 
-/* P_nm of contact i, the q-th order at a point. */
+static sm_status grow(void *arguments) {
+    const torus_call *c = arguments;
+    return sm_torus_growing(c->contact, &c->grid, c->where.count, c->where.amplitudes, c->growth,
+                            c->motion.harmonics);
+}
+
+/* P_nm of contact i, the q-th order at a point; L_j. */
 static double complex harmonic(const torus_call *c, size_t point, int q, int i) {
-    const size_t n = (size_t)c->p.contact.contacts;
-    const double *P = c->harmonics + 2 * ((point * ORDERS + (size_t)q) * n + (size_t)i);
+    const size_t n = (size_t)c->contact->contacts;
+    const double *P = c->motion.harmonics + 2 * ((point * ORDERS + (size_t)q) * n + (size_t)i);
     return P[0] + I * P[1];
 }
 
 static double complex coupling(const torus_call *c, int mode, int i) {
-    const double *L = c->p.coupling + 2 * (mode * c->p.contact.contacts + i);
+    const double *L = c->contact->coupling + 2 * (mode * c->contact->contacts + i);
     return L[0] + I * L[1];
 }
 
-/* Mean power that goes into friction and contact damping, the work of the forcing on x. */
-static double dissipated(const torus_call *c, size_t point) {
-    const int modes = c->p.contact.modes;
-    double power = 0.0;
-    for (int j = 0; j < modes; j++) {
-        const double a = c->amplitudes[point * (size_t)modes + (size_t)j];
-        for (int i = 0; i < c->p.contact.contacts; i++)
-            power += 2.0 * c->rates[j] * a
-                     * cimag(conj(coupling(c, j, i)) * harmonic(c, point, j, i));
-    }
-    return power;
-}
-
-/* Five points do not fill a group of 16 lanes; each must come out as if it were alone, as closely
- * as either found the periodic motion. All displacements are below 1. */
-static void check_points_apart(int contacts, int modes, int law, int32_t lines) {
-    const size_t points = 5;
-    torus_call all = new_call(contacts, modes, law, lines, points);
-    torus_call one = new_call(contacts, modes, law, lines, 1);
-    const size_t per_point = ORDERS * (size_t)contacts * 2;
-    CHECK_STATUS(solve(&all), SM_OK);
-    CHECK_FINITE(all.harmonics, points * per_point);
-    for (size_t k = 0; k < points; k++) {
-        CHECK(all.residual[k] >= 0.0 && all.marched[k] >= 1 && all.marched[k] <= 100 * all.steps);
-        CHECK(dissipated(&all, k) >= -1e-9);
-    }
-    for (size_t k = 0; k < points; k += 4) {
-        memcpy(one.amplitudes, all.amplitudes + k * (size_t)modes, (size_t)modes * sizeof(double));
-        CHECK_STATUS(solve(&one), SM_OK);
-        if (modes == 1) CHECK(one.residual[0] <= one.tolerance);
-        const double apart = 1e-9 + all.residual[k] + one.residual[0];
-        for (size_t q = 0; q < per_point; q++)
-            CHECK_NEAR(all.harmonics[k * per_point + q], one.harmonics[q], apart);
-    }
-    CHECK(dissipated(&all, points - 1) > 1e-3);
-    free_call(&all);
-    free_call(&one);
-}
-
-static void check_shapes(void) {
-    const int contacts[] = {1, 2, 3, 7}, lines[] = {1, 4, 8, 16, 32};
-    for (int n = 0; n < 4; n++)
-        for (int k = 0; k < 5; k++)
-            for (int modes = 1; modes <= 2; modes++) {
-                if (modes == 1 && lines[k] > 1) continue; /* they would all be the same */
-                if (contacts[n] == 7 && lines[k] == 32) continue; /* like 3, but dear */
-                check_points_apart(contacts[n], modes, SM_TANH, lines[k]);
-                check_points_apart(contacts[n], modes, SM_COULOMB, lines[k]);
-            }
-}
-
-/* A light mass, and modes that respond to the contacts: 0 is neither, 1 and 2 are the one or the
- * other. */
+/* A light mass, and modes that respond to the contacts: 0 is neither. */
 enum { MASSLESS, MASSIVE, RESPONDING, LINEAR_CASES };
 
 static const double MASS[9] = {0.5, 0.1, 0.0, 0.1, 0.7, 0.1, 0.0, 0.1, 0.6};
-static const double NATURAL[2] = {1.0, 1.7}, MODAL_DAMPING[2] = {0.01, 0.03};
-static const double SPRING[6] = {-1.0, 0.5, 0.3, 0.8, -1.2, 0.4};
-static const double DAMPER[6] = {0.1, 0.0, 0.05, 0.0, 0.1, -0.1};
-
-/* Coupling of a mode to contact i at frequency nu. */
-static double complex response_coupling(int mode, int i, double nu) {
-    return SPRING[3 * mode + i] + I * nu * DAMPER[3 * mode + i];
-}
 
 /* H of contacts i and k at the carrier of a mode: the response of the other mode. */
-static double complex dynamic_stiffness_of(double nu, int other, int i, int k) {
-    const double complex dynamic =
-        NATURAL[other] * NATURAL[other] - nu * nu + I * MODAL_DAMPING[other] * nu;
-    return response_coupling(other, i, nu) * response_coupling(other, k, nu) / dynamic;
+static double complex dynamic_stiffness(double nu, int other, int i, int k) {
+    const double spring[6] = {-1.0, 0.5, 0.3, 0.8, -1.2, 0.4};
+    const double damper[6] = {0.1, 0.0, 0.05, 0.0, 0.1, -0.1};
+    const double natural = other ? 1.7 : 1.0, damping = other ? 0.03 : 0.01;
+    const double complex of_i = spring[3 * other + i] + I * nu * damper[3 * other + i];
+    const double complex of_k = spring[3 * other + k] + I * nu * damper[3 * other + k];
+    return of_i * of_k / (natural * natural - nu * nu + I * damping * nu);
 }
 
-static void fill_dynamic_stiffness(const torus_call *c, double *dynamic_stiffness) {
-    for (int mode = 0; mode < 2; mode++)
-        for (int k = 0; k < 9; k++) {
-            const double complex H = dynamic_stiffness_of(c->rates[mode], 1 - mode, k / 3, k % 3);
-            dynamic_stiffness[2 * (9 * mode + k)] = creal(H);
-            dynamic_stiffness[2 * (9 * mode + k) + 1] = cimag(H);
-        }
-}
-
-/* (K + i nu D [- nu^2 M] [- H(nu)]) P + L a of contact i at the carrier of a mode, which is 0. */
-static double complex linear_rest(const torus_call *c, int mode, int i, int what) {
-    const double nu = c->rates[mode];
-    double complex rest = coupling(c, mode, i) * c->amplitudes[mode];
-    for (int k = 0; k < 3; k++) {
-        const int at = 3 * i + k;
-        double complex stiffness = c->p.stiffness[at] + I * nu * c->p.damping[at];
-        if (what == MASSIVE) stiffness -= nu * nu * MASS[at];
-        if (what == RESPONDING) stiffness -= dynamic_stiffness_of(nu, 1 - mode, i, k);
-        rest += stiffness * harmonic(c, 0, mode, k);
-    }
-    return rest;
-}
-
-/* The error that the second-order rule leaves without friction. */
+/* Without friction, (K + i nu D [- nu^2 M] [- H(nu)]) P + L a = 0 at each carrier: its error. */
 static double linear_error(int32_t steps, int what) {
-    double dynamic_stiffness[ORDERS * 9 * 2] = {0.0};
-    torus_call c = new_call(3, 2, SM_TANH, 4, 1);
-    double worst = 0.0;
-    c.steps = steps;
-    c.tolerance = 1e-12;
+    double H[ORDERS * 9 * 2] = {0.0}, worst = 0.0;
+    problem p = new_problem(3, 2, SM_TANH);
+    torus_call c;
+    new_call(&c, &p.contact, 4, 1);
+    c.grid.steps = steps;
+    c.grid.tolerance = 1e-12;
     c.amplitudes[0] = 1.3;
     c.amplitudes[1] = 0.7;
-    if (what == MASSIVE) c.p.contact.mass = MASS;
-    fill_dynamic_stiffness(&c, dynamic_stiffness);
+    if (what == MASSIVE) p.contact.mass = MASS;
+    for (int k = 0; k < 18; k++) {
+        const double complex h = dynamic_stiffness(c.rates[k / 9], 1 - k / 9, k % 9 / 3, k % 3);
+        H[2 * k] = creal(h);
+        H[2 * k + 1] = cimag(h);
+    }
     const sm_modal_response response = {
-        .orders_count = c.orders_count, .orders = c.orders, .dynamic_stiffness = dynamic_stiffness};
-    if (what == RESPONDING) c.p.contact.response = &response;
-    for (int i = 0; i < 3; i++) c.p.limit[i] = 0.0;
-    for (int k = 0; k < 9; k++) c.p.damping[k] = c.p.stiffness[k]; /* time constant 1 s */
+        .orders_count = ORDERS, .orders = c.orders, .dynamic_stiffness = H};
+    if (what == RESPONDING) p.contact.response = &response;
+    memset(p.limit, 0, 3 * sizeof(double));
+    memcpy(p.damping, p.stiffness, 9 * sizeof(double)); /* time constant 1 s */
     CHECK_STATUS(solve(&c), SM_OK);
-    for (int mode = 0; mode < 2; mode++)
-        for (int i = 0; i < 3; i++) worst = fmax(worst, cabs(linear_rest(&c, mode, i, what)));
-    free_call(&c);
+    for (int k = 0; k < 6; k++) {
+        const int mode = k / 3, i = k % 3;
+        const double nu = c.rates[mode];
+        double complex rest = coupling(&c, mode, i) * c.amplitudes[mode];
+        for (int j = 0; j < 3; j++) {
+            double complex stiffness = p.stiffness[3 * i + j] * (1.0 + I * nu);
+            if (what == MASSIVE) stiffness -= nu * nu * MASS[3 * i + j];
+            if (what == RESPONDING) stiffness -= dynamic_stiffness(nu, 1 - mode, i, j);
+            rest += stiffness * harmonic(&c, 0, mode, j);
+        }
+        worst = fmax(worst, cabs(rest));
+    }
+    free_doubles();
     return worst;
 }
 
-static void check_linear_contacts(void) {
-    for (int what = 0; what < LINEAR_CASES; what++) {
-        const double coarse = linear_error(64, what), fine = linear_error(128, what);
-        CHECK_NEAR(log2(coarse / fine), 2.0, 0.1);
-        CHECK_NEAR(linear_error(512, what), 0.0, 2e-4);
-    }
+/* Stiffness under 2 X cos t of a spring k in series with a slider that slips at |x| = X c: the
+ * describing function of Jenkins' element (Iwan 1961). */
+static double complex describing_function(double k, double c) {
+    if (c >= 1.0) return k;
+    const double theta = acos(1.0 - 2.0 * c);
+    return k * (theta - 0.5 * sin(2.0 * theta) + 4.0 * I * c * (1.0 - c)) / PI;
 }
 
-/* One mode, one undamped Coulomb contact: sliding by the play operator, in closed form. */
-static double complex exact_friction_function(double k, double K, double limit, double a) {
-    const double r = limit / (2.0 * k * a), pi = 0.5 * TWO_PI;
-    if (r >= 1.0) return 0.0;
-    const double re = 0.5 * pi + asin(1.0 - 2.0 * r) + 2.0 * (1.0 - 2.0 * r) * sqrt(r * (1.0 - r));
-    return k * k / K * (re - I * 4.0 * r * (1.0 - r)) / pi;
-}
-
-static void check_play_operator(void) {
+/* One undamped Coulomb contact on a spring K: under L a the slider adds to the spring. */
+static void check_coulomb_contact(void) {
     const double amplitudes[] = {0.5, 0.99, 1.05, 1.3, 2.0, 4.0, 50.0};
-    torus_call c = new_call(1, 1, SM_COULOMB, 1, 7);
-    c.steps = 8192;
-    c.p.stiffness[0] = 20.0;
-    c.p.damping[0] = 0.0;
-    c.p.coupling[0] = -1.0;
-    c.p.coupling[1] = 0.0;
+    problem p = new_problem(1, 1, SM_COULOMB);
+    torus_call c;
+    new_call(&c, &p.contact, 1, 7);
+    c.grid.steps = 8192;
+    p.damping[0] = p.coupling[1] = 0.0;
+    p.coupling[0] = -1.0;
     memcpy(c.amplitudes, amplitudes, sizeof amplitudes);
     CHECK_STATUS(solve(&c), SM_OK);
-    for (size_t p = 0; p < 7; p++) {
-        const double a = amplitudes[p];
-        const double complex Q = harmonic(&c, p, 0, 0) / a;
-        const double complex exact = exact_friction_function(1.0, 20.0, 2.0, a);
-        CHECK_NEAR(cabs(Q - exact), 0.0, a < 1.0 ? 0.0 : 2e-8);
+    for (size_t k = 0; k < 7; k++) {
+        const double a = amplitudes[k], K = p.stiffness[0], limit = p.limit[0];
+        const double complex x = a * (1.0 - describing_function(1.0, limit / (2.0 * a))) / K;
+        CHECK_NEAR(cabs(harmonic(&c, k, 0, 0) - x), 0.0, a < 1.0 ? 0.0 : 1e-7 * a);
     }
-    free_call(&c);
 }
 
-/* The modes must respond to the harmonics that are computed, and to no others. */
-static void check_response_refusals(void) {
-    torus_call c = new_call(3, 2, SM_TANH, 4, 1);
-    double dynamic_stiffness[ORDERS * 9 * 2] = {0.0};
+/* One Jenkins element that is moved by 2 Re(a exp(i t)), without flexibility. */
+static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elastic *elastic,
+                        const double *slider) {
+    *p = new_problem(1, 1, SM_ELASTIC);
+    *element = (sm_element){.law = SM_SLIDERS, .sliders = 1};
+    *elastic = (sm_elastic){1, 1, element, slider, slider + 1};
+    p->contact.elastic = elastic;
+    p->stiffness[0] = p->coupling[1] = 0.0;
+    p->coupling[0] = -1.0;
+    new_call(c, &p->contact, 1, 3);
+    c->grid.steps = 8192;
+    for (int k = 0; k < 3; k++) c->amplitudes[k] = 0.2 + 0.3 * k;
+}
+
+/* Its force deficit is k x - N x. While |x| = 2 a grows by r per second, a reversal that lies tau
+ * back was at an amplitude 2 r tau smaller, and while the slider sticks the force is by k 2 r tau
+ * off that of steady motion; it sticks until cos tau = 1 - 2 c. */
+static void check_jenkins_element(void) {
+    const double slider[] = {1.5, 3.0}, by = 1e-3; /* slips from |x| = 0.5 on; growth per period */
+    torus_call c;
+    problem p;
+    sm_element element;
+    sm_elastic elastic;
+    double complex P[3];
+    new_jenkins(&c, &p, &element, &elastic, slider);
+    CHECK_STATUS(solve(&c), SM_OK);
+    for (size_t k = 0; k < 3; k++) {
+        const double a = c.amplitudes[k];
+        const double complex lost = slider[1] - describing_function(slider[1], 0.25 / a);
+        CHECK_NEAR(cabs(harmonic(&c, k, 0, 0) - lost * a), 0.0, 1e-6);
+    }
+    for (int sign = 1; sign >= -1; sign -= 2) {
+        for (size_t k = 0; k < 3; k++) c.growth[k] = sign * by;
+        CHECK_STATUS(grow(&c), SM_OK);
+        for (size_t k = 0; k < 3; k++)
+            P[k] = sign > 0 ? harmonic(&c, k, 0, 0) : 0.5 * (P[k] - harmonic(&c, k, 0, 0)) / by;
+    }
+    for (size_t k = 0; k < 3; k++) {
+        const double cut = 0.25 / c.amplitudes[k], T = cut < 1.0 ? acos(1.0 - 2.0 * cut) : PI;
+        const double complex weighted = (1.0 + I * T) * cexp(-I * T) - 1.0;
+        /* growth 1 / 2 pi in a second */
+        const double complex late = -slider[1] / PI * weighted / PI;
+        CHECK_NEAR(cabs(P[k] - (k == 0 ? 0.0 : late)), 0.0, 2e-3);
+        CHECK(k == 0 || cabs(late) > 0.1);
+    }
+}
+
+void check_torus(int times) {
+    (void)times;
+    for (int what = 0; what < LINEAR_CASES; what++) { /* of second order */
+        CHECK_NEAR(log2(linear_error(64, what) / linear_error(128, what)), 2.0, 0.1);
+        CHECK_NEAR(linear_error(512, what), 0.0, 2e-4);
+    }
+    check_coulomb_contact();
+    check_jenkins_element();
+}
+
+static void *solve_in_thread(void *call) {
+    CHECK_STATUS(solve(call), SM_OK);
+    return NULL;
+}
+
+/* A call gives the same bits also beside others; points that do not fill a group of lanes come out
+ * as if each were alone, as closely as either found the periodic motion. Friction takes the work
+ * of the forcing, L a on x. */
+void check_same_bits(int times) {
+    enum { THREADS = 4, POINTS = 5, VALUES = 3 * 2 * ORDERS };
+    (void)times;
+    for (int law = SM_TANH; law <= SM_COULOMB; law++) {
+        pthread_t thread[THREADS];
+        torus_call c[THREADS], one;
+        problem p = new_problem(3, 2, law);
+        for (int k = 0; k < THREADS; k++) {
+            new_call(&c[k], &p.contact, 8, POINTS);
+            CHECK(pthread_create(&thread[k], NULL, solve_in_thread, &c[k]) == 0);
+        }
+        for (int k = 0; k < THREADS; k++) {
+            CHECK(pthread_join(thread[k], NULL) == 0);
+            CHECK(memcmp(c[k].motion.harmonics, c->motion.harmonics,
+                         POINTS * VALUES * sizeof(double)) == 0);
+        }
+        new_call(&one, &p.contact, 8, 1);
+        for (size_t k = 0; k < POINTS; k++) {
+            double power = 0.0;
+            for (int i = 0; i < 6; i++)
+                power += 2.0 * c->rates[i / 3] * c->amplitudes[2 * k + (size_t)i / 3]
+                         * cimag(conj(coupling(c, i / 3, i % 3)) * harmonic(c, k, i / 3, i % 3));
+            CHECK(power >= (k < POINTS - 1 ? -1e-9 : 1e-3));
+            memcpy(one.amplitudes, c->amplitudes + 2 * k, 2 * sizeof(double));
+            CHECK_STATUS(solve(&one), SM_OK);
+            const double apart = 1e-9 + c->motion.residual[k] + one.motion.residual[0];
+            for (size_t q = 0; q < VALUES; q++)
+                CHECK_NEAR(c->motion.harmonics[k * VALUES + q], one.motion.harmonics[q], apart);
+        }
+    }
+}
+
+static void check_both(torus_call *c, entry call) {
+    REFUSES_NOT_FINITE(call, c, {c->rates, 2}, {c->amplitudes, 6});
+    CHECK_WITH(&c->amplitudes[0], 1e308, call(c), SM_NOT_FINITE); /* what follows is not finite */
+    REFUSES_NULL(call, c, &c->contact, &c->grid.rates, &c->grid.orders, &c->where.amplitudes,
+                 &c->motion.harmonics);
+    REFUSES_INTS(&c->grid.steps, call, c, 0, -16, 3, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&c->grid.lines, call, c, 0, -16, 3, 24, 8192, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&c->grid.orders_count, call, c, 0, -1, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&c->orders[5], call, c, INT32_MIN, INT32_MAX);
+    REFUSES_INTS(&c->contact->contacts, call, c, 0, 32769);
+    REFUSES(&c->rates[1], call, c, 0.0, -1.0);
+    const size_t points[] = {SIZE_MAX, SIZE_MAX / 2};
+    check_refuses(&c->where.count, points, sizeof *points, 2, call, c, HERE("points"));
+    check_no_memory(call, c);
+    const size_t count = c->where.count;
+    c->where.count = 0; /* nothing to do is no error */
+    CHECK_STATUS(call(c), SM_OK);
+    c->where.count = count;
+}
+
+void check_torus_refusals(void) {
+    problem p = new_problem(2, 2, SM_TANH);
+    torus_call c;
+    double H[ORDERS * 4 * 2] = {0.0};
     int32_t orders[2 * ORDERS];
     sm_modal_response response = {
-        .orders_count = ORDERS, .orders = orders, .dynamic_stiffness = dynamic_stiffness};
+        .orders_count = ORDERS, .orders = orders, .dynamic_stiffness = H};
+    new_call(&c, &p.contact, 8, 3);
+    check_both(&c, solve);
+    check_both(&c, grow);
+    REFUSES_NOT_FINITE(grow, &c, {c.growth, 6});
+    REFUSES_NOT_FINITE(solve, &c, {c.smallest, 2}, {&c.grid.tolerance, 1});
+    REFUSES_NULL(solve, &c, &c.grid.smallest_scale, &c.motion.mean_square, &c.motion.residual,
+                 &c.motion.marched);
+    REFUSES_INTS(&c.grid.max_periods, solve, &c, 0, -1, 2001, INT32_MAX);
+    REFUSES(&c.grid.tolerance, solve, &c, -1e-9);
+    REFUSES(&c.smallest[1], solve, &c, -1.0);
+    REFUSES(&c.amplitudes[5], solve, &c, -1e-9);
+    REFUSES(&p.damping[0], solve, &c, -50.0);
     memcpy(orders, c.orders, sizeof orders);
-    c.p.contact.response = &response;
+    p.contact.response = &response; /* modes must respond to the harmonics that are computed */
     CHECK_STATUS(solve(&c), SM_OK);
-    CHECK_REFUSES(const double *, response.dynamic_stiffness, NULL, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, response.orders_count, ORDERS - 1, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, response.asked, -1, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, response.asked, ORDERS + 1, solve(&c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, orders[3], 2, solve(&c), SM_BAD_ARGUMENT);
-    free_call(&c);
-}
-
-static void check_limits(void) {
-    torus_call c = new_call(2, 2, SM_COULOMB, 8, 3);
-    c.p.limit[0] = c.p.limit[1] = 1e12; /* never slips */
-    CHECK_STATUS(solve(&c), SM_OK);
-    for (size_t k = 0; k < 3 * ORDERS * 4; k++) CHECK(c.harmonics[k] == 0.0);
-    c.points = 0; /* nothing to do is no error */
-    CHECK_STATUS(solve(&c), SM_OK);
-    free_call(&c);
-    c = new_call(2, 2, SM_TANH, 8, 3);
-    c.max_periods = 1; /* nothing to compare with yet; the third point moves */
-    CHECK_STATUS(solve(&c), SM_OK);
-    CHECK(isinf(c.residual[2]));
-    free_call(&c);
-}
-
-static void check_not_finite_arguments(torus_call *c) {
-    CHECK_REFUSES_NOT_FINITE(c->rates, 2, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->smallest_scale, 2, solve, c);
-    CHECK_REFUSES_NOT_FINITE(&c->tolerance, 1, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->amplitudes, 6, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->p.limit, 2, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->p.stiffness, 4, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->p.damping, 4, solve, c);
-    CHECK_REFUSES_NOT_FINITE(c->p.coupling, 8, solve, c);
-    /* finite, but what follows from them is not */
-    CHECK_REFUSES(double, c->amplitudes[0], 1e308, solve(c), SM_NOT_FINITE);
-    CHECK_REFUSES(double, c->rates[0], 1e-308, solve(c), SM_NOT_FINITE);
-}
-
-static void check_bad_pointers(torus_call *c) {
-    CHECK_REFUSES(double *, c->amplitudes, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double *, c->harmonics, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double *, c->mean_square, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double *, c->residual, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t *, c->marched, NULL, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t *, c->orders, NULL, solve(c), SM_BAD_ARGUMENT);
-    const double *smallest = c->smallest_scale;
-    const sm_discretisation good = {c->rates, 16, 8, 1, c->orders, 1e-6, smallest, 9};
-    const sm_discretisation no_rates = {NULL, 16, 8, 1, c->orders, 1e-6, smallest, 9};
-    const sm_discretisation no_scale = {c->rates, 16, 8, 1, c->orders, 1e-6, NULL, 9};
-    const sm_torus_points none = {.count = 0};
-    const sm_torus_motion nowhere = {.harmonics = NULL};
-    const sm_contact *contact = &c->p.contact;
-    CHECK_STATUS(sm_torus_harmonics(contact, &good, &none, &nowhere), SM_OK);
-    CHECK_STATUS(sm_torus_harmonics(NULL, &good, &none, &nowhere), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(contact, NULL, &none, &nowhere), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(contact, &no_rates, &none, &nowhere), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(contact, &no_scale, &none, &nowhere), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(contact, &good, NULL, &nowhere), SM_BAD_ARGUMENT);
-    CHECK_STATUS(sm_torus_harmonics(contact, &good, &none, NULL), SM_BAD_ARGUMENT);
-}
-
-static void check_bad_numbers(torus_call *c) {
-    const int32_t wrong[] = {0, -1, -16, 3, INT32_MIN, INT32_MAX};
-    for (int k = 0; k < 6; k++) {
-        CHECK_REFUSES(int32_t, c->steps, wrong[k], solve(c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, c->lines, wrong[k], solve(c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, c->p.contact.contacts, k == 3 ? 32769 : wrong[k], solve(c),
-                      SM_BAD_ARGUMENT);
-        if (wrong[k] == 3) continue;
-        CHECK_REFUSES(int32_t, c->orders_count, wrong[k], solve(c), SM_BAD_ARGUMENT);
-        CHECK_REFUSES(int32_t, c->max_periods, wrong[k], solve(c), SM_BAD_ARGUMENT);
-    }
-    CHECK_REFUSES(int32_t, c->max_periods, 2001, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->lines, 24, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->lines, 8192, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->orders[5], INT32_MIN, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(int32_t, c->orders[4], INT32_MAX, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(size_t, c->points, SIZE_MAX, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(size_t, c->points, SIZE_MAX / 2, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->rates[0], 0.0, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->rates[1], -1.0, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->tolerance, -1e-9, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->smallest_scale[1], -1.0, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->amplitudes[5], -1e-9, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->p.limit[1], -1.0, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->p.contact.alpha, 0.0, solve(c), SM_BAD_ARGUMENT);
-    CHECK_REFUSES(double, c->p.damping[0], -50.0, solve(c), SM_BAD_ARGUMENT);
-}
-
-/* K = [20 30; 30 22] has a negative eigenvalue, and nothing else holds the contacts. */
-static void check_indefinite_stiffness(torus_call *c) {
-    c->p.stiffness[1] = c->p.stiffness[2] = 30.0;
-    for (int k = 0; k < 4; k++) c->p.damping[k] = 0.0;
-    CHECK_STATUS(solve(c), SM_BAD_ARGUMENT);
-}
-
-static void check_no_memory(torus_call *c) {
-    sm_status status = SM_NO_MEMORY;
-    int allowed = 0;
-    for (; status == SM_NO_MEMORY; allowed++) { /* whichever allocation fails, none leaks */
-        allocations_left = allowed;
-        status = solve(c);
-    }
-    allocations_left = -1;
-    CHECK_STATUS(status, SM_OK);
-    CHECK(allowed > 1);
-}
-
-void check_torus(void) {
-    check_shapes();
-    check_linear_contacts();
-    check_play_operator();
-    check_response_refusals();
-    check_limits();
-    torus_call c = new_call(2, 2, SM_TANH, 8, 3);
-    check_not_finite_arguments(&c);
-    check_bad_pointers(&c);
-    check_bad_numbers(&c);
-    check_no_memory(&c);
-    check_indefinite_stiffness(&c);
-    free_call(&c);
+    CHECK_STATUS(grow(&c), SM_BAD_ARGUMENT);
+    REFUSES_NULL(solve, &c, &response.dynamic_stiffness);
+    REFUSES_INTS(&response.orders_count, solve, &c, ORDERS - 1);
+    REFUSES_INTS(&orders[3], solve, &c, 2);
+    p.contact.response = NULL;
+    /* nothing holds the contacts where K is indefinite */
+    memset(p.damping, 0, 4 * sizeof(double));
+    p.stiffness[1] = p.stiffness[2] = 30.0;
+    CHECK_STATUS(solve(&c), SM_BAD_ARGUMENT);
 }

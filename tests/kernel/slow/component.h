@@ -6,6 +6,8 @@
 
 #define ELASTIC 3
 #define ORDERS 3 /* harmonics that the modes respond to */
+#define COUNT_A 4
+#define COUNT_B 5
 
 typedef struct {
     table t;
@@ -13,15 +15,14 @@ typedef struct {
     sm_slow_flow flow;
     sm_motion motion;
     double *modes_out, *forces_out, *contacts_out, *reaction, *response, tolerance;
-    int32_t *orders;
-    size_t reactions, responses; /* numbers of them */
+    int32_t orders[2 * ORDERS];
     sm_component *component;
     size_t outputs, state; /* numbers of them */
 } model;
 
-model new_model(int modes, int contacts, int wanted);
+/* `m` must stay where it is, until free_model. */
+void new_model(model *m, int modes, int contacts, int wanted);
 void free_model(model *m);
-/* sm_component_create with what the model holds; frees what it creates. */
-sm_status create_once(void *m);
+sm_status create_again(void *m); /* with what the model holds now */
 
 #endif
