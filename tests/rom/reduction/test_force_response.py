@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 from elastic.cantilever import cantilever
-
-from benchmarks import cases
 from oracles.harmonic_balance import balance
 from oracles.system import System, Tanh, Tone, jenkins
 from oracles.time_integration import steady_harmonics
+
+from benchmarks import cases
 from slipmode import rom
 from slipmode.fmu import Component
 from slipmode.rom.reduction.force_response import AppliedForces

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from elastic.family import blade
-
 from oracles.system import System, Tanh, Tone
 from oracles.time_integration import steady_harmonics
+
 from slipmode import rom
 
 pytestmark = pytest.mark.quick
