@@ -61,17 +61,12 @@ def test_the_share_of_stiffness_due_to_contacts_is_lost_with_free_contacts():
         np.testing.assert_array_equal(table.free_mode, similar)
         share = np.clip(1.0 - (free[similar] / omega) ** 2, 0.0, 1.0)
         np.testing.assert_allclose(table.stiffness_share, share, atol=1e-9)
+        for mode in np.ravel(table.pairs):  # touched by friction, and apart from the others
+            assert share[mode] > 1e-3
+            assert np.abs(np.delete(omega, mode) / omega[mode] - 1.0).min() > 0.05
         moved = free_shapes[[4, 9]][:, similar].T if law is None else shapes[[4, 9]].T
         np.testing.assert_allclose(np.abs(table.contact), np.abs(moved), atol=1e-9)
-
-
-def test_pairs_are_touched_by_friction_and_apart():
-    table = rom.modes(chain(), LAW, 6)
-    omega = table.states["stuck"].frequency
-    assert table.pairs
-    for mode in np.ravel(table.pairs):
-        assert table.stiffness_share[mode] > 1e-3
-        assert np.abs(np.delete(omega, mode) / omega[mode] - 1.0).min() > 0.05
+    assert rom.modes(chain(), LAW, 6).pairs
     assert rom.modes(chain(), rom.Jenkins(1.0, 1e-6), 6).pairs == ()
 
 

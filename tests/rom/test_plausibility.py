@@ -2,13 +2,11 @@
 
 import warnings
 import zipfile
-from math import pi
 
 import fmpy
 import numpy as np
 import pytest
 from fmu_fixtures import VERSIONS, instance
-from hard_cases import scene_text
 
 from slipmode import rom
 from slipmode.fmu import Component, export
@@ -76,22 +74,6 @@ def test_frequencies_in_the_range_and_of_modes_at_rest_are_allowed(two_mode_mode
     assert np.all(np.abs(found) > 1e-4)
     assert silent(rom.steady, two_mode_model, (0.98, 0.1), (FORCE[0], {}))[1] == 0.0
     assert np.isfinite(silent(rom.steady, two_mode_model, (1.3, 1.3), (FORCE[0], {}))).all()
-
-
-def test_a_sweep_is_refused_where_it_leaves_the_range(two_mode_model):
-    component = Component(two_mode_model)
-    component.set_inputs(frequency_rate_A=-0.01)
-    component.do_step(0.0, 30.0)
-    with pytest.raises(rom.SlipmodeError, match=r"frequency_A: must be 0.62 .* end of the step"):
-        component.do_step(30.0, 10.0)
-    assert component.time == 30.0
-    rows = np.zeros((3, len(component.input_names)))
-    rows[:, component.input_names.index("frequency_A")] = (0.7, 0.65, 0.6)
-    rows[:, component.input_names.index("frequency_B")] = 1.7
-    with pytest.raises(rom.SlipmodeError, match=r"frequency_A: must be 0.62 .* got 0.6") as stop:
-        component.run(np.ones(3), rows)
-    assert len(stop.value.outputs) == 2
-    assert component.time == 32.0
 
 
 @pytest.mark.parametrize("duration", [20.0, 30.0])  # equal at the end; on the way
@@ -275,42 +257,18 @@ def test_an_fmu_logs_once_that_a_frequency_is_far_from_its_mode(unzipped, fmi):
         assert made.messages[-1][1].endswith("got 0.27; if that is in Hz, give 1.696 rad/s")
 
 
-AT_50_HZ = (
-    ('model = "two-mass"', f'model = "two-mass"\nk1 = {(100 * pi) ** 2}\nk2 = {(170 * pi) ** 2}\n'
-     "k_c1 = 2e6\nk_c2 = 4e6"),
-    ("damping = 0.01 ", "damping = 1e-4 "), ("limit = 2.0 ", "limit = 5e3 "),
-    ("amplitude = 0.15 ", "amplitude = 200.0 "), ('law = "tanh"', 'law = "coulomb"'),
-    ("alpha = 0.02", "# alpha"), ("duration = 800.0", "duration = 2.0"),
-    ("step = 1.0", "step = 0.01"), ("window = [750.0, 800.0]", "window = [1.9, 2.0]"),
-)  # fmt: skip
-UNITS = {"Hz": '\n[units]\nfrequency = "Hz"\n', "rad/s": ""}
+def test_a_scene_reports_forcing_in_the_unit_that_it_has():
+    hertz = '\n[units]\nfrequency = "Hz"\n[model]\ntable = "none"\n'
+    changed = ("frequency = 0.9825 ", "frequency = 1.0 ")
+    (line,) = (each for each in warned_by(plan_of("one-mode", changed, appended=hertz))
+               if "far from mode" in each)  # fmt: skip
+    assert line == (
+        "forcing.A.frequency is far from mode A: 1 Hz is 6.28 times the natural frequency of "
+        "0.1592 Hz, outside 0.67 to 1.5 times; if that is in rad/s, give 0.1592 Hz"
+    )
 
 
-@pytest.mark.parametrize(
-    ("given", "unit", "words"),
-    [
-        (49.5, "Hz", None),
-        (316.0, "Hz", "316 Hz is 6.32 times the natural frequency of 50 Hz, outside 0.67 to 1.5 "
-         "times; if that is in rad/s, give 50.29 Hz"),
-        (1900.0, "rad/s", "1900 rad/s is 6.05 times the natural frequency of 314.2 rad/s, outside "
-         "0.67 to 1.5 times; if a factor 2 pi was applied twice, give 302.4 rad/s"),
-    ],
-)  # fmt: skip
-def test_a_scene_reports_forcing_in_the_wrong_unit(given, unit, words):
-    changed = ("frequency = 0.9825 ", f"frequency = {given} ")
-    no_table = '\n[model]\ntable = "none"\n'
-    plan = plan_of("one-mode", *AT_50_HZ, changed, appended=UNITS[unit] + no_table)
-    expected = [f"forcing.A.frequency is far from mode A: {words}"] if words else []
-    assert [line for line in warned_by(plan) if "far from mode" in line] == expected
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[pytest.mark.slow] * (name == "blade"))
-        for name in shipped_scenes()
-    ],
-)
+@pytest.mark.parametrize("name", sorted(set(shipped_scenes()) - {"blade"}))  # a large one
 def test_shipped_scenes_have_no_warning(name):
     assert all(d.level == "info" for d in plan_scene(load_scene(name)).decisions)
 
@@ -325,31 +283,3 @@ def test_shipped_scenes_have_no_warning(name):
 def test_a_scene_has_its_warnings_in_the_plan_alone(limit, words):
     found = warned_by(silent(plan_of, "two-mode", ("limit = 2.0 ", limit)))
     assert any(line.startswith(words) for line in found)
-
-
-SHORT = {"duration": 20.0, "window": [0.0, 1.0], "model": "tolerance = 1e-2"}
-
-
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"limit": 1e-30}, None),
-        ({"force_A": 1e30, "force_B": 1e30}, None),
-        ({"duration": 1e-30, "step": 1e-30, "window": [0.0, 1e-30]}, None),
-        ({"limit": 5e-273}, "friction.limit: must be 0 or 1e-30 to 1e+30 in magnitude, got"),
-        ({"damping": "0.01\nm1 = 1e-30"}, "forcing.A: this force does no work on mode A"),
-        ({"damping": "0.01\nk_p = 1e8"}, "stiffness: must be positive definite for motion of the"),
-        ({"frequency_B": 1e30}, "forcing.B.frequency: must be 1.06 to 17 rad/s, because mode B"),
-        ({"duration": 1e15, "step": 1e15}, "run.step: must be at most 3.81e+06 s (1e+06 periods"),
-        ({"phase_A": [[0, 0], [20, 1e15]]}, "run: stopped at t = 0 s: the slow flow cannot"),
-    ],
-    ids=str,
-)
-def test_scenes_near_the_ends_of_numbers_are_planned_or_refused(changed, message):
-    plan = lambda: make_plan(parse_scene(scene_text(**SHORT | changed), "."))  # noqa: E731
-    if message is None:
-        assert np.isfinite(plan().amplitude).all()
-        return
-    with pytest.raises(rom.SlipmodeError) as refusal:
-        plan()
-    assert str(refusal.value).startswith(message) and "\n" not in str(refusal.value)

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from slipmode import rom, runner
+from slipmode import rom
 
 MOST = 400  # characters of a line
 
@@ -28,8 +28,8 @@ def test_objects_with_arrays_are_a_line_each(two_mode_model):
     check(str(rom.travelling_wave(rom.lumped_disk(12, 1e-5), rom.Jenkins(1.0, 5e4), 3)))
 
 
-def test_a_run_is_a_few_lines(tmp_path):
-    recording = runner.run("one-mode", tmp_path)
+def test_a_run_is_a_few_lines(shipped_scene):
+    recording = shipped_scene("one-mode")
     data = recording.read()
     for each in (recording.plan, recording.plan.scene, recording.plan.schedule, data):
         check(repr(each))

@@ -10,7 +10,6 @@ import scipy.sparse
 from benchmarks.blade import blade
 from slipmode import rom
 from slipmode.rom.structure.solvers.elimination import eliminate
-from slipmode.rom.structure.solvers.nested_dissection import nested_dissection
 
 pytestmark = pytest.mark.filterwarnings("ignore:mode . has an implausible frequency")
 
@@ -145,15 +144,3 @@ def test_an_elimination_is_the_inverse_with_springs_at_the_boundary(solver, matr
     reduced = found.forward(force)
     reduced[boundary] = np.linalg.solve(found.schur + np.diag(springs), reduced[boundary])
     np.testing.assert_allclose(found.backward(reduced), exact, atol=1e-9)
-
-
-def test_a_dissection_is_a_permutation_that_fills_little():
-    from scipy.sparse.linalg import splu
-
-    stiffness = scipy.sparse.csc_array(blade(3000, 1)["stiffness"])
-    order, expected = nested_dissection(stiffness)
-    np.testing.assert_array_equal(np.sort(order), np.arange(stiffness.shape[0]))
-    options = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    ordered = splu(stiffness[order][:, order].tocsc(), "NATURAL", **options).nnz
-    assert ordered < 1.4 * splu(stiffness, "MMD_AT_PLUS_A", **options).nnz  # large ones: 0.4
-    assert 0.8 < 2 * expected / ordered < 1.5  # the memory is estimated from it

@@ -63,16 +63,6 @@ def test_a_free_beam_keeps_its_rigid_body_modes():
     np.testing.assert_allclose(angle[:-1], slope, atol=1e-6 * np.abs(slope).max())
 
 
-def test_friction_is_that_of_the_translations():
-    law = rom.Jenkins(limit=0.5, stiffness=2e3)
-    found = []
-    for structure, scale in zip(pair(6, contact=3), (2, 1), strict=True):
-        reduced = rom.reduce(structure, (0,), law=law)
-        steady = rom.steady_state(reduced, law, reduced.frequency, [{5 * scale: 0.8}])
-        found.append(steady.amplitude[0])
-    assert found[0] == pytest.approx(found[1], rel=1e-6)
-
-
 @pytest.mark.filterwarnings("ignore:friction does not act")
 def test_rotations_are_observed_and_loaded():
     """A stuck contact is a spring: the response to a moment follows from K + k W W^T - w^2 M."""

@@ -66,16 +66,3 @@ def test_the_stated_deviations_are_those_of_the_contacts_from_their_patches(tole
     assert found.variation.max() <= tolerance
     energy = [PAIRS.area @ size**2, gathered.area @ np.linalg.norm(coarse, axis=1) ** 2]
     np.testing.assert_allclose(energy[1] / energy[0], 1.0 - found.error**2, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("shapes", "tolerance", "message"),
-    [
-        (np.ones(5), 0.1, r"^shapes: must be finite .* \(1014, motions\), got shape \(5,\)"),
-        (np.eye(1014, 2) * [1.0, 0.0], 0.1, r"^shapes: motion 1 moves no contact"),
-        (np.ones(1014), 1.5, r"^tolerance: must be above 0, at most 1, got 1.5"),
-    ],
-)
-def test_bad_input_is_named(shapes, tolerance, message):
-    with pytest.raises(rom.SlipmodeError, match=message):
-        rom.motion_patches(PAIRS, shapes, tolerance)

@@ -76,11 +76,9 @@ def test_the_partition_is_a_change_of_coordinates(contact, store):
 def test_large_sparse_structures_stay_sparse():
     n = 50_000
     mass = scipy.sparse.diags_array([1.0, 4.0, 1.0], offsets=[-1, 0, 1], shape=(n, n))
-    stiffness = scipy.sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(n, n))
     W = scipy.sparse.csr_array(([1.0, -1.0], ([10, 11], [0, 0])), shape=(n, 1))
-    part = Structure(mass, stiffness, contact=W).partition()
-    assert part.K_ee.nnz <= 3 * n
-    assert part.K_ec.shape == (n - 1, 1)
+    part = Structure(mass, mass, contact=W).partition()
+    assert part.K_ee.nnz <= 3 * n and part.K_ec.shape == (n - 1, 1)
 
 
 def test_matrices_are_copies_that_cannot_be_written():
@@ -119,16 +117,6 @@ def test_rayleigh_damping_has_its_ratios_and_its_loss_factor():
         np.testing.assert_allclose(ratios, zeta, rtol=1e-12)
         found = rom.reduce(Structure(MASS, STIFFNESS, damping, contact=[3]))
         np.testing.assert_allclose(found.modal_damping / (2.0 * omega), zeta, rtol=1e-12)
-
-
-def test_damping_may_be_semidefinite():
-    dashpot = np.zeros((6, 6))
-    dashpot[np.ix_([1, 3], [1, 3])] = [[1.0, -1.0], [-1.0, 1.0]]
-    for store in STORES:
-        accepted = Structure(store(MASS), store(STIFFNESS), store(dashpot), contact=[0])
-        np.testing.assert_array_equal(dense(accepted.damping), dashpot)
-        with pytest.raises(rom.SlipmodeError, match="damping: must be positive semidefinite"):
-            Structure(store(MASS), store(STIFFNESS), store(-dashpot), contact=[0])
 
 
 # Files
