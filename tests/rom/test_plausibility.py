@@ -69,11 +69,11 @@ def test_frequencies_that_no_slow_flow_follows_are_refused(two_mode_model, frequ
 
 
 def test_frequencies_in_the_range_and_of_modes_at_rest_are_allowed(two_mode_model):
-    with pytest.warns(rom.ValidityWarning):
+    with pytest.warns(rom.ValidityWarning, match="is far from mode A"):
         found = rom.steady(two_mode_model, [(0.62, 1.06), (10.0, 17.0)], FORCE)
     assert np.all(np.abs(found) > 1e-4)
     assert silent(rom.steady, two_mode_model, (0.98, 0.1), (FORCE[0], {}))[1] == 0.0
-    assert np.isfinite(silent(rom.steady, two_mode_model, (1.3, 1.3), (FORCE[0], {}))).all()
+    assert np.isfinite(rom.steady(two_mode_model, (1.3, 1.3), (FORCE[0], {}))).all()
 
 
 @pytest.mark.parametrize("duration", [20.0, 30.0])  # equal at the end; on the way
@@ -154,8 +154,6 @@ def test_python_warns_where_it_is_called(two_mode_model, words):
 
 
 SILENT = {
-    "within a ratio of 1.5": far((1.49, 1.65)),
-    "above its inverse": far((0.68, 1.65)),
     "a hundredth": lambda of: tabulate(rom.Coulomb(0.011 * 2.0 * 4.0 * COUPLING)),
     "creep of half the structural damping": lambda of: tabulate(rom.Tanh(4.0, 0.02), 0.9),
     "the first sliders of an Iwan joint": lambda of: tabulate(IWAN, 0.01 * MACRO, STUCK),
@@ -170,13 +168,22 @@ def test_plausible_cases_have_no_warning(two_mode_model, name):
     silent(SILENT[name], two_mode_model)
 
 
+@pytest.mark.parametrize("frequency", [(1.49, 1.65), (0.68, 1.65)])
+def test_forcing_is_near_its_mode_within_a_ratio_of_one_and_a_half(two_mode_model, frequency):
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always")
+        rom.steady(two_mode_model, frequency, FORCE)
+    assert not any("is far from mode" in str(each.message) for each in issued)
+
+
 @pytest.mark.oracle
-def test_the_force_from_which_contacts_slip_is_stated(two_mode_model):
+def test_the_force_from_which_contacts_slip_is_stated():
     """From the amplitudes without slip: the elastic force 2 |a| |L| reaches the limit of 2 N."""
+    model = tabulate(rom.Coulomb(2.0), (4.0, 2.0), rom.reduce(rom.two_mass()))
     with pytest.warns(rom.ValidityWarning, match="friction does not act: ") as issued:
-        a = rom.steady(two_mode_model, OMEGA, ({0: 0.001}, {1: 0.001}))
+        a = rom.steady(model, OMEGA, ({0: 0.001}, {1: 0.001}))
     factor = float(str(issued[0].message).split("contacts slip from ")[1].split()[0])
-    elastic = 2.0 * np.abs(a) @ np.abs(two_mode_model.reduced.coupling)
+    elastic = 2.0 * np.abs(a) @ np.abs(model.reduced.coupling)
     assert factor == pytest.approx(2.0 / elastic.max(), rel=1e-2)
 
 
