@@ -24,6 +24,7 @@ def assert_same(found, drawn, tolerance):
     np.testing.assert_allclose(dense(found.mass), drawn.M, rtol=tolerance, atol=1e-9)
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("seed", range(FILES))
 def test_a_written_file_is_read_right(seed, tmp_path):
     drawn, write = Drawn(seed), WRITERS[seed % len(WRITERS)]

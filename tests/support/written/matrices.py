@@ -161,21 +161,12 @@ def dmig(drawn, folder):
 def matrix_market(drawn, folder):
     for name, matrix in (("k", drawn.K), ("m", drawn.M)):
         stored = drawn.draw(scipy.sparse.coo_array, np.asarray)(matrix)
-        path = folder / f"{name}.mtx"
-        symmetry = drawn.draw("symmetric", "general")
-        scipy.io.mmwrite(
-            path, stored, comment="\n aus M\xfcnchen", symmetry=symmetry, precision=17
-        )
+        path, symmetry = folder / f"{name}.mtx", drawn.draw("symmetric", "general")
+        scipy.io.mmwrite(path, stored, "\n aus M\xfcnchen", symmetry=symmetry, precision=17)
         text = path.read_text(encoding="utf-8")
         head, _, body = text.partition("\n")
-        lower = f"\n{head.lower()}\n{body}\n% end\n"
-        text = drawn.draw(
-            text,
-            text.replace("e+", "D+"),
-            text.replace("e+", "+"),
-            text.replace("\n", "\r\n"),
-            lower,
-        )
+        changed = text.replace("e+", "D+"), text.replace("e+", "+"), text.replace("\n", "\r\n")
+        text = drawn.draw(text, *changed, f"\n{head.lower()}\n{body}\n% end\n")
         encoding = drawn.draw("utf-8", "utf-8-sig", "utf-16", "latin-1")
         path.write_bytes(text.encode(encoding, "replace"))
     return folder / "k.mtx", {"mass": folder / "m.mtx"}
@@ -189,28 +180,24 @@ def scipy_harwell_boeing(drawn, folder):
 
 def harwell_boeing(drawn, folder):
     """The users' guide of the collection: any width, with E or D, and right-hand sides."""
+
+    def block(words, count, width):
+        rows = [words[k : k + count] for k in range(0, len(words), count)]
+        return ["".join(str(word).rjust(width) for word in row) for row in rows]
+
     for name, matrix in (("k", drawn.K), ("m", drawn.M)):
         symmetric = drawn.draw(True, False)
         stored = scipy.sparse.csc_array(np.tril(matrix) if symmetric else matrix)
         stored.sort_indices()
         width, digits, letter = drawn.draw((25, 16, "E"), (26, 16, "D"), (24, 16, "E"))
-        per_line = drawn.draw(1, 2, 3, 4)
-        scale = drawn.draw("", "1P", "1P,")
+        per_line, scale = drawn.draw(1, 2, 3, 4), drawn.draw("", "1P", "1P,")
         ints = drawn.draw(5, 8, 10, 14)
-
-        def block(words, count, size):
-            rows = [words[k : k + count] for k in range(0, len(words), count)]
-            return ["".join(word.rjust(size) for word in row) for row in rows]
-
-        def real(values, width=width, digits=digits, letter=letter):
-            return [f"{v:.{digits}E}".replace("E", letter).rjust(width) for v in values]
-
-        pointers = block([str(v + 1) for v in stored.indptr], 4, ints)
-        rows = block([str(v + 1) for v in stored.indices], 5, ints)
-        values = block(real(stored.data), per_line, width)
-        right = (
-            block(real(np.ones(drawn.size)), per_line, width) if drawn.draw(True, False) else []
+        sides = [1.0] * drawn.size if drawn.draw(True, False) else []
+        values, right = (
+            block([f"{v:.{digits}E}".replace("E", letter) for v in each], per_line, width)
+            for each in (stored.data, sides)
         )
+        pointers, rows = block(stored.indptr + 1, 4, ints), block(stored.indices + 1, 5, ints)
         cards = [len(pointers), len(rows), len(values), len(right)]
         form = f"({scale}{per_line}{letter}{width}.{digits})"
         counts = (drawn.size, drawn.size, stored.nnz, 0)
@@ -227,39 +214,25 @@ def harwell_boeing(drawn, folder):
 
 
 def workspace(drawn):
-    """Variables as users have them, and how to find the matrices."""
+    """Variables as users have them: names of the matrices, and others."""
     k, m = drawn.draw(("K", "M"), ("Kglobal", "Mglobal"), ("stiffnessMatrix", "massMatrix"))
-    size = drawn.size
-    others = {
-        "dt": 0.1,
-        "Modes": drawn.random.random((size, size)),
-        "Material": 7.0,
-        "mesh": drawn.random.random((size + 2, 3)),
-        "coords": drawn.random.random((3, 3)) if size != 3 else np.zeros((3, 2)),
-        "D": np.diag(np.arange(1.0, size + 1)),
-    }
-    return k, m, others
+    modes, mesh = (drawn.random.random((drawn.size, n)) for n in (drawn.size, drawn.size + 3))
+    return k, m, {"dt": 0.1, "Modes": modes, "mesh": mesh, "D": np.diag(1.0 + mesh[:, 0])}
 
 
 def matlab(drawn, folder):
     k, m, others = workspace(drawn)
     store = drawn.draw(scipy.sparse.csc_array, np.asarray)
     matrices, arguments = {k: store(drawn.K), m: store(drawn.M)}, {}
-    kind = drawn.draw("4", "5", "struct", "names", "long")
+    kind = drawn.draw("4", "5", "struct", "names")
     if kind == "struct":
         matrices = {"sys": matrices | {"name": "blade"}, "note": "steel"}
     elif kind == "names":
         others |= {"K2": drawn.K, "M2": drawn.M}
         arguments = {"names": {"stiffness": k, "mass": m}}
-    elif kind == "long":
-        matrices = {f"{k}_of_{'x' * 40}": drawn.K, f"{m}_of_{'x' * 40}": drawn.M}
-    scipy.io.savemat(
-        folder / "w.mat",
-        matrices | others,
-        format="4" if kind == "4" else "5",
-        long_field_names=kind != "4",
-        do_compression=drawn.draw(True, False),
-    )
+    compressed, form = drawn.draw(True, False), "4" if kind == "4" else "5"
+    scipy.io.savemat(folder / "w.mat", matrices | others, form == "5", form,
+                     do_compression=compressed)  # fmt: skip
     return folder / "w.mat", arguments
 
 
@@ -289,20 +262,17 @@ def matlab_73(drawn, folder):
 
 def numpy_files(drawn, folder):
     k, m, others = workspace(drawn)
-    kind = drawn.draw("npz", "own", "npy", "sparse")
+    kind = drawn.draw("npz", "npy", "sparse")
     if kind == "npz":
         np.savez(folder / "w.npz", **{k: drawn.K, m: drawn.M}, **others)
         return folder / "w.npz", {}
-    if kind == "own":
-        np.savez_compressed(folder / "w.npz", mass=drawn.M, stiffness=drawn.K, title="blade")
-        return folder / "w.npz", {}
-    if kind == "npy":
-        np.save(folder / "k.npy", drawn.K)
-        np.save(folder / "m.npy", drawn.M)
-        return folder / "k.npy", {"mass": folder / "m.npy"}
-    scipy.sparse.save_npz(folder / "k.npz", scipy.sparse.csr_array(drawn.K))
-    scipy.sparse.save_npz(folder / "m.npz", scipy.sparse.csr_array(drawn.M))
-    return folder / "k.npz", {"mass": folder / "m.npz"}
+    for name, matrix in (("k", drawn.K), ("m", drawn.M)):
+        if kind == "npy":
+            np.save(folder / f"{name}.npy", matrix)
+        else:
+            scipy.sparse.save_npz(folder / f"{name}.npz", scipy.sparse.csr_array(matrix))
+    ending = "npy" if kind == "npy" else "npz"
+    return folder / f"k.{ending}", {"mass": folder / f"m.{ending}"}
 
 
 def abaqus_generated(drawn, folder):
@@ -310,14 +280,15 @@ def abaqus_generated(drawn, folder):
     labelled, between = drawn.draw(True, False), drawn.draw(", ", ",  ", " ")
     for name, matrix in (("STIF2", drawn.K), ("MASS2", drawn.M)):
         lines = ["** Laufradschaufel, gro\xdf", "*MATRIX INPUT, NAME=A"]
-        for r, c, v in drawn.triangle(matrix, upper=drawn.draw(True, False)):
+        entries = drawn.triangle(matrix, upper=drawn.draw(True, False))
+        if not labelled and not matrix[-1, -1]:
+            entries.append((drawn.size - 1, drawn.size - 1, 0.0))
+        for r, c, v in entries:
             places = [*drawn.labels[r], *drawn.labels[c]] if labelled else [r + 1, c + 1]
             word = f"{v:.15e}".replace("e", drawn.draw("e", "D"))
             lines.append(between.join([*map(str, places), word]))
-        if not labelled and not matrix[-1, -1]:
-            lines.append(between.join([str(drawn.size), str(drawn.size), "0.0"]))
-        path = folder / f"job_{name}.mtx"
-        path.write_bytes("\n".join(lines).encode(drawn.draw("latin-1", "utf-8", "utf-8-sig")))
+        encoding = drawn.draw("latin-1", "utf-8", "utf-8-sig")
+        (folder / f"job_{name}.mtx").write_bytes("\n".join(lines).encode(encoding))
     return folder / "job_STIF2.mtx", {}
 
 
