@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse
 
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.storage.files import replacing
 from slipmode.rom.storage.stored_arrays import memory_limit
 from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.external import read_external
@@ -57,11 +58,13 @@ def write_npz(path: Path, matrices: Mapping[str, Any]) -> None:
             rows = scipy.sparse.csr_array(matrix)
             arrays |= {f"{name}_{part}": getattr(rows, part) for part in CSR_PARTS}
     try:
-        np.savez_compressed(path, **arrays)
-        if sum(np.asarray(each).nbytes for each in arrays.values()) > memory_limit(
-            path.stat().st_size
-        ):
-            np.savez(path, **arrays)  # dense matrices of zeros, which would not be read
+        with replacing(path) as file:
+            np.savez_compressed(file, **arrays)
+            size = sum(np.asarray(each).nbytes for each in arrays.values())
+            if size > memory_limit(file.tell()):
+                file.seek(0)
+                file.truncate()
+                np.savez(file, **arrays)  # dense matrices of zeros, which would not be read
     except OSError as error:
         raise SlipmodeError(f"{path}: cannot be written: {error.strerror}") from error
 

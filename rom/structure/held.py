@@ -206,7 +206,10 @@ class Held:
     def _shifted(self) -> tuple[Factorisation, float]:
         # K + shift M is positive definite
         shift = 1e-8 * self._stiffest()
-        lifted: Any = self._stiffness + shift * self._mass
+        mass: Any = self._mass
+        if self._basis is not None:
+            mass = self._basis.T @ mass @ self._basis
+        lifted: Any = self._stiffness + shift * mass
         try:
             return factorise(lifted), shift
         except NotPositiveDefiniteError:
