@@ -104,6 +104,8 @@ def _orthonormal(mass: Operator, vectors: Floats) -> tuple[Floats, Floats]:
     scale = np.maximum(np.linalg.norm(vectors, axis=0), np.finfo(float).tiny)
     left, norm = vectors / scale, np.diag(scale)
     for _ in range(2):
+        if left.shape[1] == 0:  # all vectors are 0
+            break
         squares, axes = scipy.linalg.eigh(left.conj().T @ mass(left))
         # The others are in the space already
         kept = squares > 1e-20 * squares[-1]
