@@ -1,6 +1,5 @@
 """The component's contract: steps, inputs, state, traces, refusals, the end of the table."""
 
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -295,46 +294,3 @@ def test_the_range_of_amplitudes_scales_with_the_friction_limits(coulomb_model):
     for wrong in (0.0, NAN):
         with pytest.raises(rom.SlipmodeError, match="limit_scale: must be"):
             scaled.set_inputs(limit_scale=wrong)
-
-
-@pytest.mark.parametrize("call", ["run", "trace"])
-def test_outputs_that_cannot_be_computed_are_named_and_counted(call):
-    """Two modes of 1e-4 and 1e12 rad/s: a second is too many periods of the second one."""
-    frequency = np.array([1e-4, 1e12])
-    with warnings.catch_warnings(action="ignore"):  # such frequencies are implausible
-        of = rom.model_of_rates(
-            lambda a: (np.array([1e-6, 0.1]) + 0.0 * a, frequency + 0.0 * a),
-            *((3.0, 3.0), 3e-2),
-            mode_shapes=np.eye(2),
-        )
-    stepped = Component(of, FORCE_PATTERNS, contact=True, elastic=(0,), warned=False)
-    steps, inputs = np.full(3, 1e5), inputs_at_rest(stepped, 3, force_A=1e-9, frequency_A=1e-4)
-    with pytest.raises(StoppedError, match=r"^outputs at t = ") as stop:
-        stepped.run(steps, inputs) if call == "run" else list(stepped.trace(steps, inputs))
-    last = dict(zip(stepped.output_names, stop.value.outputs[-1], strict=True))
-    assert np.isnan(last["x_0"]) and last["time"] == stepped.time == stop.value.time > 0.0
-
-
-@pytest.mark.oracle
-@pytest.mark.parametrize("seed", range(4))
-def test_from_the_edge_of_the_table_a_smaller_force_leads_back(seed):
-    """Without a force the amplitude decays by exp(-d t)."""
-    rng = np.random.default_rng(seed)
-    decay, largest = 10.0 ** rng.uniform(-0.5, 1.0), 0.01
-    of = rom.model_of_rates(lambda r: (decay + 0 * r, 100.0 + 0 * r), amplitude=[largest])
-    driven, step = Component(of), 0.5
-    driven.set_inputs(phase_A=rng.uniform(0.0, 2.0 * np.pi))
-    # the steady amplitude is F / (4 omega d): three times the edge
-    driven.set_inputs(force_A=3.0 * largest * 4.0 * 100.0 * decay)
-    while step > 1e-6:  # importers halve a step that is refused
-        try:
-            driven.do_step(driven.time, step)
-        except StoppedError:
-            step /= 2.0
-    size = np.hypot(*(driven.outputs()[name] for name in ("A_re", "A_im")))
-    assert 0.99 * largest < size <= largest
-    driven.set_inputs(force_A=0.0)
-    driven.do_step(driven.time, 0.5)
-    left = np.hypot(*(driven.outputs()[name] for name in ("A_re", "A_im")))
-    # the change of force itself moves the amplitude by at most the damping ratio, times 3
-    assert left == pytest.approx(size * np.exp(-0.5 * decay), rel=6.0 * decay / 100.0)

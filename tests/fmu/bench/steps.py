@@ -15,63 +15,45 @@ from pathlib import Path
 
 import fmpy
 
-from slipmode.fmu.archive.binaries import fmi_headers, folder, host_platform
 from slipmode.runner import export_fmu, load_scene, make_plan, shipped_scenes
 
-STEPS = 500  # a round
-AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+SOURCE = Path(__file__).with_name("steps.c")
 
 
-def program(where):
-    """The C loop."""
-    made = where / "steps"
-    source = Path(__file__).with_name("steps.c")
-    flags = ("-O2", "-std=c99", f"-I{fmi_headers()}")
-    subprocess.run(["cc", *flags, str(source), "-ldl", "-o", str(made)], check=True)
-    return made
-
-
-def measure(made, path, step, names, start):
-    """Lines of figures of an FMU, some of whose variables are read after each step."""
-    unpacked = path.with_suffix("")
-    shutil.unpack_archive(path, unpacked, format="zip")
-    description = fmpy.read_model_description(path)
-    reference = {v.name: str(v.valueReference) for v in description.modelVariables}
-    library = next((unpacked / "binaries" / folder(host_platform(), 3)).iterdir())
-    (force, *_) = (name for name in start if name.startswith("force_"))
-    chosen = [reference[force], *(reference[name] for name in names)]
-    chosen += [f"{reference[name]}={value!r}" for name, value in start.items()]
-    command = [made, library, f"{unpacked}/resources/", description.guid, STEPS, step, *chosen]
-    words = [str(word) for word in command]
-    done = subprocess.run(words, check=True, capture_output=True, text=True)
-    return done.stdout.strip()
-
-
-def of_scene(name, where):
-    """Its FMU, step, last inputs, and what may be read."""
+def measure(name, where):
+    """Print the figures of a scene."""
     scene = load_scene(name)
     path = export_fmu(scene, where / f"{name}.fmu")
+    folder = path.with_suffix("")
+    shutil.unpack_archive(path, folder, format="zip")
+    (library,) = folder.glob("binaries/*/slipmode.*")
+    flags = ("-O2", "-std=c99", f"-I{HEADERS}", f"-Wl,-rpath,{library.parent}")
+    subprocess.run(["cc", *flags, SOURCE, library, "-o", folder / "steps"], check=True)
+
     schedule = make_plan(scene).schedule
     inputs = list(schedule.scripts)
     last = schedule.at_ends(inputs, slice(schedule.steps - 1, schedule.steps))[0].tolist()
-    names = [v.name for v in fmpy.read_model_description(path).modelVariables]
-    slow = [n for n in names if n[0] in "AB" or n.endswith(("_power", "_energy"))]
-    contacts = [n for n in names if re.fullmatch(r"contact_\d+_[xvf]", n)]
-    return path, scene.run.step, dict(zip(inputs, last, strict=True)), slow, contacts
-
-
-def main(names):
-    """Print the figures."""
-    print(platform.processor() or platform.machine())
-    with tempfile.TemporaryDirectory() as temporary:
-        where = Path(temporary)
-        made = program(where)
-        for name in names or [n for n in shipped_scenes() if not load_scene(n).mistuning]:
-            path, step, start, slow, contacts = of_scene(name, where)
-            print(f"{name}, step {step:g} s")
-            for words, read in (("slow outputs", slow), ("and contacts", slow + contacts)):
-                print(f"  {words}: {measure(made, path, step, read, start)}", flush=True)
+    description = fmpy.read_model_description(path)
+    reference = {v.name: str(v.valueReference) for v in description.modelVariables}
+    start = [f"{reference[n]}={value!r}" for n, value in zip(inputs, last, strict=True)]
+    slow = [n for n in reference if n[0] in "AB" or n.endswith(("_power", "_energy"))]
+    contacts = [n for n in reference if re.fullmatch(r"contact_\d+_[xvf]", n)]
+    print(f"{name}, step {scene.run.step:g} s")
+    for words, read in (("slow outputs", slow), ("and contacts", slow + contacts)):
+        chosen = [*(reference[n] for n in read), *start]
+        command = [folder / "steps", f"{folder}/resources/", description.guid]
+        done = subprocess.run(
+            [*map(str, command), str(scene.run.step), *chosen],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        print(f"  {words}: {done.stdout.strip()}", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    print(platform.processor() or platform.machine())
+    with tempfile.TemporaryDirectory() as temporary:
+        for scene in sys.argv[1:] or [n for n in shipped_scenes() if not load_scene(n).mistuning]:
+            measure(scene, Path(temporary))
