@@ -116,12 +116,7 @@ def test_a_run_that_leaves_the_table_is_recorded_as_far(fmi, tmp_path):
 def forced(scene, factor):
     """The scene under more force."""
     forcing = {
-        mode: replace(
-            force,
-            amplitude=replace(
-                force.amplitude, values=tuple(factor * v for v in force.amplitude.values)
-            ),
-        )
+        mode: replace(force, amplitude=force.amplitude.scaled(factor))
         for mode, force in scene.forcing.items()
     }
     return replace(scene, forcing=forcing)
@@ -167,34 +162,31 @@ def test_an_fmu_of_another_table_is_of_another_model(change, tmp_path):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("name", ["two-mode", "sweep"])
-def test_fmpy_comes_from_the_stimuli_of_an_fmu_to_its_reference_results(name, tmp_path):
-    """Without the scene: a force that jumps, and a sweep that is two rows of stimuli."""
-    scene = load_scene(name)
-    duration = scene.run.duration if name == "two-mode" else 400.0
-    scene = replace(scene, contact=(), run=replace(scene.run, duration=duration))
-    path = export_fmu(scene, tmp_path / "scene.fmu")
-    folder = unpacked(path, tmp_path / "scene") / "extra" / "org.fmi-standard.fmi-ls-ref"
+def test_fmpy_comes_from_the_stimuli_of_an_fmu_to_its_reference_results(tmp_path):
+    """Without the scene; a sweep is two rows of stimuli."""
+    scene = load_scene("sweep")
+    scene = replace(scene, contact=(), run=replace(scene.run, duration=400.0))
+    path = export_fmu(scene, tmp_path / "sweep.fmu")
+    folder = unpacked(path, tmp_path / "sweep") / "extra" / "org.fmi-standard.fmi-ls-ref"
     (experiment,) = etree.parse(folder / "fmi-ls-manifest.xml").getroot()
     stimuli, references = (
-        np.genfromtxt(folder / child.get("source"), delimiter=",", names=True, deletechars="")
+        np.genfromtxt(folder / child.get("source"), delimiter=",", names=True)
         for child in experiment
     )
-    assert len(stimuli) == 2 or name == "two-mode"
-    interval = float(references["time"][1] - references["time"][0])
+    assert stimuli["time"].tolist() == [0.0, 400.0]
     outputs = ["A_re", "A_im", "B_re", "B_im"]
     through = fmpy.simulate_fmu(
-        *(str(path), False, 0.0, float(experiment.get("stopTime"))),
+        str(path),
         fmi_type="CoSimulation",
-        step_size=interval,
-        output_interval=interval,
+        stop_time=400.0,
+        step_size=2.0,
+        output_interval=2.0,
         input=stimuli,
         output=outputs,
     )
-    assert through["time"][-1] == references["time"][-1] == duration
-    for output in outputs:
-        largest = np.abs(references[output]).max()
-        assert np.abs(through[output][-1] - references[output][-1]) < 1e-6 * largest
+    for name in outputs:
+        error = np.abs(through[name] - references[name]).max()
+        assert error < 1e-6 * np.abs(references[name]).max()
 
 
 # The command
@@ -233,7 +225,6 @@ def test_what_the_command_refuses_is_named_in_one_line(
     assert main(["fmu", *arguments]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"slipmode: {message}")
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow
