@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver.h"
+#include "sequence.h"
 #include "fmi3Functions.h"
 
 static void write_message(fmi3InstanceEnvironment environment, fmi3Status given,

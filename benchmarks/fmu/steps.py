@@ -1,10 +1,11 @@
-"""Cost of the FMI calls in a C loop, of FMUs as they are shipped. Figures, not a test.
+"""Cost of the FMI calls in a C loop, of FMUs as they are shipped.
 
-`python tests/fmu/bench/steps.py [SCENE...]` exports the scenes, by default all shipped ones, and
+`python -m benchmarks.fmu.steps [SCENE...]` exports the scenes, by default all shipped ones, and
 steps them at the scene's step under the last forces of its script: nothing read, amplitudes and
 powers, then also every contact.
 """
 
+import os
 import platform
 import re
 import shutil
@@ -21,7 +22,7 @@ HEADERS = Path(fmpy.__file__).parent / "c-code"
 SOURCE = Path(__file__).with_name("steps.c")
 
 
-def measure(name, where):
+def measure(name: str, where: Path) -> None:
     """Print the figures of a scene."""
     scene = load_scene(name)
     path = export_fmu(scene, where / f"{name}.fmu")
@@ -29,7 +30,9 @@ def measure(name, where):
     shutil.unpack_archive(path, folder, format="zip")
     (library,) = folder.glob("binaries/*/slipmode.*")
     flags = ("-O2", "-std=c99", f"-I{HEADERS}", f"-Wl,-rpath,{library.parent}")
-    subprocess.run(["cc", *flags, SOURCE, library, "-o", folder / "steps"], check=True)
+    subprocess.run(
+        [os.environ.get("CC", "cc"), *flags, SOURCE, library, "-o", folder / "steps"], check=True
+    )
 
     schedule = make_plan(scene).schedule
     inputs = list(schedule.scripts)
