@@ -64,7 +64,7 @@ def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_mod
     for name in AMPLITUDES:
         assert result[name][-1] == pytest.approx(expected[name], abs=3e-7)
     for name in ("contact_0_x", "contact_0_f"):  # marched in other steps
-        scale = np.abs(result[name]).max()
+        scale = float(np.abs(result[name]).max())
         assert result[name][-1] == pytest.approx(expected[name], abs=0.01 * scale)
 
 
