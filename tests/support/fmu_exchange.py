@@ -1,27 +1,28 @@
 """Importers for the tests: Model Exchange, and scenes by both interfaces."""
 
 import ctypes
-import shutil
 from itertools import pairwise
 
 import fmpy
 import numpy as np
-from fmu_fixtures import instance
+from fmu_fixtures import instance, unpacked
 from scipy.integrate import solve_ivp
 
-from slipmode.fmu.inputs import rate_of
 from slipmode.runner import make_plan
 
-STATES = ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy")
+AMPLITUDES = ("A_re", "A_im", "B_re", "B_im")
+STATES = (*AMPLITUDES, "theta_A", "theta_B", "dissipated_energy")
 
-_DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+def _pointer(values):
+    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), values.size
 
 
 class Master:
-    """Its own integrator, and events where it is told."""
+    """Its own integrator, and events where it is told; states in the order of STATES."""
 
-    def __init__(self, made):
-        self.made, self.fmu = made, made.fmu
+    def __init__(self, made, size=7):
+        self.made, self.fmu, self.size = made, made.fmu, size
         self.time = 0.0
 
     def update(self):
@@ -46,42 +47,69 @@ class Master:
         return changed
 
     def states(self):
-        return self.made.get(*STATES)
+        found = np.empty(self.size)
+        self.fmu.getContinuousStates(*_pointer(found))
+        return found
 
     def put(self, time, states):
-        states = np.ascontiguousarray(states)
         self.fmu.setTime(time)
-        self.fmu.setContinuousStates(states.ctypes.data_as(_DOUBLES), states.size)
+        self.fmu.setContinuousStates(*_pointer(np.ascontiguousarray(states)))
+
+    def _rates(self, time, states):
+        self.put(time, states)
+        found = np.empty(self.size)
+        call = {2: "getDerivatives", 3: "getContinuousStateDerivatives"}[self.made.fmi]
+        getattr(self.fmu, call)(*_pointer(found))
+        return found
+
+    def integrate(self, points, step=None):
+        """States at points, of which the first is now.
+
+        Without `step` by adaptive steps, else by fourth-order steps of at most `step`.
+        """
+        states = self.states()
+        if step is None:
+            scale = 1e-10 * np.maximum(np.abs(states), 0.1)
+            options = {"t_eval": points, "rtol": 1e-10, "atol": scale}
+            rows = solve_ivp(self._rates, (points[0], points[-1]), states, "DOP853", **options).y.T
+        else:
+            rows = [states]
+            for start, end in pairwise(points):
+                count = int(np.ceil((end - start) / step - 1e-6))
+                h = (end - start) / count
+                for k in range(count):
+                    states = _runge_kutta(self._rates, start + k * h, states, h)
+                rows.append(states)
+            rows = np.array(rows)
+        self.time = points[-1]
+        self.put(self.time, rows[-1])
+        return rows
 
     def integrate_to(self, end):
-        rates = np.empty(len(STATES))
-        call = {2: "getDerivatives", 3: "getContinuousStateDerivatives"}[self.made.fmi]
-        get = getattr(self.fmu, call)
+        self.integrate(np.array([self.time, end]))
 
-        def derivative(time, states):
-            self.put(time, states)
-            get(rates.ctypes.data_as(_DOUBLES), rates.size)
-            return rates.copy()
 
-        span = (self.time, end)
-        solved = solve_ivp(derivative, span, self.states(), "DOP853", rtol=1e-10, atol=1e-11)
-        self.put(end, solved.y[:, -1])
-        self.time = end
+def _runge_kutta(rates, t, y, h):
+    k1 = rates(t, y)
+    k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+    k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
+    k4 = rates(t + h, y + h * k3)
+    return y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
 class SceneFmu:
     """An exported scene, unpacked, and the scene's script for its inputs."""
 
     def __init__(self, path, scene, fmi=3):
-        self.fmi, self.folder = fmi, path.with_suffix("")
-        shutil.unpack_archive(path, self.folder, format="zip")
+        self.fmi, self.folder = fmi, unpacked(path, path.with_suffix(""))
         self.step = float(fmpy.read_model_description(path).defaultExperiment.stepSize)
         self.plan = make_plan(scene)
         scripts = tuple(self.plan.schedule.scripts)
-        self.inputs = (*scripts, *map(rate_of, scripts))
-        modes = self.plan.excited.modes
+        rates = tuple(
+            name.replace("_", "_rate_") if name[-2] == "_" else f"{name}_rate" for name in scripts
+        )
+        self.inputs = (*scripts, *rates)
         self.names = (*self.plan.excited.start(), "dissipated_energy")
-        self.states = (*self.names[:-1], *(f"theta_{m}" for m in modes), self.names[-1])
 
     def _rows(self, schedule):
         values = schedule.inputs(self.inputs)
@@ -99,65 +127,18 @@ class SceneFmu:
                 rows.append(made.get(*self.names))
         return time, np.array(rows)
 
-    def exchanged(self, integrate):
-        """Likewise by Model Exchange, events where scripts bend or jump.
-
-        `integrate(derivative, points, states)` has the states (points, states) at points.
-        """
+    def exchanged(self, step=None):
+        """Likewise by Model Exchange, events where scripts bend or jump."""
         points = self.plan.schedule.time()
         breaks, given = self._rows(self.plan.schedule.stretches())
-        get = {2: "getDerivatives", 3: "getContinuousStateDerivatives"}[self.fmi]
-        update = {2: "newDiscreteStates", 3: "updateDiscreteStates"}[self.fmi]
+        modes = len(self.names) // 2
         with instance(self.folder, self.fmi, exchange=True) as made:
-            rates = np.empty(len(self.states))
-
-            def put(time, states):
-                states = np.ascontiguousarray(states)
-                made.fmu.setTime(time)
-                made.fmu.setContinuousStates(states.ctypes.data_as(_DOUBLES), states.size)
-
-            def derivative(time, states):
-                put(time, states)
-                getattr(made.fmu, get)(rates.ctypes.data_as(_DOUBLES), rates.size)
-                return rates.copy()
-
-            made.start(**given[0], **self.plan.excited.start())
+            master = Master(made, 3 * modes + 1)
+            master.start(**given[0], **self.plan.excited.start())
             rows = []
             for k, (start, end) in enumerate(pairwise(breaks)):
                 if k:
-                    made.fmu.enterEventMode()
-                    made.set(**given[k])
-                getattr(made.fmu, update)()
-                made.fmu.enterContinuousTimeMode()
-                states = np.empty(len(self.states))
-                made.fmu.getContinuousStates(states.ctypes.data_as(_DOUBLES), states.size)
+                    master.event(**given[k])
                 inside = points[(points >= start) & (points <= end)]
-                through = integrate(derivative, inside, states)
-                put(end, through[-1])
-                rows += [*through[k > 0 :]]  # at an event, before it
-        columns = [self.states.index(name) for name in self.names]
-        return points, np.array(rows)[:, columns]
-
-    def adaptive(self, derivative, points, states):
-        """By an integrator that chooses its steps."""
-        scale = np.maximum(np.abs(states), 1e-6)
-        solved = solve_ivp(
-            derivative, points[[0, -1]], states, "DOP853", points, rtol=1e-9, atol=1e-10 * scale
-        )
-        return solved.y.T
-
-    def fixed(self, derivative, points, states):
-        """By Runge and Kutta's, in steps no longer than the declared one."""
-        rows = [states]
-        for start, end in pairwise(points):
-            count = int(np.ceil((end - start) / self.step - 1e-6))
-            h = (end - start) / count
-            for k in range(count):
-                t, y = start + k * h, states
-                k1 = derivative(t, y)
-                k2 = derivative(t + 0.5 * h, y + 0.5 * h * k1)
-                k3 = derivative(t + 0.5 * h, y + 0.5 * h * k2)
-                k4 = derivative(t + h, y + h * k3)
-                states = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-            rows.append(states)
-        return np.array(rows)
+                rows += [*master.integrate(inside, step)[k > 0 :]]  # at an event, before it
+        return points, np.array(rows)[:, [*range(2 * modes), 3 * modes]]

@@ -15,22 +15,28 @@ from slipmode import fmu, rom
 FORCE_PATTERNS = ({0: 1.0}, {1: 1.0})
 START = {"force_A": 0.15, "frequency_A": 0.98, "force_B": 0.25, "frequency_B": 1.65}
 VERSIONS = (2, 3)
+FMI_ERRORS = fmpy.fmi1.FMICallException
+DISCARD, ERROR = 2, 3
+
+
+@pytest.fixture(params=VERSIONS)
+def fmi(request):
+    return request.param
+
+
+def unpacked(path, folder):
+    shutil.unpack_archive(path, folder, format="zip")
+    return folder
 
 
 @pytest.fixture(scope="session")
 def fmus(two_mode_model, tmp_path_factory):
     """{2: path, 3: path}: contact motion and two DOFs, in a folder with an awkward name."""
     folder = tmp_path_factory.mktemp("with spaces, ünïcode %41 & more")
+    options = {"contact": True, "elastic": (0, 1), "start": START}
+    paths = {fmi: folder / f"Größe {fmi}.fmu" for fmi in VERSIONS}
     return {
-        fmi: fmu.export(
-            two_mode_model,
-            folder / f"Größe {fmi}.fmu",
-            FORCE_PATTERNS,
-            fmi=fmi,
-            contact=True,
-            elastic=(0, 1),
-            start=START,
-        )
+        fmi: fmu.export(two_mode_model, paths[fmi], FORCE_PATTERNS, fmi=fmi, **options)
         for fmi in VERSIONS
     }
 
@@ -38,11 +44,8 @@ def fmus(two_mode_model, tmp_path_factory):
 @pytest.fixture(scope="session")
 def unzipped(fmus, tmp_path_factory):
     """{2: folder, 3: folder} with the contents of the FMUs; not to be changed."""
-    folders = {}
-    for fmi, path in fmus.items():
-        folders[fmi] = tmp_path_factory.mktemp("ünzipped %20 ") / f"FMU {fmi}"
-        shutil.unpack_archive(path, folders[fmi], format="zip")
-    return folders
+    folder = tmp_path_factory.mktemp("ünzipped %20 ")
+    return {fmi: unpacked(path, folder / f"FMU {fmi}") for fmi, path in fmus.items()}
 
 
 @pytest.fixture(scope="session")
@@ -54,13 +57,12 @@ def coulomb_model():
 @pytest.fixture(scope="session")
 def scalable(coulomb_model, tmp_path_factory):
     """{2: folder, 3: folder}: FMUs whose friction limit is an input, without contact motion."""
-    folder = tmp_path_factory.mktemp("scalable")
+    folder, made = tmp_path_factory.mktemp("scalable"), {}
     for fmi in VERSIONS:
-        path = fmu.export(
-            coulomb_model, folder / f"{fmi}.fmu", FORCE_PATTERNS, fmi=fmi, start=START
-        )
-        shutil.unpack_archive(path, folder / str(fmi), format="zip")
-    return {fmi: folder / str(fmi) for fmi in VERSIONS}
+        path = folder / f"{fmi}.fmu"
+        fmu.export(coulomb_model, path, FORCE_PATTERNS, fmi=fmi, start=START)
+        made[fmi] = unpacked(path, folder / str(fmi))
+    return made
 
 
 def component(model, **options):
@@ -75,45 +77,49 @@ LOADING = threading.Lock()
 
 
 class Instance:
-    """An instance behind names that both versions of the standard share."""
+    """An instance behind names that both versions of the standard share.
 
-    def __init__(self, folder, fmi, exchange=False, token=None, name="test"):
+    `messages` receives (status, text) of the log. `allowed`: further arguments of FMPy's
+    `instantiate` in FMI 3.0.
+    """
+
+    def __init__(
+        self, folder, fmi, exchange=False, token=None, name="test", messages=None, **allowed
+    ):
         description = fmpy.read_model_description(folder)
         kinds = {2: (FMU2Slave, FMU2Model), 3: (FMU3Slave, FMU3Model)}
         self.fmi = fmi
         self.reference = {v.name: v.valueReference for v in description.modelVariables}
-        self.messages = []
+        self.messages = [] if messages is None else messages
         with LOADING:
             self.fmu = kinds[fmi][exchange](
                 guid=token or description.guid,
                 unzipDirectory=str(folder),
                 modelIdentifier="slipmode",
-                instanceName=name,
+                instanceName="test",
             )
-        self._instantiate()
-
-    def _instantiate(self):
-        def log2(environment, name, status, category, message):
-            self.messages.append((status, message.decode()))
-
-        def log3(environment, status, category, message):
-            self.messages.append((status, message.decode()))
-
-        if self.fmi == 2:
+        if fmi == 2:
             callbacks = fmi2CallbackFunctions()
-            callbacks.logger = fmi2CallbackLoggerTYPE(log2)
+            callbacks.logger = fmi2CallbackLoggerTYPE(
+                lambda _, name, status, category, text: self._log(status, text)
+            )
             self.fmu.instantiate(callbacks=callbacks)
         else:
-            self.fmu.instantiate(logMessage=log3)
+            self.fmu.instantiate(
+                logMessage=lambda _, status, category, text: self._log(status, text), **allowed
+            )
 
-    def start(self, time=0.0, **values):
+    def _log(self, status, text):
+        self.messages.append((status, text.decode()))
+
+    def start(self, time=0.0, stop=None, **values):
         """Through initialization, with start values."""
         self.set(**values)
         if self.fmi == 2:
-            self.fmu.setupExperiment(startTime=time)
+            self.fmu.setupExperiment(startTime=time, stopTime=stop)
             self.fmu.enterInitializationMode()
         else:
-            self.fmu.enterInitializationMode(startTime=time)
+            self.fmu.enterInitializationMode(startTime=time, stopTime=stop)
         self.fmu.exitInitializationMode()
         return self
 
@@ -129,28 +135,29 @@ class Instance:
         return np.array(getter(references))
 
     def step(self, time, duration):
-        self.fmu.doStep(time, duration)
+        return self.fmu.doStep(time, duration)
+
+    def refused(self, call, *arguments, **named):
+        """Status and message of a call that is not OK."""
+        with pytest.raises(FMI_ERRORS) as error:
+            call(*arguments, **named)
+        return error.value.status, self.messages[-1][1]
+
+    def _state(self, call):
+        """A function about states; its name differs in the versions."""
+        return getattr(self.fmu, call if self.fmi == 2 else call.replace("FMUstate", "FMUState"))
 
     def serialize(self):
-        if self.fmi == 2:
-            state = self.fmu.getFMUstate()
-            data = self.fmu.serializeFMUstate(state)
-            self.fmu.freeFMUstate(state)
-        else:
-            state = self.fmu.getFMUState()
-            data = self.fmu.serializeFMUState(state)
-            self.fmu.freeFMUState(state)
+        state = self._state("getFMUstate")()
+        data = self._state("serializeFMUstate")(state)
+        self._state("freeFMUstate")(state)
         return data
 
     def restore(self, data):
-        if self.fmi == 2:
-            state = self.fmu.deSerializeFMUstate(data)
-            self.fmu.setFMUstate(state)
-            self.fmu.freeFMUstate(state)
-        else:
-            state = self.fmu.deserializeFMUState(data)
-            self.fmu.setFMUState(state)
-            self.fmu.freeFMUState(state)
+        name = "deSerializeFMUstate" if self.fmi == 2 else "deserializeFMUState"
+        state = getattr(self.fmu, name)(data)
+        self._state("setFMUstate")(state)
+        self._state("freeFMUstate")(state)
 
     def free(self):
         self.fmu.freeInstance()
@@ -164,3 +171,12 @@ def instance(folder, fmi, **options):
         yield made
     finally:
         made.free()
+
+
+def not_made(folder, fmi, **options):
+    """Texts that are logged where no instance is made."""
+    messages = []
+    with pytest.raises(Exception, match="Failed to instantiate"):
+        Instance(folder, fmi, messages=messages, **options)
+    assert {status for status, _ in messages} == {ERROR}
+    return [text for _, text in messages]

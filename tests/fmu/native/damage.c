@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "driver.h"
+#include "sequence.h"
 
 static const char *const FILES[] = {
     "token.txt", "checksums.npy", "layout.npy", "constants.npy", "inputs.npy", "combinations.npy",

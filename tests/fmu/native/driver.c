@@ -3,7 +3,7 @@
  *   driver FOLDER TOKEN COUNT SEED         random sequences
  *   driver FOLDER TOKEN COUNT SEED damage  damaged resources; FOLDER is written to
  */
-#include "driver.h"
+#include "sequence.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,27 @@
-/* An instance in a random sequence of calls, and how calls on it are judged. */
+/* Random numbers, the calls under test, an instance in a sequence of calls, and judgement. */
 #ifndef TEST_SEQUENCE_H
 #define TEST_SEQUENCE_H
 
-#include "driver.h"
+#include "calls.h"
+#include "resources/model.h"
+
+extern const calls *fmi; /* of this sequence: FMI 2.0 or 3.0 */
+extern message_log messages;
+
+uint32_t random_bits(void);
+int below(int count);
+double uniform(void); /* in [0, 1) */
+
+void fail(const char *file, int line, const char *what, const char *condition);
+#define CHECK(condition, what) \
+    do { \
+        if (!(condition)) fail(__FILE__, __LINE__, (what), #condition); \
+    } while (0)
+
+/* Some 25 calls on several instances of the model that FOLDER holds. */
+void run_sequence(const fmu_model *of, const char *folder, const char *token);
+/* One file flipped in a bit, cut short, longer, or missing: no instance, and the file is named. */
+void run_damage(const char *folder, const char *token);
 
 enum { INSTANTIATED = 1, INITIALIZATION = 2, EVENTS = 4, CONTINUOUS = 8, STEPPING = 16, ENDED = 32,
        STEP_EVENTS = 64 };
@@ -33,8 +52,8 @@ double good_value(const fmu_variable *v);
 void set_reals(instance *i);
 void get_reals(instance *i);
 void get_floats(instance *i);
-void directional(instance *i);
-void output_derivatives(instance *i);
+void call_directional(instance *i);
+void call_output_derivatives(instance *i);
 void other_types(instance *i);
 /* of Model Exchange and about events: sequence_exchange.c; */
 void exchange(instance *i);

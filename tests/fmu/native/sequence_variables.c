@@ -95,7 +95,7 @@ void get_floats(instance *i) {
 }
 
 /* Any unknowns by any knowns. Where there is none, as of a modulus at zero, is not known here. */
-void directional(instance *i) {
+void call_directional(instance *i) {
     uint32_t unknown[3], known[3];
     double seed[3], sensitivity[3] = {0.0};
     const long before = messages.count;
@@ -114,7 +114,7 @@ void directional(instance *i) {
 }
 
 /* Of any variables by time. */
-void output_derivatives(instance *i) {
+void call_output_derivatives(instance *i) {
     uint32_t vr[3];
     int32_t order[3];
     double value[3] = {0.0};

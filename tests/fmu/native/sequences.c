@@ -124,8 +124,8 @@ static void random_call(instance *i, const char *folder, const char *token) {
     const long before = messages.count;
     if (call < 4 && fmi->get_floats) get_floats(i);
     else if (call < 13) get_reals(i);
-    else if (call < 16) output_derivatives(i);
-    else if (call < 20) directional(i);
+    else if (call < 16) call_output_derivatives(i);
+    else if (call < 20) call_directional(i);
     else if (call < 24) other_types(i);
     else if (call < 28) save(i);
     else if (call < 32) restore(i);

@@ -1,0 +1,1 @@
+"""Cost of stepping an FMU: `python -m benchmarks.fmu.steps`."""

@@ -1,0 +1,378 @@
+"""Co-Simulation in FMPy: the component's bits, state, step patterns, refusals, the table's end."""
+
+import ctypes
+import re
+from concurrent.futures import ThreadPoolExecutor
+from urllib.parse import quote
+
+import fmpy
+import numpy as np
+import pytest
+from elastic import cantilever
+from fmpy.fmi2 import fmi2LastSuccessfulTime, fmi2Terminated
+from fmu_exchange import AMPLITUDES, Master
+from fmu_fixtures import (
+    DISCARD,
+    ERROR,
+    FMI_ERRORS,
+    FORCE_PATTERNS,
+    START,
+    VERSIONS,
+    Instance,
+    instance,
+    not_made,
+    unpacked,
+)
+from scipy.integrate import solve_ivp
+
+from slipmode import fmu, rom
+
+SLOW = (*AMPLITUDES, "theta_A", "theta_B", "dissipated_energy")
+FAST = ("contact_0_x", "contact_1_v", "contact_0_f", "x_0", "x_1")
+
+# A model of given rates, without contacts
+
+RANGE = 2e-3
+REST = 2.0 * np.pi * np.array([122.0, 243.0])
+
+
+def rates(amplitudes):
+    """Decay and frequency of both modes."""
+    a, b = amplitudes.T
+    s = np.sqrt(np.stack((a**2 + 0.2 * b**2, b**2 + 0.8 * a**2), axis=-1)) / RANGE
+    return np.array([1.5, 2.2]) + [2.0, 3.0] * s, REST - [6.0, 9.0] * s
+
+
+@pytest.fixture(scope="module")
+def models(two_mode_model):
+    """{name: (model, force patterns, options, inputs)}"""
+    shapes = [[1.2, 0.7], [0.4, -1.1], [0.9, 0.2]]
+    of_rates = rom.model_of_rates(rates, (RANGE, RANGE), mode_shapes=shapes)
+    beam = cantilever.model("mixed")
+    return {
+        "friction": (two_mode_model, FORCE_PATTERNS, (0, 1), START),
+        "elastic": (beam, cantilever.FORCE_PATTERNS, cantilever.DOFS, cantilever.FORCES),
+        "rates": (of_rates, FORCE_PATTERNS, (0, 1, 2), {"force_A": 0.4, "force_B": 0.7}),
+    }
+
+
+@pytest.fixture(scope="module")
+def exported(models, fmus, tmp_path_factory):
+    """{(name, fmi): (path, folder)}"""
+    top, made = tmp_path_factory.mktemp("models"), {}
+    for name, (model, patterns, dofs, inputs) in models.items():
+        for fmi in VERSIONS:
+            path = top / f"{name} {fmi}.fmu"
+            options = {"contact": True, "elastic": dofs, "start": inputs, "fmi": fmi}
+            fmu.export(model, path, patterns, **options)
+            made[name, fmi] = path, unpacked(path, path.with_suffix(""))
+    return made
+
+
+@pytest.mark.parametrize("name", ["friction", "elastic", "rates"])
+def test_co_simulation_has_the_bits_of_the_component(exported, models, fmi, name):
+    """Steps of any length, inputs that move, and one input set while others go on moving."""
+    model, patterns, dofs, inputs = models[name]
+    moving = {"frequency_rate_A": 1.3e-4, "force_rate_B": -7e-4, "phase_rate_A": 3e-3}
+    unit = 1.0 if name == "friction" else 0.05
+    stepped = fmu.Component(model, patterns, contact=True, elastic=dofs)
+    stepped.set_inputs(**inputs, **moving)
+    names = stepped.output_names
+    with instance(exported[name, fmi][1], fmi) as made:
+        made.start(**moving)
+        for k, duration in enumerate((3.7, 0.1, 11.3, 1 / 3, 20.0)):
+            stepped.set_inputs(phase_B=0.1 * k)
+            made.set(phase_B=0.1 * k)
+            made.step(stepped.time, unit * duration)
+            stepped.do_step(stepped.time, unit * duration)
+            assert dict(zip(names, made.get(*names), strict=True)) == stepped.outputs()
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_a_ring_down_is_that_of_the_given_rates(exported, fmi, kind):
+    """a' = (-d(|a|) + i (w(|a|) - Omega)) a, up to the square of the loss factor d / w."""
+    start = {"A_re": 0.7 * RANGE, "B_re": 0.5 * RANGE, "B_im": -0.6 * RANGE}
+    start |= {"force_A": 0.0, "force_B": 0.0}
+    result = fmpy.simulate_fmu(
+        exported["rates", fmi][0],
+        stop_time=1.0,
+        output_interval=0.01,
+        fmi_type=kind,
+        start_values=start,
+        relative_tolerance=1e-8,
+        output=AMPLITUDES,
+    )
+    carriers = np.hypot([1.5, 2.2], REST)  # the inputs start at the undamped frequencies
+
+    def growth(_, y):
+        a = y.view(complex)
+        (decay,), (frequency,) = rates(np.abs(a)[np.newaxis])
+        return ((-decay + 1j * (frequency - carriers)) * a).view(float)
+
+    y = np.array([start.get(name, 0.0) for name in AMPLITUDES])
+    options = {"t_eval": result["time"], "rtol": 1e-10, "atol": 1e-14}
+    exact = solve_ivp(growth, (0.0, 1.0), y, **options).y.T
+    found = np.stack([result[name] for name in AMPLITUDES], axis=-1)
+    np.testing.assert_allclose(found, exact, atol=(6.0 / REST[0]) ** 2 * RANGE)
+
+
+@pytest.mark.oracle
+def test_displacements_are_the_modes_and_the_forced_response(exported, models, fmi):
+    """x = sum_j phi_j q_j; B also responds to the force on A, by its receptance."""
+    dofs = models["rates"][2]
+    shapes = np.array([[1.2, 0.7], [0.4, -1.1], [0.9, 0.2]])
+    with instance(exported["rates", fmi][1], fmi) as made:
+        made.start(force_A=0.4, force_B=0.0).step(0.0, 0.37)
+        a = made.get("A_re", "B_re") + 1j * made.get("A_im", "B_im")
+        theta = made.get("theta_A", "theta_B")
+        x = made.get(*(f"x_{dof}" for dof in dofs))
+    q = 2.0 * (a * np.exp(1j * theta)).real
+    Omega, w = np.hypot([1.5, 2.2], REST)
+    receptance = 1.0 / (w**2 - Omega**2 + 1j * Omega * 4.4)
+    q[1] += (0.4 * shapes[0, 1] * receptance * np.exp(1j * theta[0])).real
+    np.testing.assert_allclose(x, shapes @ q, rtol=1e-9, atol=1e-12 * RANGE)
+
+
+@pytest.mark.oracle
+def test_a_mode_decays_or_grows_by_its_damping(unzipped, fmi):
+    """A self-excited mode, as flutter makes it, grows. Friction adds the same to all three."""
+    found = []
+    for damping in (0.01, 0.1, -0.02):
+        with instance(unzipped[fmi], fmi) as made:
+            made.start(A_re=0.5, force_A=0.0, damping_A=damping).step(0.0, 20.0)
+            found.append(made.get("A_abs")[0])
+    assert found[1] / found[0] == pytest.approx(np.exp(-0.5 * 0.09 * 20.0), rel=0.02)
+    assert found[2] / found[0] == pytest.approx(np.exp(0.5 * 0.03 * 20.0), rel=0.02)
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("exchange", [False, True])
+def test_carrier_angles_are_the_integral_of_frequencies_within_one_turn(unzipped, fmi, exchange):
+    with instance(unzipped[fmi], fmi, exchange=exchange) as made:
+        if exchange:
+            Master(made).start(frequency_rate_A=-6e-4).integrate_to(50.0)
+        else:
+            made.start(frequency_rate_A=-6e-4).step(0.0, 50.0)
+        turned = np.array([50.0 * 0.98 - 0.5 * 6e-4 * 50.0**2, 50.0 * 1.65])
+        assert turned.min() > 14.0 * np.pi
+        angles = made.get("theta_A", "theta_B")
+        np.testing.assert_allclose(angles, turned % (2.0 * np.pi), atol=1e-9)
+        assert made.get("frequency_A")[0] == pytest.approx(0.98 - 0.03, rel=1e-13)
+
+
+@pytest.mark.quick
+def test_results_do_not_depend_on_the_steps(unzipped, fmi):
+    """Each step may be off by the internal tolerance; long ones cross many cells of the table."""
+    ends = []
+    for duration in (0.05, 1.0, 10.0, 100.0):
+        with instance(unzipped[fmi], fmi) as made:
+            made.start(tolerance=1e-7)
+            for k in range(round(100.0 / duration)):
+                made.step(k * duration, duration)
+            ends.append(made.get(*AMPLITUDES))
+    np.testing.assert_allclose(ends, np.tile(ends[0], (4, 1)), atol=1e-6 * np.abs(ends).max())
+
+
+def test_fmi2_input_derivatives_are_rates(unzipped):
+    with instance(unzipped[2], 2) as one, instance(unzipped[2], 2) as other:
+        one.start(force_rate_A=1e-3).step(0.0, 10.0)
+        other.start()
+        other.fmu.setRealInputDerivatives([other.reference["force_A"]], [1], [1e-3])
+        other.step(0.0, 10.0)
+        np.testing.assert_array_equal(one.get(*SLOW), other.get(*SLOW))
+
+
+def test_start_values_take_effect_and_reset_starts_anew(unzipped, fmi):
+    with instance(unzipped[fmi], fmi) as made, instance(unzipped[fmi], fmi) as fresh:
+        made.start(time=5.0, A_re=0.3, A_im=-0.4, damping_A=0.02)
+        found = made.get("time", "A_re", "A_im", "A_abs", "A_phase")
+        np.testing.assert_allclose(found, [5.0, 0.3, -0.4, 0.5, np.arctan2(-0.4, 0.3)], rtol=1e-15)
+        made.step(5.0, 20.0)
+        made.fmu.reset()
+        for each in (made, fresh):
+            each.start().step(0.0, 20.0)
+        np.testing.assert_array_equal(made.get(*SLOW), fresh.get(*SLOW))
+
+
+def test_instances_in_threads_do_not_disturb_each_other(unzipped, fmi):
+    def simulate(force):
+        with instance(unzipped[fmi], fmi) as made:
+            made.start(force_A=force)
+            for k in range(100):
+                made.step(float(k), 1.0)
+            return made.get(*SLOW, *FAST)
+
+    forces = np.linspace(0.05, 0.2, 8)
+    alone = [simulate(force) for force in forces]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(simulate, forces))
+    np.testing.assert_array_equal(together, alone)
+
+
+# Saved states
+
+
+@pytest.mark.parametrize(
+    ("name", "phase"),
+    [
+        ("friction", 0.0),
+        ("rates", 0.0),
+        ("elastic", 0.0),
+        pytest.param(
+            *("elastic", 0.1),
+            marks=pytest.mark.xfail(
+                strict=True,
+                reason="a force that moves at a phase other than 0 is restored to 1 ulp of it",
+            ),
+        ),
+    ],
+)
+def test_a_saved_state_continues_to_the_same_bits(exported, models, fmi, name, phase):
+    model, patterns, dofs, _ = models[name]
+    names = fmu.Component(model, patterns, contact=True, elastic=dofs).output_names
+    folder, time = exported[name, fmi][1], 0.0
+    with instance(folder, fmi) as made, instance(folder, fmi) as twin:
+        made.start(frequency_rate_A=1.3e-4, force_rate_B=-7e-4)
+        for k, duration in enumerate((3.7, 0.1, 11.3, 1 / 3, 20.0)):
+            if phase:
+                made.set(phase_B=phase * k)
+            made.step(time, 0.05 * duration)
+            time += 0.05 * duration
+        kept = made.serialize()
+        twin.start(A_re=1e-4).step(0.0, 0.05)  # a past to be forgotten
+        twin.restore(kept)
+        assert twin.serialize() == kept
+        for each in (made, twin):
+            each.step(time, 0.7)
+        np.testing.assert_array_equal(made.get(*names), twin.get(*names))
+
+
+def test_states_of_other_models_and_parts_of_states_are_refused(unzipped, scalable, fmi):
+    with instance(unzipped[fmi], fmi) as made, instance(scalable[fmi], fmi) as other:
+        saved = made.start().serialize()
+        assert "another model" in other.refused(other.restore, saved + bytes(1000))[1]
+        assert "too few" in made.refused(made.restore, saved[:-1])[1]
+        assert made.serialize() == saved
+
+
+# Refusals: the instance is as before
+
+MEET = "frequency_A, frequency_B: must differ at all times"
+WRONG_CALLS = [
+    (lambda m: m.step(0.0, 0.0), "step 0 s: must be finite and > 0"),
+    (lambda m: m.step(0.0, np.nan), "step nan s"),
+    (lambda m: m.step(3.0, 1.0), "t = 3 s: must be the present time of the FMU, 0 s"),
+    (lambda m: m.step(0.0, 200.0), "past the stop time"),
+    (lambda m: m.set(force_A=np.nan), "force_A: must be finite, got nan"),
+    (lambda m: m.set(frequency_B=-1.0), "frequency_B: must be > 0"),
+    (lambda m: m.set(A_abs=1.0), "A_abs: is not an input or parameter"),
+    (lambda m: m.set(A_re=0.1), "A_re: not allowed while the instance is in step mode"),
+    (lambda m: m.set(tolerance=0.1), "tolerance: must be 1e-13 to 0.01, got 0.1"),
+    (lambda m: m.fmu.exitInitializationMode(), "ExitInitializationMode: not allowed"),
+    (lambda m: m.get("contact_wanted"), "contact_wanted: is a boolean"),
+    (lambda m: m.restore(bytes(64)), "the bytes are too few"),
+]
+
+
+def test_wrong_calls_are_refused_and_named_and_change_nothing(unzipped, fmi):
+    with instance(unzipped[fmi], fmi) as made, instance(unzipped[fmi], fmi) as twin:
+        for each in (made, twin):
+            each.start(stop=100.0)
+        for call, reason in WRONG_CALLS:
+            status, message = made.refused(call, made)
+            assert status == ERROR and reason in message
+            assert made.serialize() == twin.serialize()
+        made.step(0.0, 1.0)
+        made.fmu.terminate()
+        assert "while the instance is terminated" in made.refused(made.step, 1.0, 1.0)[1]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "later", "complaint"),
+    [
+        ({"frequency_B": 1.0}, False, "frequency_B: must be 1.054 to 17 rad/s, got 1"),
+        ({"frequency_A": 1.5, "frequency_B": 1.5}, False, MEET),
+        ({"frequency_rate_A": -0.01}, True, "frequency_A: must be 0.62 to 10 rad/s, got 0.58"),
+        ({"frequency_A": 1.25, "frequency_rate_A": 0.0125, "frequency_B": 1.5}, True, MEET),
+    ],
+)
+def test_frequencies_that_no_slow_flow_follows_are_refused(
+    unzipped, fmi, inputs, later, complaint
+):
+    """At once, also by Model Exchange, or where they move to."""
+    with instance(unzipped[fmi], fmi) as made:
+        made.start()
+        made.set(**inputs)
+        status, message = made.refused(made.step, 0.0, 40.0)
+        assert status == ERROR and complaint in message
+    if not later:
+        with instance(unzipped[fmi], fmi, exchange=True) as made:
+            made.start().fmu.enterContinuousTimeMode()
+            made.set(**inputs)
+            status, message = made.refused(made.get, "der(A_re)")
+            assert status == ERROR and complaint in message
+
+
+def test_fmi2_resource_locations_are_uris(unzipped):
+    encoded = quote((unzipped[2] / "resources").as_posix())
+    plain = (unzipped[2] / "resources").as_posix()  # some importers give the path itself
+    assert "%20" in encoded and "%C3%BC" in encoded and "%25" in encoded
+    cases = {f"file://localhost{encoded}": None, f"FILE://{encoded}/": None, plain: None}
+    cases |= {f"file:{encoded}": None, f"http://{encoded}": "is not a file: URI"}
+    cases |= {f"file://elsewhere{encoded}": "on another host", "": "no resource path was given"}
+    cases |= {f"file://{encoded}%2": "two hexadecimal digits", "file:///no/such": "is missing"}
+    made = Instance(unzipped[2], 2)
+    for location, reason in cases.items():
+        made.messages.clear()
+        arguments = made.fmu.guid.encode(), location.encode(), ctypes.byref(made.fmu.callbacks)
+        raw = made.fmu.fmi2Instantiate(b"raw", 1, *arguments, False, False)
+        assert bool(raw) == (reason is None), location
+        assert reason is None or reason in made.messages[-1][1]
+        if raw:
+            made.fmu.fmi2FreeInstance(raw)
+    made.free()
+
+
+def test_a_wrong_token_is_refused(unzipped, fmi):
+    (message,) = not_made(unzipped[fmi], fmi, token="{not-the-token}")
+    assert "the instantiation token is not that of this FMU's resources" in message
+
+
+# The end of the table
+
+
+def test_a_step_beyond_the_table_is_discarded_with_what_would_help(unzipped, fmi):
+    with instance(unzipped[fmi], fmi) as made:
+        made.start(force_A=3.0).step(0.0, 1.0)
+        before = made.serialize()
+        status, message = made.refused(made.step, 1.0, 100.0)
+        assert status == DISCARD and made.serialize() == before
+        assert "outside the friction table" in message
+        assert "lower force_A, now 3, or export" in message and "--range" in message
+        made.step(1.0, 1.0)
+
+
+def test_halved_steps_reach_the_end_of_the_table_and_the_fmu_then_asks_for_the_end(unzipped):
+    """Also if a discarded step is tried again."""
+    with instance(unzipped[2], 2) as made:
+        made.start(force_A=3.0).step(0.0, 1.0)
+        for ended in (False, True):
+            assert made.refused(made.step, 1.0, 100.0)[0] == DISCARD
+            assert made.fmu.getRealStatus(fmi2LastSuccessfulTime) == 1.0 == made.get("time")[0]
+            assert made.fmu.getBooleanStatus(fmi2Terminated) is ended
+        time, step = 1.0, 50.0
+        for _ in range(30):
+            try:
+                made.step(time, step)
+                time += step
+            except FMI_ERRORS:
+                if made.fmu.getBooleanStatus(fmi2Terminated):
+                    break
+                step *= 0.5
+        message = made.messages[-1][1]
+        assert "however short the step" in message
+        end = re.search(r"A_abs is ([\d.]+), the table ends at ([\d.]+)", message)
+        assert 0.99 < float(end[1]) / float(end[2]) <= 1.0
+        made.set(force_A=0.0)  # another input, and it goes on
+        made.step(time, 1.0)

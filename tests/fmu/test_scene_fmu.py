@@ -1,0 +1,241 @@
+"""`slipmode fmu` and `slipmode run --fmu`: a scene and its FMU are the same simulation."""
+
+import importlib.util
+import zipfile
+from dataclasses import replace
+from itertools import pairwise
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_exchange import SceneFmu
+from fmu_fixtures import DISCARD, FMI_ERRORS, instance, unpacked
+from lxml import etree
+
+from slipmode import fmu, runner
+from slipmode.__main__ import main
+from slipmode.rom import SlipmodeError
+from slipmode.runner import export_fmu, load_scene, shipped_scenes
+
+SHIPPED = [
+    pytest.param(name, marks=[] if name in ("one-mode", "two-mode") else [pytest.mark.slow])
+    for name in shipped_scenes()
+    if not load_scene(name).mistuning
+]
+MODE_B = """
+title = "One mode, exact Coulomb, a growing force"
+[structure]
+model = "two-mass"
+[friction]
+law = "coulomb"
+limit = 2.0
+[modes]
+A = 0
+B = 1
+[model]
+amplitude = [1.0, 0.8]
+[forcing.B]
+dof = 1
+amplitude = [[0, 0.1], [50, 0.3]]
+frequency = [[0, 1.6], [80, 1.7]]
+[initial]
+B = [0.3, -0.2]
+[run]
+duration = 80.0
+step = 1.3
+tolerance = 1e-7
+[log]
+rerun = false
+"""
+
+
+def channels(recording):
+    """{topic: (time, values)}"""
+    return {topic: data[1:] for topic, data in recording.read().channels.items()}
+
+
+def variables_of(path):
+    return {v.name: v for v in fmpy.read_model_description(path).modelVariables}
+
+
+def differences(found, expected):
+    """Largest difference of each column, relative to its largest value."""
+    return np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0)
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("name", SHIPPED)
+def test_integrators_of_importers_agree_with_the_run_of_the_scene(name, tmp_path):
+    """Co-Simulation, and Model Exchange by an adaptive and by a fixed-step method."""
+    scene = load_scene(name)
+    driven = SceneFmu(export_fmu(scene, tmp_path / f"{name}.fmu", headroom=1.0), scene)
+    read = channels(runner.run(scene, tmp_path))
+    (time, modes), (_, energy) = read["/modes"], read["/energy"]
+    expected = np.column_stack((modes[:, : len(driven.names) - 1], energy[:, 2]))
+    assert np.abs(expected).max(axis=0).min() > 0.0
+    for way in (driven.co_simulated(), driven.exchanged(), driven.exchanged(driven.step)):
+        np.testing.assert_allclose(way[0], time, rtol=1e-9)
+        assert differences(way[1], expected).max() < 1e-4
+
+
+def test_a_recording_through_an_fmu_has_the_bits_of_the_run(fmi, tmp_path, shipped_scene):
+    path = export_fmu("two-mode", tmp_path / f"für FMI {fmi}.fmu", fmi, headroom=1.0)
+    expected = channels(shipped_scene("two-mode"))
+    found = channels(runner.run("two-mode", tmp_path / "through", fmu=path))
+    assert set(found) == set(expected)
+    for topic, (time, values) in expected.items():
+        np.testing.assert_array_equal(found[topic][0], time)
+        np.testing.assert_array_equal(found[topic][1], values)
+
+
+def test_a_run_that_leaves_the_table_is_recorded_as_far(fmi, tmp_path):
+    """With initial amplitudes, of mode B alone; the FMU starts with others than the scene."""
+    scene = replace(runner.parse_scene(MODE_B, "."), name="mode-b")
+    other = replace(runner.parse_scene(MODE_B.replace("0.3, -0.2]", "0.1, 0.1]"), "."), name="x")
+    path = export_fmu(other, tmp_path / "small.fmu", fmi, headroom=1.0)
+    recordings, messages = [], []
+    for through in (None, path):
+        folder = tmp_path / str(through is None)
+        with pytest.raises(fmu.StoppedError) as stop:
+            runner.run(scene, folder, fmu=through)
+        messages.append(str(stop.value))
+        recordings.append(runner.read(folder / "mode-b.mcap"))
+    inside, through = recordings
+    for topic, (_, time, values) in inside.channels.items():
+        np.testing.assert_array_equal(through.channels[topic][1], time)
+        np.testing.assert_array_equal(through.channels[topic][2], values)
+    assert messages[0].partition(": ")[0] in messages[1]  # stopped at t = ...
+    assert messages[1].startswith("small.fmu: stopped at t = ")
+    assert "outside the friction table" in messages[1]
+
+
+# Range and start values
+
+
+def forced(scene, factor):
+    """The scene under more force."""
+    forcing = {
+        mode: replace(force, amplitude=force.amplitude.scaled(factor))
+        for mode, force in scene.forcing.items()
+    }
+    return replace(scene, forcing=forcing)
+
+
+def test_the_declared_forces_are_where_the_table_ends(tmp_path):
+    """To 1 %: so far the FMU goes, and no further. It starts as the scene."""
+    scene = load_scene("one-mode")
+    path = export_fmu(scene, tmp_path / "scene.fmu")
+    declared = variables_of(path)
+    most, now = float(declared["force_A"].max), float(declared["force_A"].start)
+    assert now == scene.forcing["A"].amplitude.value(0.0) and 1.1 * now < most
+    assert float(declared["force_A"].min) == -most
+    frequency = scene.forcing["A"].frequency.value(0.0)
+    assert float(declared["frequency_A"].min) < frequency < float(declared["frequency_A"].max)
+    SceneFmu(path, forced(scene, most / now)).co_simulated()
+    with pytest.raises(FMI_ERRORS) as refused:
+        SceneFmu(path, forced(scene, 1.02 * most / now)).co_simulated()
+    assert refused.value.status == DISCARD
+
+
+def test_a_run_by_an_fmu_takes_its_larger_range(tmp_path):
+    path = export_fmu("one-mode", tmp_path / "scene.fmu")
+    through = runner.run("one-mode", tmp_path / "through", fmu=path)
+    inside = runner.run("one-mode", tmp_path / "inside")
+    ranges = (each.model.table.amplitude_range for each in (through, inside))
+    assert np.divide(*ranges) == pytest.approx(1.25)
+    (_, found), (_, expected) = (channels(each)["/modes"] for each in (through, inside))
+    tolerance = inside.plan.scene.model.tolerance  # of either table
+    assert np.abs(found - expected).max() < tolerance * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("change", [{"amplitude": (3.6, 1.8)}, {"tolerance": 5e-3}], ids=str)
+def test_an_fmu_of_another_table_is_of_another_model(change, tmp_path):
+    scene = load_scene("two-mode")
+    options = replace(scene.model, amplitude=(3.6, 1.5), tolerance=1e-2)
+    path = export_fmu(replace(scene, model=replace(options, **change)), tmp_path / "other.fmu")
+    with pytest.raises(SlipmodeError, match="has a different model"):
+        runner.run(replace(scene, model=options), tmp_path, fmu=path)
+
+
+# What the file tells importers
+
+
+@pytest.mark.oracle
+def test_fmpy_comes_from_the_stimuli_of_an_fmu_to_its_reference_results(tmp_path):
+    """Without the scene; a sweep is two rows of stimuli."""
+    scene = load_scene("sweep")
+    scene = replace(scene, contact=(), run=replace(scene.run, duration=400.0))
+    path = export_fmu(scene, tmp_path / "sweep.fmu")
+    folder = unpacked(path, tmp_path / "sweep") / "extra" / "org.fmi-standard.fmi-ls-ref"
+    (experiment,) = etree.parse(folder / "fmi-ls-manifest.xml").getroot()
+    stimuli, references = (
+        np.genfromtxt(folder / child.get("source"), delimiter=",", names=True)
+        for child in experiment
+    )
+    assert stimuli["time"].tolist() == [0.0, 400.0]
+    outputs = ["A_re", "A_im", "B_re", "B_im"]
+    through = fmpy.simulate_fmu(
+        str(path),
+        fmi_type="CoSimulation",
+        stop_time=400.0,
+        step_size=2.0,
+        output_interval=2.0,
+        input=stimuli,
+        output=outputs,
+    )
+    for name in outputs:
+        error = np.abs(through[name] - references[name]).max()
+        assert error < 1e-6 * np.abs(references[name]).max()
+
+
+# The command
+
+
+def test_the_command_writes_a_valid_fmu_that_runs_without_inputs_as_the_scene(
+    fmi, tmp_path, capsys, shipped_scene
+):
+    path = tmp_path / "one mode.fmu"
+    arguments = ["fmu", "one-mode", "-o", str(path), "--fmi", str(fmi), "--range", "1"]
+    assert main(arguments) == 0
+    assert capsys.readouterr().out.splitlines()[0] == str(path)
+    assert validate_fmu(str(path)) == []
+    time, expected = channels(shipped_scene("one-mode"))["/modes"]
+    with instance(unpacked(path, tmp_path / "unpacked"), fmi) as made:
+        made.start()
+        for start, end in pairwise(time):
+            made.step(start, end - start)
+        found = made.get("A_re", "A_im", "A_abs")
+    np.testing.assert_allclose(found, expected[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("no-such-scene",), "'no-such-scene': no such scene file"),
+        (("one-mode", "--range", "0.5"), "--range: must be a finite number >= 1, got 0.5"),
+        (("one-mode", "--platforms", "vax"), "--platforms: vax must be one of x86_64-linux"),
+        (("one-mode", "-o", "no/such/folder/x.fmu"), "no/such/folder/x.fmu"),
+    ],
+)
+def test_what_the_command_refuses_is_named_in_one_line(
+    arguments, message, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["fmu", *arguments]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f"slipmode: {message}")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="needs ziglang")
+def test_an_fmu_for_other_platforms_has_their_libraries(tmp_path):
+    platforms = {"aarch64-linux": b"\x7fELF", "x86_64-windows": b"MZ"}
+    platforms["aarch64-darwin"] = b"\xcf\xfa\xed\xfe"
+    path = tmp_path / "many.fmu"
+    assert main(["fmu", "one-mode", "-o", str(path), "--platforms", ",".join(platforms)]) == 0
+    with zipfile.ZipFile(path) as archive:
+        libraries = {n: archive.read(n) for n in archive.namelist() if n.startswith("binaries/")}
+    for platform, magic in platforms.items():
+        (content,) = (c for n, c in libraries.items() if n.startswith(f"binaries/{platform}/"))
+        assert content.startswith(magic) and b"fmi3DoStep" in content
