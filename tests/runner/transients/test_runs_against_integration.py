@@ -174,7 +174,7 @@ def test_steady_powers_are_those_of_the_independent_motion(model, tmp_path):
 
 @pytest.mark.parametrize("model", ["", INTEGRATED], ids=["slow time", "integrated"])
 def test_dissipated_power_is_the_closed_form_of_jenkins_loops(model, tmp_path):
-    given, text = steady_scene(JENKINS, 0.02, model)
+    _, text = steady_scene(JENKINS, 0.02, model)
     data = runner.run(parse_scene(text, "."), tmp_path).read().channels
     loops = [0.5 * np.ptp(data[f"/contact/{i}"].column("x")) for i in range(2)]
     work = sum(jenkins_dissipation(X, 0.1, 2.0) for X in loops)

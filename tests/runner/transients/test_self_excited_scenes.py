@@ -63,16 +63,16 @@ def test_a_forced_self_excited_mode_moves_as_the_independent_motion(table, tmp_p
     more = (
         "[forcing.A]\ndof = 0\namplitude = 0.15\nfrequency = 0.98\n[model]\n"
         f'tolerance = 1e-3\ntable = "{table}"\n[output]\nelastic = [0]\n'
-        "[[elastic]]\nwindow = [0, 600]\nsamples_per_period = 32\n"
+        "[[elastic]]\nwindow = [0, 300]\nsamples_per_period = 32\n"
     )
-    given = scene("A = [0.0, -0.015]", "", more, alpha=0.02, end=600)
+    given = scene("A = [0.0, -0.015]", "", more, alpha=0.02, end=300)
     moved = runner.run(given, tmp_path).read().channels["/elastic"]
     structure = rom.two_mass(beta=0.01)
     system = system_of(structure, 2 * [Tanh(2.0, 0.02)])
     row = system.M @ rom.reduce(structure, (0,)).mode_shapes[:, 0]
-    system.C[:] += np.outer(row, row) * -0.015 / 0.98
+    system.C[:] += np.outer(row, row) * -0.015 / 1.0
     force = Force([1.0, 0.0, 0.0, 0.0], 0.15, 0.98)
-    exact = integrated(system, [force], 600.0, 512).at(moved.time)[:, 0]
+    exact = integrated(system, [force], 300.0, 512).at(moved.time)[:, 0]
     assert relative_rms(moved.values[:, 0], exact) < 1e-2
 
 
