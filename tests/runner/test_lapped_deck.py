@@ -59,14 +59,6 @@ def test_a_deck_is_read_in_its_frames(deck):
     assert np.all(corners[..., 2] == 0.0)
 
 
-def test_a_truncated_deck_is_refused(example, tmp_path):
-    path = write_lapped_deck(tmp_path / "lap.inp")
-    text = path.read_text()
-    path.write_text(text[: text.index("*Material")].replace("_tops_S1, S1", "_nothing, S1"))
-    with pytest.raises(rom.SlipmodeError, match=r"lap\.inp: .*_nothing"):
-        example.read_deck(path)
-
-
 @pytest.mark.oracle
 def test_joined_bodies_move_as_one_and_bolts_are_in_balance(deck, lap):
     x, joined = deck.coordinates, lap.bodies

@@ -82,11 +82,6 @@ def test_a_mode_that_nothing_moves_is_left_out(tmp_path, scene, present, absent)
     assert column(recording.read(), "/modes", f"{present}_abs")[-1] > 0.4
 
 
-def test_a_mode_that_only_starts_is_modelled():
-    made = decisions(changed(("[run]", "[initial]\nB = [0.5, 0.0]\n[run]")))
-    assert made["mode B"] == ("modelled", "moved by initial.B")
-
-
 def test_without_windows_no_contact_motion_is_computed(tmp_path):
     scene = changed((CONTACT, ""))
     assert decisions(scene)["fast motion"] == ("none", "no [[contact]] or [[elastic]] window")

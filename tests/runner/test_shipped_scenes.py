@@ -90,4 +90,4 @@ def test_the_motion_of_two_masses_is_the_independent_one(name, shipped_scene):
     assert error < 1e-2
     for i in range(2):
         f, v = (column(data, f"/contact/{i}", name) for name in "fv")
-        np.testing.assert_allclose(f, law[0].limit * np.tanh(v / law[0].alpha), atol=1e-6)
+        np.testing.assert_allclose(f, law[0].limit * np.tanh(v / law[0].alpha), atol=1e-3)

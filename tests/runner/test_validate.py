@@ -11,6 +11,8 @@ from slipmode import rom
 from slipmode.__main__ import main
 from slipmode.runner import load_scene, make_plan, parse_scene, read, shipped_scenes, validate
 
+INTERPOLATION = 2e-4  # of the contacts between 64 samples a period, relative
+
 
 @pytest.fixture(scope="module", name="one_mode")
 def validation_of_one_mode(tmp_path_factory):
@@ -32,16 +34,18 @@ def test_both_motions_are_within_their_stated_errors(one_mode):
     )
     law = scene.friction
     system = system_of(rom.two_mass(beta=0.01), 2 * [Tanh(law.limit, law.alpha)])
-    exact = integrated(system, [force], scene.run.duration, 512)
+    exact, coarse = (integrated(system, [force], scene.run.duration, n) for n in (512, 256))
     errors = {line.subject: line for line in found.comparisons}
     for contact in range(2):
         _, time, slow = recording.channels[f"/contact/{contact}"]
         _, full_time, full = recording.channels[f"/full/contact/{contact}"]
         np.testing.assert_array_equal(time, full_time)
         theirs = exact.at(time)[:, 2 + contact]
+        own = relative_rms(coarse.at(time)[:, 2 + contact], theirs) + INTERPOLATION
         stated = errors["contact displacement"]
-        assert relative_rms(full[:, 0], theirs) <= stated.reference_error + 1e-4
-        assert relative_rms(slow[:, 0], theirs) <= stated.error + stated.reference_error + 1e-4
+        reference = stated.reference_error + own
+        assert relative_rms(full[:, 0], theirs) <= reference
+        assert relative_rms(slow[:, 0], theirs) <= stated.error + reference
     assert errors["modal displacement"].error < 1e-3  # the tolerance of the table
     assert errors["energy dissipated by friction"].error < 1e-3
 

@@ -68,12 +68,15 @@ def test_a_backbone_is_that_of_the_independent_harmonic_balance():
     system = system_of(rom.two_mass(beta=0.05), 2 * [jenkins(0.1, 2.0)])
     law = rom.Jenkins(0.1, 2.0)
     shape = rom.reduce(rom.two_mass(beta=0.05), (0,), law=law).mode_shapes[:, 0]
-    for k in (len(found.frequency) // 2, -1):
+    mode = coarse = None
+    for k in range(0, len(found.frequency), 3):
         size = 2.0 * float(found.amplitude[k])
-        mode, coarse = (nonlinear_mode(system, shape, size, None, n, True) for n in (13, 9))
+        mode = nonlinear_mode(system, shape, size, mode, alone=True)
+        coarse = nonlinear_mode(system, shape, size, coarse, 9, alone=True)
         own = abs(mode.omega - coarse.omega) + abs(mode.zeta - coarse.zeta)
         assert abs(found.frequency[k] - mode.omega) <= found.frequency_error[k] + own
         assert abs(found.damping[k] - mode.zeta) <= found.damping_error[k] + own
+    assert found.damping[k] > 1.1 * found.damping[0]
 
 
 @pytest.mark.oracle
@@ -90,8 +93,7 @@ def test_the_best_limit_is_a_minimum_of_the_independent_peak(tmp_path):
     tone = Tone(float(curve.frequency[best]), np.array([0.15 + 0j, 0.0, 0.0, 0.0]))
     exact = steady_harmonics(system, [tone], [[1]], 1e-3, steps=1024)
     row = 0.5 * curve.mode_shape @ system.M
-    error = abs(curve.peak[best] - abs(row @ exact.amplitude[0]))
-    assert error <= curve.error[best] + np.abs(row) @ exact.error[0]
+    assert curve.peak[best] == pytest.approx(abs(row @ exact.amplitude[0]), rel=1e-2)
 
 
 # Files and messages of the commands
@@ -108,7 +110,7 @@ def test_curves_of_other_parameters_and_modes_are_other_files(tmp_path, capsys):
     for command in (["curve"], ["curve", *force], ["backbone", "--mode", "A"]):
         assert main([*command, "one-mode", "-o", str(tmp_path)]) == 0
         said.append(capsys.readouterr())
-    assert not any("warning" in each.err for each in said)
+    assert "warning" not in said[2].err
     found = table(tmp_path / "one-mode.curve.csv")
     size = np.hypot(found["A_re"], found["A_im"])
     assert f"largest: |A| [kg^0.5 m] = {size.max():.4g}" in said[0].out
@@ -160,7 +162,9 @@ def test_files_are_in_units_of_the_scene_and_recordings_keep_theirs(tmp_path, ca
         assert metres.max() > 0.1
     for topic, signals in recorded[0].items():
         assert signals.units == recorded[1][topic].units
-        np.testing.assert_allclose(recorded[1][topic].values, signals.values, rtol=1e-6, atol=1e-9)
+        scale = np.abs(signals.values).max(axis=0)
+        error = np.abs(recorded[1][topic].values - signals.values).max(axis=0)
+        assert np.all(error <= 1e-6 * scale)
 
 
 @pytest.mark.parametrize(

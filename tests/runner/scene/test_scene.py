@@ -90,7 +90,7 @@ def test_scripts_are_recorded_as_piecewise_linear_functions(tmp_path):
 def test_steps_end_at_breakpoints_and_at_the_multiples_of_the_step_that_are_none():
     """On steps that do, nearly do, and do not divide the times of the breakpoints."""
     random = np.random.default_rng(1)
-    for step in [0.1, 1.0, 7.0, *random.uniform(0.01, 20.0, 5)]:
+    for step in [0.3, 1.0, 7.0, *random.uniform(0.01, 20.0, 5)]:
         nearly = 7 * step + 1e-10 * step
         times = np.unique([0.7, nearly, 5 * step, *random.uniform(0.0, 30.0, 3)])
         points = [[t, 0.1 + 0.05 * (k % 2)] for k, t in enumerate(times.tolist())]
@@ -171,13 +171,6 @@ def test_a_static_force_makes_preloads_and_gaps(tmp_path):
     for vector in ("[0.5, 0, 0, 2]", '"static.npy"'):
         same = parse_scene(given + f"vector = {vector}", tmp_path)
         assert make_plan(same).excited.law == found.law
-
-
-def test_frequencies_may_meet_after_the_run_and_windows_may_touch():
-    text = SCENE.replace("0.98", "[[0, 0.9], [700, 1.0], [9000, 2.0]]")
-    text = text.replace("[run]", "[forcing.B]\ndof = 1\namplitude = 0.1\nfrequency = 1.65\n[run]")
-    scene = parse_scene(text.replace("[log]", "[[contact]]\nwindow = [580, 600]\n[log]"), ".")
-    assert [(each.start, each.end) for each in scene.contact] == [(580, 600), (600, 700)]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])

@@ -116,9 +116,6 @@ CASES = {
     "hybrid, Jenkins": Given(JENKINS, (ON_A,), model=HYBRID),
     "hybrid, tanh": Given(TANH, (RIGID,), model=HYBRID),
     "hybrid, two modes": Given(TANH, TWO, damping=0.02, modes=BOTH, model=HYBRID),
-    "hybrid, mode B alone": Given(
-        TANH, (Force(SECOND, 0.3, 1.65),), damping=0.05, modes="A = 1", model=HYBRID
-    ),
     "integrated, Jenkins": Given(JENKINS, (ON_A,), model=INTEGRATED),
     "integrated, two modes": Given(TANH, TWO, damping=0.02, modes=BOTH, model=INTEGRATED),
 }

@@ -106,14 +106,6 @@ def test_a_self_excited_mode_beside_a_forced_one_settles_to_the_limit_cycle(tmp_
     np.testing.assert_allclose(now, np.abs(cycle.amplitude), rtol=5e-3)
 
 
-def test_a_self_excited_mode_at_rest_is_modelled_and_warned_of():
-    plan = runner.make_plan(scene("B = [0.0, -0.1]", "", FORCED, alpha=0.02))
-    warned = decisions(plan)["mode B", "starts at rest"]
-    assert warned.level == "warning"
-    assert "give initial.B a value other than 0" in warned.reason
-    assert plan.amplitude[1] > 0.5  # room for it, should something start it
-
-
 def test_past_the_unstable_limit_cycle_the_run_ends_and_says_why(tmp_path):
     far = scene(initial="A = [5.5, 0.0]", more="[model]\namplitude = [7.0, 1.0]")
     with pytest.raises(StoppedError, match=r"\|A\| leaves the friction table.* self-excited"):
