@@ -57,7 +57,7 @@ def in_scene(old, new):
 
 
 def with_contacts(text):
-    return SCENE.replace(FRICTION, text)
+    return SCENE.replace(FRICTION, f"{text}\n")
 
 
 CHANGED = [
