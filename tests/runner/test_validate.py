@@ -11,7 +11,7 @@ from slipmode import rom
 from slipmode.__main__ import main
 from slipmode.runner import load_scene, make_plan, parse_scene, read, shipped_scenes, validate
 
-INTERPOLATION = 2e-4  # of the contacts between 64 samples a period, relative
+INTERPOLATION = 2e-4  # of the contacts between 512 samples a period, relative
 
 
 @pytest.fixture(scope="module", name="one_mode")
@@ -34,7 +34,9 @@ def test_both_motions_are_within_their_stated_errors(one_mode):
     )
     law = scene.friction
     system = system_of(rom.two_mass(beta=0.01), 2 * [Tanh(law.limit, law.alpha)])
-    exact, coarse = (integrated(system, [force], scene.run.duration, n) for n in (512, 256))
+    exact, coarse = (
+        integrated(system, [force], scene.run.duration, n, samples=512) for n in (1024, 512)
+    )
     errors = {line.subject: line for line in found.comparisons}
     for contact in range(2):
         _, time, slow = recording.channels[f"/contact/{contact}"]

@@ -90,7 +90,12 @@ def system_of(structure, laws: Sequence[Law]) -> System:
 
 
 def integrated(
-    system: System, forces: Sequence[Force], end: float, steps: int = 512, scale=None
+    system: System,
+    forces: Sequence[Force],
+    end: float,
+    steps: int = 512,
+    scale: tuple[float, float] | None = None,
+    samples: int = SAMPLES,
 ) -> Exact:
     """Integrate from rest, `steps` per period of the fastest force.
 
@@ -98,7 +103,7 @@ def integrated(
     """
     fastest = max(np.max(value(f.frequency, np.linspace(0.0, end, 1000))) for f in forces)
     count = int(np.ceil(end * fastest / (2.0 * np.pi))) * steps
-    h, every = end / count, steps // SAMPLES
+    h, every = end / count, steps // samples
     columns = np.array([f.vector for f in forces], dtype=float).T
     inner = Integrator(system, columns, h)
     block, parts = 200 * steps, []
