@@ -71,7 +71,6 @@ CHANGED = [
     ("amplitude = 0.15", "amplitude = true", "forcing.A.amplitude: must be a number (>= 0"),
     ("dof = 1", "dof = 1.0", "forcing.B.dof: must be an integer (>= 0), got 1.0"),
     ("dof = 1", f"dof = 0x{'f' * 5000}", "forcing.B.dof: must be an integer (>= 0), got a huge"),
-    ("mcap = true", "mcap = 1", "log.mcap: must be true or false, got 1"),
     ('title = "Both', 'title = "Both\\u0001', "title: must be one line of letters, digits, punct"),
     ("[[contact]]", "[contact]", "contact: must be an array of tables, [[contact]]"),
     ("elastic = [0, 1]", "elastic = 0", "output.elastic: must be a list of integers, got 0"),
