@@ -1,7 +1,6 @@
-"""Scenes through slow time: every shipped scene, what is left out, and how runs end early."""
+"""Runs of scenes: files, channels, what is modelled and what is left out."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -17,14 +16,7 @@ from runs import (
 )
 
 from slipmode import runner
-from slipmode.fmu import Component
-from slipmode.rom import Tanh, reconstruct, steady, two_mass
-from slipmode.rom.full import Excitation, integrate
-from slipmode.runner import recover
-from slipmode.runner.recording.mcap_writer import FIRST_FLUSH_SECONDS
-from slipmode.runner.transients import passes
-
-# What a run returns
+from slipmode.runner import parse_scene
 
 
 @pytest.mark.quick
@@ -36,104 +28,38 @@ def test_a_run_returns_what_it_wrote(tmp_path):
     assert first.read().complete
     assert (first.steps, first.model.modes, first.cached, again.cached) == (700, 1, False, True)
     assert first.samples == len(times_in(first.mcap, "/contact/0"))
-    assert 0.0 < first.slow_seconds < first.total_seconds
-    assert 0.0 < first.table_seconds < first.total_seconds
     assert again.model.hash == first.model.hash
 
 
 @pytest.mark.quick
 def test_the_same_scene_gives_the_same_bytes(tmp_path):
-    paths = [runner.run(changed(), tmp_path / name).mcap for name in "ab"]
-    samples = []
-    for path in paths:
-        with independent_reader(path) as reader:
-            samples.append([(m.log_time, m.data) for _, _, m in reader.iter_messages()])
-    assert len(samples[0]) > 2000
-    assert samples[0] == samples[1]
-
-
-@pytest.mark.parametrize("mcap", [False, True])
-@pytest.mark.parametrize("rerun", [False, True])
-def test_only_the_recordings_asked_for_are_written(tmp_path, mcap, rerun):
-    wanted = f"mcap = {mcap}\nrerun = {rerun}\n".lower()
-    recording = runner.run(changed(("mcap = true\nrerun = false\n", wanted)), tmp_path / "logs")
-    written = {path.name for path in tmp_path.glob("logs/*")}
-    asked_for = {"test.mcap": mcap, "test.foxglove.json": mcap, "test.rrd": rerun}
-    assert written == {name for name, asked in asked_for.items() if asked}
-    assert (recording.mcap is not None, recording.rrd is not None) == (mcap, rerun)
-    if not mcap:
-        with pytest.raises(ValueError, match=r"log\.mcap = true"):
-            recording.read()
-
-
-def test_runs_in_threads(tmp_path):
+    """Also in threads beside each other."""
     runner.run(changed(), tmp_path)  # fills the cache
-    folders = [tmp_path / str(number) for number in range(3)]
+    folders = [tmp_path / name for name in "abc"]
     threads = [threading.Thread(target=runner.run, args=(changed(), folder)) for folder in folders]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    ends = [column(runner.read(folder / "test.mcap"), "/modes", "A_abs")[-1] for folder in folders]
-    assert len(set(ends)) == 1
+    samples = []
+    for folder in (tmp_path, *folders):
+        with independent_reader(folder / "test.mcap") as reader:
+            samples.append([(m.log_time, m.data) for _, _, m in reader.iter_messages()])
+    assert len(samples[0]) > 2000
+    assert all(each == samples[0] for each in samples[1:])
 
 
-# Long runs
-
-
-def test_long_steps_are_on_disk_before_many_of_them_are_done(tmp_path, monkeypatch):
-    """Each of 1e5 periods and more: the first is recorded before the third is taken."""
-    seen, real = [], Component.run
-
-    def run(component, durations, inputs):
-        seen.append((len(durations), recover(path, tmp_path / "whole.mcap").kept))
-        time.sleep(1.2 * FIRST_FLUSH_SECONDS)
-        return real(component, durations, inputs)
-
-    path = tmp_path / "test.mcap"
-    scene = changed(("duration = 700.0\nstep = 1.0", "duration = 7e6\nstep = 7e5"), (CONTACT, ""))
-    monkeypatch.setattr(Component, "run", run)
-    recording = runner.run(scene, tmp_path)
-    steps, kept = zip(*seen, strict=True)
-    assert steps == 10 * (1,)
-    assert kept[2] > 0
-    assert column(recording.read(), "/modes", "A_abs").size == 11
-
-
-def test_a_window_late_in_a_run_needs_no_more_than_its_own_steps(tmp_path, monkeypatch):
-    """The same samples as from the whole trajectory, of which the run keeps the end alone."""
-    kept = []
-    real = passes.slow_trajectory
-
-    def slow_trajectory(plan, model, names, outputs, first):
-        kept.append((len(outputs), first))
-        return real(plan, model, names, outputs, first)
-
-    monkeypatch.setattr(passes, "slow_trajectory", slow_trajectory)
-    sweep = "frequency = [[0, 0.96], [19000, 0.96], [20000, 1.0]]"
-    force = "amplitude = [[0, 0.1], [19530, 0.1], [19530, 0.15]]"
-    late = changed(
-        ("duration = 700.0", "duration = 20000.0"),
-        ("[600.0, 700.0]", "[19600.0, 19700.0]"),
-        ("frequency = 0.98", sweep),
-        ("amplitude = 0.15", force),
-    )
-    recording = runner.run(late, tmp_path)
-    ((rows, first),) = kept
-    assert rows < 3 * 1024 < 16000 < first
-    plan, model = recording.plan, recording.model
-    component = plan.component(model)
-    start = [list(component.outputs().values())]
-    whole = component.run(plan.schedule.durations(), plan.schedule.inputs(component.input_names))
-    trajectory = real(plan, model, component.output_names, np.vstack((start, whole)))
-    data = recording.read()
-    times = plan.schedule.sample_times(plan.scene.contact[0])
-    expected = reconstruct(model, trajectory, times)
-    np.testing.assert_array_equal(column(data, "/contact/0", "f"), expected.force[:, 0])
-    np.testing.assert_array_equal(column(data, "/contact/1", "x"), expected.displacement[:, 1])
-
-
-# No more model than the scene needs
+@pytest.mark.parametrize(("mcap", "rerun"), [(True, True), (False, False)])
+def test_only_the_requested_recordings_are_written(tmp_path, mcap, rerun):
+    wanted = f"mcap = {mcap}\nrerun = {rerun}\n".lower()
+    recording = runner.run(changed(("mcap = true\nrerun = false\n", wanted)), tmp_path / "logs")
+    written = {path.name for path in tmp_path.glob("logs/*")}
+    requested = {"test.mcap": mcap, "test.foxglove.json": mcap, "test.rrd": rerun}
+    assert written == {name for name, wanted in requested.items() if wanted}
+    assert (recording.mcap is not None, recording.rrd is not None) == (mcap, rerun)
+    if not mcap:
+        with pytest.raises(ValueError, match=r"log\.mcap = true"):
+            recording.read()
 
 
 @pytest.mark.parametrize(
@@ -150,38 +76,13 @@ def test_a_mode_that_nothing_moves_is_left_out(tmp_path, scene, present, absent)
     choice, reason = made[f"mode {absent}"]
     assert choice == "left out"
     assert reason.startswith("neither forced nor moving at t = 0")
-    assert absent not in made["friction table"][0]
     recording = runner.run(scene, tmp_path)
-    assert recording.model.table.values.shape[1] == 1  # amplitudes of a second mode
     for channel, _, _ in recording.read().channels.values():
         assert not any(name.startswith(f"{absent}_") for name in channel.names)
     assert column(recording.read(), "/modes", f"{present}_abs")[-1] > 0.4
 
 
-def test_a_mode_that_only_starts_is_modelled():
-    made = decisions(changed(("[run]", "[initial]\nB = [0.5, 0.0]\n[run]")))
-    assert made["mode B"] == ("modelled", "moved by initial.B")
-
-
-def test_forces_on_contacts_move_modes_and_contacts(tmp_path):
-    scene = changed(
-        ("dof = 0\namplitude = 0.15", "dof = 2\namplitude = 2.5"),
-        ("[log]", "[output]\nelastic = [0, 2]\n[model]\ntolerance = 3e-4\n[log]"),
-    )
-    recording = runner.run(scene, tmp_path)
-    end = column(recording.read(), "/modes", "A_abs")[-1]
-    a = steady(recording.model, (0.98,), ({2: 2.5},))
-    assert end == pytest.approx(abs(a[0]), rel=5e-3)  # not yet at rest: 0.29 %
-    moved = recording.read().channels["/elastic"]
-    excitation = Excitation.harmonic(two_mass(), ({2: 2.5},), (0.98,))
-    exact = integrate(two_mass(), Tanh(2.0, 0.02), excitation, moved.time, step=0.01)
-    # measured: 9.2e-5 and 3.6e-4
-    for name, dof, bound in (("x_0", 0, 2e-4), ("x_2", 2, 2.4e-3)):
-        x = exact.displacement[:, dof]
-        assert (np.std(moved.column(name) - x) / np.std(x)) < bound
-
-
-def test_contacts_that_nobody_looks_at_are_not_marched(tmp_path):
+def test_without_windows_no_contact_motion_is_computed(tmp_path):
     scene = changed((CONTACT, ""))
     assert decisions(scene)["fast motion"] == ("none", "no [[contact]] or [[elastic]] window")
     recording = runner.run(scene, tmp_path)
@@ -189,41 +90,26 @@ def test_contacts_that_nobody_looks_at_are_not_marched(tmp_path):
     assert recording.samples == 0
 
 
-def elastic_windows(window, dofs):
-    """The scene with its contact window made an elastic one."""
-    return changed((CONTACT, f"[[elastic]]\nwindow = {window}\n[output]\nelastic = {dofs}\n"))
-
-
 @pytest.mark.quick
 def test_elastic_windows_record_the_motion_of_contact_windows(tmp_path):
-    scene = elastic_windows([100, 150], [0])
-    choice, reason = decisions(scene)["elastic motion"]
-    assert choice == "100 to 150 s, reconstructed"
-    assert reason == "64 samples per period"
-    recording = runner.run(scene, tmp_path)
-    assert set(recording.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}
-    both = runner.run(
-        changed((CONTACT, "[[contact]]\nwindow = [100, 150]\n[output]\nelastic = [0]\n")), tmp_path
-    )
-    alone, beside = (column(r.read(), "/elastic", "x_0") for r in (recording, both))
-    assert recording.samples == alone.size
-    np.testing.assert_array_equal(alone, beside)
+    windows = "[[{}]]\nwindow = [100, 150]\n[output]\nelastic = [0]\n"
+    alone = runner.run(changed((CONTACT, windows.format("elastic"))), tmp_path)
+    assert set(alone.read().channels) == {"/modes", "/forcing", "/energy", "/elastic"}
+    found = column(alone.read(), "/elastic", "x_0")
+    beside = runner.run(changed((CONTACT, windows.format("contact"))), tmp_path)
+    assert alone.samples == found.size
+    np.testing.assert_array_equal(found, column(beside.read(), "/elastic", "x_0"))
 
 
-def test_the_table_reaches_no_further_than_the_amplitudes(tmp_path):
+def test_the_table_reaches_as_far_as_the_amplitudes_or_as_given(tmp_path):
     recording = runner.run(changed(("[run]", FORCING_B)), tmp_path)
-    for limit, mode in zip(recording.model.table.amplitude_range, "AB", strict=True):
+    for limit, mode in zip(recording.plan.amplitude, "AB", strict=True):
         peak = column(recording.read(), "/modes", f"{mode}_abs").max()
         assert peak < limit < 1.3 * peak
+    assert runner.make_plan(changed(SMALL_RANGE)).amplitude == (2.5,)
 
 
-def test_a_given_range_is_taken_as_it_is():
-    scene = changed(SMALL_RANGE)
-    assert runner.make_plan(scene).amplitude == (2.5,)
-    assert decisions(scene)["friction table"] == ("|A| <= 2.5", "given as model.amplitude")
-
-
-@pytest.mark.parametrize(("duration", "step"), [(599.7, 0.3), (700.0, 0.7), (629.2, 1.1)])
+@pytest.mark.parametrize(("duration", "step"), [(599.7, 0.3), (629.2, 1.1)])
 def test_a_window_that_ends_with_the_run_is_recorded(tmp_path, duration, step):
     scene = changed(
         ("duration = 700.0", f"duration = {duration}"),
@@ -233,3 +119,24 @@ def test_a_window_that_ends_with_the_run_is_recorded(tmp_path, duration, step):
     recording = runner.run(scene, tmp_path)
     assert times_in(recording.mcap, "/modes")[-1] == duration
     assert times_in(recording.mcap, "/contact/0")[-1] == duration
+
+
+@pytest.mark.oracle
+def test_contact_channels_obey_the_law_of_the_contact(tmp_path):
+    """N = max(0, preload + k_n x_n), |f| <= mu N, and no friction without pressure."""
+    law = "mu = 0.5\npreload = 0.1\ntangential_stiffness = 20.0\nnormal_stiffness = 20.0"
+    text = changed(("amplitude = 0.15", "amplitude = 0.1")).text
+    friction = text[text.index("[friction]") : text.index("[modes]")]
+    text = text.replace(friction, f'[[contacts]]\nlaw = "frictional"\n{law}\n')
+    data = runner.run(parse_scene(text, "."), tmp_path).read()
+    contact, share = data.channels["/contact/0"], data.channels["/contact_share"]
+    N, gap, state = (contact.column(name) for name in ("N", "gap", "state"))
+    np.testing.assert_allclose(N, np.maximum(0.1 + 20.0 * contact.column("x_n"), 0.0), atol=1e-12)
+    names = [name.rpartition("_")[2] for name in share.channel.names]
+    assert names == ["stuck", "slipping", "open"]
+    np.testing.assert_array_equal(gap > 0.0, N == 0.0)
+    open_ = state == np.median(state[N == 0.0])
+    np.testing.assert_array_equal(open_, N == 0.0)
+    assert np.all(np.abs(contact.column("f")) <= 0.5 * N * (1.0 + 1e-9) + 1e-15)
+    assert share.values[0, 2] == pytest.approx(np.mean(open_))
+    assert share.values[0].sum() == pytest.approx(1.0) and share.values.min() > 0.02

@@ -1,0 +1,174 @@
+"""What a plan states beside what the run does: amplitude range, carriers, cost of long scenes."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from slipmode import rom, runner
+from slipmode.runner import make_plan, parse_scene
+
+# The force acts on the contact: what it moves past the mode is half of the effective amplitude.
+ON_CONTACT = """
+[structure]
+model = "two-mass"
+damping = 0.05
+[friction]
+law = "coulomb"
+limit = 2.0
+[limits]
+scale = {scale}
+[modes]
+A = 0
+[forcing.A]
+dof = 2
+amplitude = 1.5
+frequency = 0.9
+[run]
+duration = 300
+step = 1.0
+[model]
+tolerance = 1e-2
+{model}
+[log]
+rerun = false
+mcap = false
+"""
+SCALES = ("1.0", "[[0, 1.0], [150, 0.2]]", "[[0, 1.0], [150, 1.0], [150, 0.1]]")
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_runs_stay_in_the_range_where_limits_change(tmp_path, scale):
+    """A table is read at effective amplitudes relative to the limits at their time."""
+    text = ON_CONTACT.format(scale=scale, model="")
+    assert runner.run(parse_scene(text, "."), tmp_path).steps >= 300
+    small = make_plan(parse_scene(ON_CONTACT.format(scale="0.1", model=""), "."))
+    constant = make_plan(parse_scene(ON_CONTACT.format(scale="1.0", model=""), "."))
+    # ten times by homogeneity, and friction takes less of the motion
+    assert 10.0 < small.amplitude[0] / constant.amplitude[0] < 20.0
+
+
+FORMULATION = """
+[structure]
+model = "two-mass"
+[friction]
+law = "tanh"
+limit = 2.0
+alpha = 0.02
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = 0.05
+frequency = 0.97
+[run]
+duration = 800
+step = 4
+[model]
+formulation = "{}"
+[log]
+rerun = false
+"""
+FORCE_B = "[forcing.B]\ndof = 1\namplitude = 0.05\nfrequency = 1.66\n"
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize(
+    ("formulation", "more", "carrier"),
+    [
+        ("paper", "", [1.0]),
+        ("paper", FORCE_B, [1.0, 1.7]),
+        ("consistent", FORCE_B, [0.97, 1.66]),
+    ],
+)
+def test_carriers_are_natural_frequencies_or_those_of_the_forces(formulation, more, carrier):
+    plan = make_plan(parse_scene(FORMULATION.format(formulation) + more, "."))
+    np.testing.assert_allclose(plan.excited.reduced.carrier, carrier, rtol=1e-12)
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("formulation", ["paper", "consistent"])
+def test_a_scene_from_rest_reaches_the_steady_state(formulation, tmp_path):
+    recording = runner.run(parse_scene(FORMULATION.format(formulation), "."), tmp_path)
+    exact = abs(rom.steady(recording.model, 0.97, [{0: 0.05}])[0])
+    left = np.exp(-0.5 * 0.01 * 800)  # of the transient, by structural damping alone
+    modes = recording.read().channels["/modes"]
+    assert modes.column("A_abs")[-1] == pytest.approx(exact, rel=left)
+
+
+LONG = """
+[structure]
+model = "two-mass"
+damping = 0.05
+[friction]
+law = "tanh"
+limit = 2.0
+alpha = 0.1
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = {force}
+frequency = {frequency_A}
+phase = {phase}
+[forcing.B]
+dof = 1
+amplitude = 0.25
+frequency = {frequency_B}
+[run]
+duration = {duration}
+step = {step}
+[log]
+rerun = false
+"""
+HELD = {"force": 0.15, "frequency_A": 0.98, "frequency_B": 1.65, "phase": 0.0, "step": 10.0}
+HELD |= {"duration": 2e4}
+EVENTS = {
+    "held": {},
+    "step": {"force": "[[0, 0.02], [1e4, 0.02], [1e4, 0.15]]"},
+    "ramp": {"force": "[[0, 0.0], [2e4, 0.15]]"},
+    "sweeps": {
+        "frequency_A": "[[0, 1.02], [2e4, 0.94]]",
+        "frequency_B": "[[0, 1.6], [2e4, 1.75]]",
+    },
+    "phase": {"phase": "[[0, 0.0], [2e4, 6.0]]"},
+    "beat": {"frequency_A": 0.99, "frequency_B": 1.6502},
+}
+
+
+def long_scene(**changes):
+    return parse_scene(LONG.format(**HELD | changes), ".")
+
+
+@pytest.mark.parametrize("events", EVENTS.values(), ids=EVENTS)
+def test_the_planned_range_of_a_long_scene_holds_its_run(events, tmp_path):
+    """The plan follows less than half of the scene; its margin is 0.15."""
+    recording = runner.run(long_scene(**events), tmp_path)
+    modes = recording.read().channels["/modes"]
+    for planned, mode in zip(recording.plan.amplitude, "AB", strict=True):
+        peak = modes.column(f"{mode}_abs").max()
+        assert peak < planned < 1.3 * peak
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        {"frequency_A": "[[0, 0.94], [{duration}, 1.02]]"},
+        {"force": str([[100.0 * k, 0.1 + 0.05 * (k % 2)] for k in range(100)])},
+    ],
+    ids=["sweep", "steps"],
+)
+def test_the_memory_of_a_plan_does_not_grow_with_the_number_of_steps(events):
+    def used(duration):
+        text = {name: str(value).format(duration=duration) for name, value in events.items()}
+        tracemalloc.start()
+        plan = make_plan(long_scene(duration=duration, step=1.0, **text))
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert plan.schedule.steps == duration
+        return peak
+
+    used(10**5)  # what is imported and cached once
+    assert used(10**7) <= 1.2 * used(10**5)
