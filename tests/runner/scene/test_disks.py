@@ -14,7 +14,7 @@ DISK, MISTUNED = (
 ORDER, SPEED, MODEL = "engine_order = 3", "[[0, 3780], [4, 4040]]", 'model = "lumped-disk"'
 DRAWN = "standard_deviation = 0.02\nseed = 3\n"
 FILE = 'matrices = "sector.npz"\nnext_contacts = [[0, 13, "z"]]\n'
-WAVE_B = "\n[forcing.B]\ndof = 2\namplitude = 20.0\nengine_order = 21\nrotor_speed = 563\n"
+WAVE_B = "\n[forcing.B]\ndof = 2\namplitude = 20.0\nengine_order = 21\nrotor_speed = 2157\n"
 
 
 def changed(text, *changes):
