@@ -48,7 +48,8 @@ def wave(given: DiskCase) -> list[Answer]:
     found = rom.travelling_wave(given.disk, given.law, given.diameter)
     omega = given.part * found.frequency
     (state,) = limited(lambda: found.steady_states(omega, given.force, TOLERANCE))
-    c, own = steady_wave(ring(SECTORS, given.law, tip=4e6), given.diameter, omega, given.force)
+    system = ring(SECTORS, given.law, tip=4e6)
+    c, own = steady_wave(system, given.diameter, omega, given.force, 1e-6, 2048)
     a, largest = in_wave(found.shape, given.diameter, c), np.abs(c).max()
     size = abs(a)
     return [Answer("a", abs(state.amplitude - a) / size, state.error / size, own / largest)]

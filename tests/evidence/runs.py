@@ -31,11 +31,9 @@ frequency = {frequency}
 [run]
 duration = {end}
 step = {step}
-[[elastic]]
+[[{window}]]
 window = [{begin}, {end}]
 samples_per_period = 32
-[[contact]]
-window = [{begin}, {end}]
 [output]
 elastic = [{dof}]
 [log]
@@ -66,31 +64,32 @@ class _Passage:
         self.contact = int(np.argmax(np.abs(given.system.W.T @ given.shapes[:, 0])))
         self.warned = False
 
-    def scene(self, folder: str, begin: float) -> str:
+    def scene(self, folder: str, begin: float, window: str = "elastic") -> str:
         """Write the scene and its matrices; return its path."""
         structure_and_law(self.case)[0].save(Path(folder) / "body.npz")
         contacts = "".join(
-            f'[[contacts]]\nlaw = "sliders"\ncontacts = [{i}]\nlimit = {list(law.limits)}\n'
-            f"stiffness = {list(law.stiffnesses)}\n"
+            f'[[contacts]]\nlaw = "sliders"\ncontacts = [{i}]\n'
+            f"limit = {np.array(law.limits).tolist()}\n"
+            f"stiffness = {np.array(law.stiffnesses).tolist()}\n"
             for i, law in enumerate(self.case.system.laws)
         )
         sweep = f"[[0, {self.first}], [{self.end}, {self.last}]]"
         text = SCENE.format(
             **{"contacts": contacts, "mode": self.case.modes[0], "dof": self.dof},
             **{"force": self.tone.F.real.tolist(), "step": 0.5 * self.end / CYCLES},
-            **{"begin": begin * self.end, "end": self.end},
+            **{"window": window, "begin": begin * self.end, "end": self.end},
             frequency=self.first if self.first == self.last else sweep,
         )
         path = Path(folder) / "passage.toml"
         path.write_text(text)
         return str(path)
 
-    def run(self, begin: float) -> dict:
+    def run(self, begin: float, window: str = "elastic") -> dict:
         """Return the channels of a run, and set whether it warned."""
         printed = _Warnings()
         logging.getLogger("slipmode").addHandler(printed)
         with tempfile.TemporaryDirectory() as folder:
-            path = self.scene(folder, begin)
+            path = self.scene(folder, begin, window)
             found = runner.load(limited(lambda: runner.run(path, folder)).mcap)
         logging.getLogger("slipmode").removeHandler(printed)
         self.warned = any("RMS error" in line and "%" in line for line in printed.lines)
@@ -147,7 +146,7 @@ def slider_force(law: Sliders, x: np.ndarray) -> np.ndarray:
 def contact_force(given: Case) -> list[Answer]:
     """Force of the contact that moves most, in a sweep."""
     passage = _Passage(given, SPAN)
-    found = passage.run(0.3)[f"/contact/{passage.contact}"]
+    found = passage.run(0.3, "contact")[f"/contact/{passage.contact}"]
     law, t = given.system.laws[passage.contact], np.linspace(0.0, passage.end, 256 * CYCLES + 1)
     exact, coarse = (
         np.interp(found.time, t, slider_force(law, passage.exact(steps)[1](t)))

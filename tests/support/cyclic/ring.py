@@ -73,18 +73,11 @@ def in_wave(shape, nodal_diameter, motion):
     return motion @ weight
 
 
-def steady(system, tones, steps=256):
-    """Return c (tones, 3 N) of 2 Re(c exp(i Omega t)), and their error."""
-    orders = np.eye(len(tones), dtype=int).tolist()
-    found = steady_harmonics(system, tones, orders, steps=steps)
-    return 0.5 * found.amplitude, 0.5 * float(found.error.max())
-
-
-def steady_wave(system, nodal_diameter, omega, force):
-    """Return c of all sectors under a force wave, and its error."""
-    sectors = len(system.M) // 3
-    c, error = steady(system, [Tone(omega, around(force, nodal_diameter, sectors))])
-    return c[0], error
+def steady_wave(system, nodal_diameter, omega, force, tolerance=1e-5, steps=256):
+    """Return c of 2 Re(c exp(i Omega t)) of all sectors under a force wave, and its error."""
+    tone = Tone(omega, around(force, nodal_diameter, len(system.M) // 3))
+    found = steady_harmonics(system, [tone], [[1]], tolerance, steps)
+    return 0.5 * found.amplitude[0], 0.5 * float(found.error.max())
 
 
 def in_time(system, periods, omega, force=None, start=None, phase=None, steps=256, samples=32):
