@@ -17,12 +17,12 @@ QUICK = {
     "curve": (5,),
     "backbone": (0, 4, 10),
     "sweep": (1, 2, 3, 4),
-    "rest": (1, 2, 3),
-    "fmu": (2, 3),
+    "rest": (0, 1, 2, 3),
+    "fmu": (1, 2),
     "force": (1, 2),
-    "wave": (0, 1, 2, 3),
-    "mistuned": (0, 1, 2),
-    "identified": (0,),
+    "wave": (0, 1, 4, 5, 6),
+    "mistuned": (1, 2),
+    "identified": (1, 2),
 }
 SLOW = {
     "direct": (1, 4, 7, 10, 15, 27, 42, 50),
@@ -34,7 +34,11 @@ SLOW = {
     "sweep": (0, 5, 6, 16, 17),
 }
 # Cases that fall short today, with their figures.
-SHORT: dict[tuple[str, int], str] = {}
+SHORT = {
+    ("rest", 0): "RMS error 2.9 % from rest, allowed 1 % and no warning",
+    ("wave", 5): "true error 9.1e-6 of the amplitude, stated 4.7e-6 (time steps alone)",
+    ("wave", 6): "true error 5.2e-6 of the amplitude, stated 1.7e-6 (time steps alone)",
+}
 
 
 def _cases():
