@@ -80,9 +80,9 @@ def test_disks_of_stuck_contacts_have_the_linear_response():
             for j, each in enumerate(omega):
                 dynamic = system.stuck() - each**2 * system.M + 1j * each * system.C
                 expected = np.linalg.solve(dynamic, load)
-                static = np.linalg.solve(system.stuck(), load)
                 off = np.abs(found[i, j] - expected).max()
-                assert off < neglected * np.abs(static).max()
+                # of the higher modes, which have less than a tenth of the motion
+                assert off < 0.1 * neglected * np.abs(expected).max()
 
 
 @pytest.mark.oracle

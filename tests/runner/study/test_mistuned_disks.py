@@ -47,5 +47,5 @@ def test_factors_are_those_of_the_disks(study_file, tmp_path, scheduler, capsys)
 )
 def test_other_studies_are_refused(study_file, tmp_path, points, text, said):
     with pytest.raises(rom.SlipmodeError, match=said):
-        path = study_file(SEEDS.format(last=points // 4 + 3, points=points) + text, SCENE)
+        path = study_file(SEEDS.format(last=2 * points - 4, points=points) + text, SCENE)
         run_study(path, tmp_path)
