@@ -24,7 +24,7 @@
 # make family  set up .venv and compare steady states of 60 drawn structures with full order
 # make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make bench-errors  set up .venv and compare stated errors with true ones on drawn structures.
-#              STRUCTURES=60 KINDS="direct near table close internal curve backbone sweep" replace 8 and all
+#              STRUCTURES=60 KINDS="direct near table wave" replace 8 and all
 # make docs    set up .venv and build the documentation into build/docs
 # make docs-links  set up .venv and ask for each address that the documentation names
 # make wheels  set up .venv and build wheels for Linux, macOS and Windows, and the source archive,
@@ -74,7 +74,7 @@ family-rest: $(VENV)/.installed-benchmarks
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
 
 bench-errors: $(VENV)/.installed
-	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests $(BIN)/python -m evidence.stated_errors $(STRUCTURES) $(KINDS)
+	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:tests/support $(BIN)/python -m evidence.stated_errors $(STRUCTURES) $(KINDS)
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.recordings

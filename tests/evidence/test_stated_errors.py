@@ -1,9 +1,13 @@
 """No true error above the stated one, on drawn structures; `make bench-errors` measures more."""
 
+from importlib.util import find_spec
+
 import pytest
 
 from evidence.answers import MODE_SLIDERS, equilibrium, near, variant
 from evidence.kinds import KINDS
+
+pytestmark = pytest.mark.oracle
 
 # Structures of each kind: quick ones, then the ones of `make test-all`.
 QUICK = {
@@ -13,6 +17,12 @@ QUICK = {
     "curve": (5,),
     "backbone": (0, 4, 10),
     "sweep": (1, 2, 3, 4),
+    "rest": (0, 1, 2, 3),
+    "fmu": (1, 2),
+    "force": (1, 2),
+    "wave": (0, 1, 4, 5, 6),
+    "mistuned": (1, 2),
+    "identified": (1, 2),
 }
 SLOW = {
     "direct": (1, 4, 7, 10, 15, 27, 42, 50),
@@ -23,13 +33,24 @@ SLOW = {
     "backbone": tuple(range(12, 29)),
     "sweep": (0, 5, 6, 16, 17),
 }
+# Cases that fall short today, with their figures.
+SHORT = {
+    ("rest", 0): "RMS error 2.9 % from rest, allowed 1 % and no warning",
+    ("wave", 5): "true error 9.1e-6 of the amplitude, stated 4.7e-6 (time steps alone)",
+    ("wave", 6): "true error 5.2e-6 of the amplitude, stated 1.7e-6 (time steps alone)",
+}
 
 
 def _cases():
     for seeds_of, marks in ((QUICK, []), (SLOW, [pytest.mark.slow])):
         for kind, seeds in seeds_of.items():
             for seed in seeds:
-                yield pytest.param(kind, seed, id=f"{kind}-{seed}", marks=marks)
+                own = list(marks)
+                if (kind, seed) in SHORT:
+                    own.append(pytest.mark.xfail(strict=True, reason=SHORT[kind, seed]))
+                if kind == "fmu":
+                    own.append(pytest.mark.skipif(not find_spec("fmpy"), reason="without FMPy"))
+                yield pytest.param(kind, seed, id=f"{kind}-{seed}", marks=own)
 
 
 @pytest.mark.parametrize(("kind", "seed"), list(_cases()))

@@ -4,7 +4,7 @@ Written from the equations, with nothing of slipmode. Each solution states its o
 
 system.py            matrices, contact laws, forcing tones
 time_integration.py  exponential integrator (march.c) and steady harmonics
-harmonic_balance.py  periodic motion, curves and damped nonlinear modes of sliders
+harmonic_balance.py  periodic motion and damped nonlinear modes of sliders
 closed_forms.py      one contact under harmonic motion
 families.py          drawn structures
 """

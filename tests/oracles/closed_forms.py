@@ -21,11 +21,6 @@ def jenkins_dissipation(X: float, limit: float, stiffness: float) -> float:
     return 4.0 * limit * max(0.0, X - limit / stiffness)
 
 
-def coulomb_first_harmonic(limit: float) -> complex:
-    """Return the first harmonic of a sliding Coulomb contact under x = X cos(theta)."""
-    return 4.0j * limit / np.pi
-
-
 def den_hartog_peak(force: float, limit: float, Omega: float) -> float:
     """Return the peak displacement of x'' + x + limit sign(x') = force cos(Omega t), no stops.
 
@@ -34,3 +29,11 @@ def den_hartog_peak(force: float, limit: float, Omega: float) -> float:
     V = 1.0 / (1.0 - Omega**2)
     U = np.sin(np.pi / Omega) / (Omega * (1.0 + np.cos(np.pi / Omega)))
     return float(np.sqrt((force * V) ** 2 - (limit * U) ** 2))
+
+
+def whitehead_factor(blades: int) -> float:
+    """Return the largest amplification of a linear mistuned disk, (1 + sqrt(N)) / 2.
+
+    Whitehead, J. Mech. Eng. Sci. 8 (1966) 15-21.
+    """
+    return 0.5 * (1.0 + float(np.sqrt(blades)))

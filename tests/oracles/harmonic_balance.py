@@ -1,14 +1,13 @@
 """Harmonic balance of slider contacts under one tone, by alternating frequency and time.
 
-x = Re(sum_h X_h exp(i h Omega t)), h = 0 .. H. Unknowns are the contact displacements' harmonics;
-Newton's method has the exact derivative of the sliders' motion. More harmonics state the error.
+x = Re(sum_h X_h exp(i h Omega t)), h = 0 .. H. Newton's method has the exact derivative of the
+sliders' motion. More harmonics state the error.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from oracles.system import Law, Sliders, System
 
@@ -22,10 +21,9 @@ class NotBalancedError(Exception):
 
 @dataclass(frozen=True)
 class Balance:
-    """Displacement harmonics (H + 1, n), the residual relative to the force, and the unknowns."""
+    """Displacement harmonics (H + 1, n), and the residual relative to the force."""
 
     X: np.ndarray
-    contact: np.ndarray
     residual: float
 
 
@@ -96,105 +94,80 @@ def to_unknowns(C: np.ndarray) -> np.ndarray:
     return np.hstack((C[:1].T.real, C[1:].T.real, C[1:].T.imag))
 
 
-def _flexibility(system: System, omega: float, H: int) -> list[np.ndarray]:
-    """Inverse dynamic stiffnesses of stuck contacts."""
-    stuck = System(system.M, system.C, system.stuck(), system.W, system.laws)
-    return [np.linalg.inv(stuck.dynamic_stiffness(h * omega)) for h in range(H + 1)]
-
-
-def _compliance(G: np.ndarray, W: np.ndarray) -> np.ndarray:
-    """Contact response (contacts, m, contacts, m) to contact forces, as unknowns."""
-    H, N = len(G) - 1, W.shape[1]
-    found = np.zeros((N, 2 * H + 1, N, 2 * H + 1))
-    for h in range(H + 1):
-        g = W.T @ G[h] @ W
-        found[:, h, :, h] = g.real
+def _blocks(S: np.ndarray) -> np.ndarray:
+    """Return matrices of harmonics (H + 1, n, n) for unknowns, (n, 2 H + 1, n, 2 H + 1)."""
+    H, n = len(S) - 1, S.shape[1]
+    found = np.zeros((n, 2 * H + 1, n, 2 * H + 1))
+    for h, each in enumerate(S):
+        found[:, h, :, h] = each.real
         if h:
-            found[:, H + h, :, H + h] = g.real
-            found[:, h, :, H + h] = -g.imag
-            found[:, H + h, :, h] = g.imag
+            found[:, H + h, :, H + h] = each.real
+            found[:, h, :, H + h] = -each.imag
+            found[:, H + h, :, h] = each.imag
     return found
+
+
+def _stiffnesses(system: System, omega: float, damping: np.ndarray) -> np.ndarray:
+    """Return dynamic stiffnesses (H + 1, n, n) with a damping matrix of each harmonic."""
+    h = np.arange(len(damping))[:, np.newaxis, np.newaxis]
+    return system.K - (h * omega) ** 2 * system.M + 1j * h * omega * damping
+
+
+def _equations(system: System, x: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return S X + W f of unknowns (n, 2 H + 1), and its derivative."""
+    f, df = contact_forces(system, system.W.T @ x)
+    linear = _blocks(S)
+    J = linear + np.einsum("ci,iab,di->cadb", system.W, df, system.W)
+    return np.einsum("cadb,db->ca", linear, x) + system.W @ f, J
+
+
+def _newton(missing, y: np.ndarray, size: float) -> np.ndarray:
+    """Return y at which missing(y), a residual of a size and its derivative, is 0."""
+    r, J = missing(y)
+    for _ in range(MOST_STEPS):
+        if np.abs(r).max() <= RESIDUAL * size:
+            return y
+        step, share = np.linalg.solve(J, r), 1.0
+        while True:
+            trial = missing(y - share * step)
+            if np.linalg.norm(trial[0]) < np.linalg.norm(r) or share < 0.02:
+                break
+            share *= 0.5
+        y = y - share * step
+        r, J = trial
+    raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the forces")
 
 
 def balance(
     system: System,
     Omega: float,
     F: np.ndarray,
-    start: np.ndarray | None = None,
+    start: Balance | None = None,
     harmonics: int = HARMONICS,
 ) -> Balance:
     """Solve for the periodic motion under Re(F exp(i Omega t)). Raises NotBalancedError."""
-    W, k = system.W, system.stuck_stiffness()
-    G = _flexibility(system, Omega, harmonics)
-    linear = np.zeros((harmonics + 1, W.shape[1]), dtype=complex)
-    linear[1] = W.T @ G[1] @ F
-    free = to_unknowns(linear)
-    D = _compliance(np.array(G), W)
-    c = free if start is None else start
-    size = max(np.abs(free).max(), np.abs(c).max())
+    S = _stiffnesses(system, Omega, np.array((harmonics + 1) * [system.C]))
+    X, force = np.zeros((2, harmonics + 1, len(F)), dtype=complex)
+    force[1] = F
+    X[1] = np.linalg.solve(S[1] + system.stuck() - system.K, F)
+    x = to_unknowns(X if start is None else start.X)
 
-    def missing(c: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        f, df = contact_forces(system, c)
-        u = k[:, np.newaxis] * c - f
-        return c - free - np.einsum("imjn,jn->im", D, u), u, df
+    def missing(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        r, J = _equations(system, y.reshape(x.shape), S)
+        return (r - to_unknowns(force)).ravel(), J.reshape(y.size, -1)
 
-    c, u = _newton(missing, D, k, c, size)
-    X = [G[h] @ (W @ part + (F if h == 1 else 0.0)) for h, part in enumerate(to_complex(u))]
-    left = residuals(system, Omega, np.array(X), F)
-    return Balance(np.array(X), c, float(np.linalg.norm(left) / np.linalg.norm(F)))
+    y = _newton(missing, x.ravel(), np.abs(F).max())
+    X = to_complex(y.reshape(x.shape))
+    left = residuals(system, Omega, X, F)
+    return Balance(X, float(np.linalg.norm(left) / np.linalg.norm(F)))
 
 
-def _newton(missing, D, k, c, size):
-    r, u, df = missing(c)
-    for _ in range(MOST_STEPS):
-        if np.abs(r).max() <= RESIDUAL * size:
-            return c, u
-        J = np.eye(c.size).reshape(D.shape)
-        m = np.arange(c.shape[1])
-        for j in range(len(k)):
-            slope = -df[j]
-            slope[m, m] += k[j]
-            J[:, :, j, :] -= D[:, :, j, :] @ slope
-        step = np.linalg.solve(J.reshape(c.size, -1), r.ravel()).reshape(c.shape)
-        share = 1.0
-        while True:
-            trial = missing(c - share * step)
-            if np.linalg.norm(trial[0]) < np.linalg.norm(r) or share < 1e-3:
-                break
-            share *= 0.5
-        c = c - share * step
-        r, u, df = trial
-    raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the motion")
-
-
-def residuals(
-    system: System, Omega: float, X: np.ndarray, F: np.ndarray, turn: np.ndarray | float = 0.0
-) -> np.ndarray:
-    """Return what harmonics X (H + 1, n) leave of the equations of motion, (H + 1, n).
-
-    `turn`, (n, n) or by harmonic (H + 1, n, n), is subtracted from the damping.
-    """
-    forces = to_complex(contact_forces(system, to_unknowns(X @ system.W))[0])
-    turns = np.broadcast_to(turn, (len(X), *system.M.shape))
-    left = [
-        (system.dynamic_stiffness(h * Omega) - 1j * h * Omega * turns[h]) @ part + system.W @ force
-        for h, (part, force) in enumerate(zip(X, forces, strict=True))
-    ]
-    left[1] = left[1] - F
-    return np.array(left)
-
-
-def curve(
-    system: System,
-    frequencies: Sequence[float],
-    F: np.ndarray,
-    harmonics: int = HARMONICS,
-) -> list[Balance]:
-    """Return the motion at each frequency, each from the one before."""
-    found: list[Balance] = []
-    for Omega in frequencies:
-        found.append(balance(system, Omega, F, found[-1].contact if found else None, harmonics))
-    return found
+def residuals(system: System, Omega: float, X: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Return what harmonics X (H + 1, n) leave of the equations of motion, (H + 1, n)."""
+    S = _stiffnesses(system, Omega, np.array(len(X) * [system.C]))
+    left = to_complex(_equations(system, to_unknowns(X), S)[0])
+    left[1] -= F
+    return left
 
 
 def nonlinear_mode(
@@ -212,9 +185,9 @@ def nonlinear_mode(
     the negative damping acts on the first harmonic of this mode only; the two differ where modes
     respond at multiples of omega.
     """
-    W, M, H = system.W, system.M, harmonics
-    n, weight = len(M), shape @ M
-    N = np.broadcast_to(M, (H + 1, n, n))
+    M, H, n = system.M, harmonics, len(shape)
+    weight = shape @ M
+    N = np.array((H + 1) * [M])
     if alone:
         N = (np.arange(H + 1) == 1)[:, np.newaxis, np.newaxis] * np.outer(weight, weight)
     if start is None:
@@ -224,58 +197,24 @@ def nonlinear_mode(
     else:
         omega, turn = start.omega, 2.0 * start.zeta * start.omega
         X = start.X * amplitude / abs(weight @ start.X[1])
-    y = np.append(to_unknowns(X).T.ravel(), [omega, turn])
+    force = omega**2 * np.linalg.norm(weight)  # of a displacement 1, the scale of the last rows
+    h = np.arange(H + 1)[:, np.newaxis, np.newaxis]
 
     def missing(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        omega, turn = y[-2:]
-        x = y[:-2].reshape(2 * H + 1, n).T
-        f, df = contact_forces(system, W.T @ x)
-        r, J = np.zeros((2 * H + 1, n)), np.zeros((2 * H + 1, n, 2 * H + 1, n))
-        slopes = np.zeros((2 * H + 1, n, 2))
-        for h in range(H + 1):
-            S = system.K - (h * omega) ** 2 * M
-            T = h * omega * (system.C - turn * N[h])
-            dS, dT = -2.0 * h**2 * omega * M, h * (system.C - turn * N[h])
-            parts = [(h, h, S)] if h == 0 else [
-                (h, h, S), (h, H + h, -T), (H + h, h, T), (H + h, H + h, S)
-            ]  # fmt: skip
-            for row, column, block in parts:
-                r[row] += block @ x[:, column]
-                J[row, :, column, :] += block
-            if h:
-                re, im = x[:, h], x[:, H + h]
-                slopes[h, :, 0], slopes[H + h, :, 0] = dS @ re - dT @ im, dT @ re + dS @ im
-                slopes[h, :, 1], slopes[H + h, :, 1] = (
-                    h * omega * N[h] @ im,
-                    -h * omega * N[h] @ re,
-                )
-        r += (W @ f).T
-        J += np.einsum("ai,ipq,bi->paqb", W, df, W)
-        size = (2 * H + 1) * n
-        full = np.zeros((size + 2, size + 2))
-        full[:size, :size] = J.reshape(size, size)
-        full[:size, size:] = slopes.reshape(size, 2)
-        full[size, n : 2 * n] = full[size + 1, (H + 1) * n : (H + 2) * n] = weight
-        ends = weight @ x[:, 1] - amplitude, weight @ x[:, H + 1]
-        return np.append(r.ravel(), ends), full
+        x, (omega, turn) = y[:-2].reshape(n, -1), y[-2:]
+        r, J = _equations(system, x, _stiffnesses(system, omega, system.C - turn * N))
+        changes = (-2.0 * h**2 * omega * M + 1j * h * (system.C - turn * N), -1j * h * omega * N)
+        slopes = [to_unknowns(np.einsum("hij,hj->hi", S, to_complex(x))) for S in changes]
+        full = np.zeros((y.size, y.size))
+        full[:-2, :-2] = J.reshape(y.size - 2, -1)
+        full[:-2, -2:] = np.reshape(slopes, (2, -1)).T
+        for row, column in ((-2, 1), (-1, H + 1)):  # real and imaginary part of X_1
+            full[row, np.arange(n) * (2 * H + 1) + column] = force * weight
+        ends = force * np.array([weight @ x[:, 1] - amplitude, weight @ x[:, H + 1]])
+        return np.append(r, ends), full
 
-    r, J = missing(y)
-    size = omega**2 * amplitude * np.linalg.norm(M @ shape)
-    for _ in range(MOST_STEPS):
-        if np.abs(r[:-2]).max() <= RESIDUAL * size and np.abs(r[-2:]).max() <= 1e-9 * amplitude:
-            break
-        step = scipy.linalg.solve(J, r)
-        share = 1.0
-        while True:
-            trial = missing(y - share * step)
-            if np.linalg.norm(trial[0]) < np.linalg.norm(r) or share < 0.02:
-                break
-            share *= 0.5
-        y = y - share * step
-        r, J = trial
-    else:
-        raise NotBalancedError(f"nonlinear mode: residual {np.abs(r[:-2]).max() / size:.1e}")
+    y = _newton(missing, np.append(to_unknowns(X), [omega, turn]), force * amplitude)
     omega, turn = y[-2:]
-    X = to_complex(y[:-2].reshape(2 * H + 1, n).T)
-    left = np.linalg.norm(residuals(system, omega, X, np.zeros(n), turn * N)) / size
+    X = to_complex(y[:-2].reshape(n, -1))
+    left = np.linalg.norm(missing(y)[0]) / (force * amplitude)
     return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X, float(left))

@@ -162,10 +162,16 @@ def integrate(
     t_end: float,
     steps: int,
     every: int = 1,
+    start: np.ndarray | None = None,
 ) -> Motion:
-    """Integrate from rest under columns (n, forces) @ signals(t) (s, forces)."""
+    """Integrate under columns (n, forces) @ signals(t) (s, forces), from rest or z = (x, v).
+
+    Sliders begin at 0, or follow to their reach in the first step.
+    """
     h = t_end / steps
     inner = Integrator(system, columns, h)
+    if start is not None:
+        inner.z[:] = start
     block, parts = every * max(1, 200_000 // every), []
     for first in range(0, steps - steps % every, block):
         last = min(first + block, steps - steps % every)
@@ -179,15 +185,11 @@ class Steady:
     """Steady harmonics: x = Re(sum_k amplitude_k exp(i frequency_k t)).
 
     `error` (orders, n) bounds what remains of the transient and the effect of the step.
-    `aperiodic` is the RMS change from a period to the next relative to the RMS of the motion
-    (one tone), or the change between windows (two tones).
     """
 
     frequency: np.ndarray
     amplitude: np.ndarray
     error: np.ndarray
-    aperiodic: float
-    periods: int
 
 
 def steady_harmonics(
@@ -206,9 +208,7 @@ def steady_harmonics(
     coarse, inner = _settled(system, tones, orders, tolerance, steps // 2, most_periods, None)
     fine, _ = _settled(system, tones, orders, tolerance, steps, most_periods, inner)
     error = fine.error + np.abs(fine.amplitude - coarse.amplitude)
-    return Steady(
-        *(fine.frequency, fine.amplitude, error, fine.aperiodic), coarse.periods + fine.periods
-    )
+    return Steady(fine.frequency, fine.amplitude, error)
 
 
 def _settled(system, tones, orders, tolerance, steps, most_periods, start):
@@ -247,21 +247,16 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
         if len(windows) == 1:
             continue
         size = np.abs(found).max()
-        change = np.abs(found - windows[-2])
-        error = change * max(1.0, left / (1.0 - left))
+        error = np.abs(found - windows[-2]) * max(1.0, left / (1.0 - left))
         if error.max() > tolerance * size and done + window > most_periods and len(tones) > 1:
             # lines beside the lattice, or closer to each other than windows distinguish
             found = np.mean(windows, axis=0)
-            change = error = np.abs(np.array(windows) - found).max(axis=0)
+            error = np.abs(np.array(windows) - found).max(axis=0)
             if error.max() > LARGEST_SPREAD * size:
                 break
             tolerance = LARGEST_SPREAD
         if error.max() <= tolerance * size:
-            aperiodic = change.max() / size
-            if len(tones) == 1:
-                last, previous = x[-SAMPLES:], x[-2 * SAMPLES : -SAMPLES]
-                aperiodic = np.linalg.norm(last - previous) / np.linalg.norm(last)
-            return Steady(nu, found, error, float(aperiodic), done), inner
+            return Steady(nu, found, error), inner
     raise NotSteadyError(f"not steady after {most_periods} periods")
 
 

@@ -126,7 +126,7 @@ class MistunedDisk:
         Notes
         -----
         A disk whose contacts do not lift off has one steady state at each frequency, because the
-        difference of two motions loses energy (tests/rom/cyclic/test_mistuned_steady_states.py).
+        difference of two motions loses energy.
         """
         omega = np.atleast_1d(as_floats("frequency", frequency))
         if omega.ndim != 1 or not np.all((omega > 0.0) & np.isfinite(omega)):

@@ -18,7 +18,7 @@ from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.short_repr import frozen
 
 # Gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
-# (tests/rom/cyclic/wave/test_wave_resonances.py).
+# (tests/rom/cyclic/test_internal_resonance.py).
 _NAMED = 0.1
 
 
