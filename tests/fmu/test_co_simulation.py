@@ -219,13 +219,7 @@ def test_instances_in_threads_do_not_disturb_each_other(unzipped, fmi):
         ("friction", 0.0),
         ("rates", 0.0),
         ("elastic", 0.0),
-        pytest.param(
-            *("elastic", 0.1),
-            marks=pytest.mark.xfail(
-                strict=True,
-                reason="a force that moves at a phase other than 0 is restored to 1 ulp of it",
-            ),
-        ),
+        ("elastic", 0.1),
     ],
 )
 def test_a_saved_state_continues_to_the_same_bits(exported, models, fmi, name, phase):

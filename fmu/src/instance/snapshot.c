@@ -80,6 +80,8 @@ fmu_status fmu_snapshot_apply(fmu_instance *instance, const fmu_snapshot *snapsh
     if (status != FMU_OK) return status;
     instance->state = (fmu_state)snapshot->head.state;
     instance->run = run;
+    /* passed before the snapshot was taken; again, a moving force could differ in the last bit */
+    instance->inputs_current = run.started && instance->interface == FMU_CO_SIMULATION;
     memcpy(instance->outputs, snapshot->content + RUN,
            instance->output_count * sizeof *instance->outputs);
     return FMU_OK;

@@ -137,7 +137,8 @@ def real_modes(by_diameter: Sequence[DiameterModes], least: float) -> tuple[Floa
             parts = [wave.real] if single else [np.sqrt(2.0) * wave.real, np.sqrt(2.0) * wave.imag]
             motion += parts
             frequency += len(parts) * [omega]
-    return np.array(frequency), np.array(motion).reshape(len(frequency), -1)
+    contacts = N * len(by_diameter[0].contact_motion)
+    return np.array(frequency), np.array(motion).reshape(len(frequency), contacts)
 
 
 @frozen
