@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from beside_oracle import amplitudes, run
 
 from slipmode import rom
-from slipmode.fmu import Component
 from slipmode.rom import ContactProblem, Discretisation
-from slipmode.rom.reduction.combination import CARRIERS
 
 pytestmark = pytest.mark.quick
 
@@ -16,6 +15,7 @@ few = settings(max_examples=15, derandomize=True, deadline=None)
 
 AMPLITUDES = st.tuples(st.floats(0.01, 5.0), st.floats(0.01, 5.0))
 GRID = Discretisation(64, 8)
+CARRIERS = ((1, 0), (0, 1))
 MARCH = 1e-5  # a march ends where harmonics repeat to this part of the frictionless motion
 SPRINGS = st.fixed_dictionaries(
     {
@@ -79,12 +79,14 @@ def check_energy(structure, law, amplitude):
     return taken / swing
 
 
+@pytest.mark.oracle
 @given(springs=SPRINGS, law=LAWS, amplitude=AMPLITUDES)
 @few
 def test_friction_takes_power(springs, law, amplitude):
     check_energy(rom.two_mass(**springs), law, amplitude)
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("law", [rom.Tanh(2.0, 0.02), rom.Coulomb(2.0)], ids=str)
 @pytest.mark.parametrize("amplitude", [(2.5, 1.5), (1.3, 0.2), (0.3, 1.5)])
 def test_friction_takes_most_power_where_contacts_slip(law, amplitude):
@@ -129,23 +131,17 @@ def coulomb_model():
     return rom.tabulate(rom.reduce(rom.two_mass()), rom.Coulomb(2.0), (4.0, 4.0), 1e-2)
 
 
-def march(model, durations, scale=1.0, tolerance=1e-8):
-    """Amplitudes after steps from rest, force and friction limit scaled together."""
-    component = Component(model, FORCE_PATTERNS, tolerance=tolerance)
+def march(model, durations, scale=1.0):
+    """Return amplitudes after steps from rest, force and friction limit scaled together."""
     inputs = {k: scale * v if k.startswith("force") else v for k, v in INPUTS.items()}
-    component.set_inputs(**inputs, limit_scale=scale)
-    time = 0.0
-    for duration in durations:
-        component.do_step(time, duration)
-        time = component.time
-    return amplitudes(component)
+    times = np.cumsum(durations)
+    found = run(
+        *(model, FORCE_PATTERNS, times), tolerance=1e-8, **inputs, limit_scale=scale
+    )
+    return amplitudes(found)[-1]
 
 
-def amplitudes(component):
-    outputs = component.outputs()
-    return np.array([outputs[f"{m}_re"] + 1j * outputs[f"{m}_im"] for m in "AB"])
-
-
+@pytest.mark.oracle
 @given(scale=st.floats(1e-6, 1e6))
 @few
 def test_force_and_limit_scale_together_under_coulomb_friction(coulomb_model, scale):
@@ -161,14 +157,24 @@ def test_the_pattern_of_steps_does_not_matter(coulomb_model, lengths):
     np.testing.assert_allclose(split, whole, rtol=0, atol=1e-6 * np.abs(whole).max())
 
 
-@given(before=st.floats(1e-3, 300.0), after=st.floats(1e-3, 300.0))
-@few
-def test_a_state_continues_bit_for_bit(coulomb_model, before, after):
-    first, second = (Component(coulomb_model, FORCE_PATTERNS) for _ in range(2))
-    first.set_inputs(**INPUTS)
-    first.do_step(0.0, before)
-    second.set_state(first.get_state())
-    for component in (first, second):
-        component.do_step(component.time, after)
-    assert first.outputs() == second.outputs()
-    np.testing.assert_array_equal(second.get_state(), first.get_state())
+def test_units_do_not_matter():
+    """A small stiff structure, in units of length, mass and rate far from 1."""
+    length, stiffness, rate = 1e-9, 1e8, 1e3
+    mass, force = stiffness / rate**2, stiffness * length
+    plain = rom.two_mass(beta=0.01)
+    scaled = rom.Structure(
+        mass * np.asarray(plain.mass),
+        stiffness * np.asarray(plain.stiffness),
+        0.01 / rate,
+        contact=(2, 3),
+    )
+    found = []
+    for structure, law, L, m, r in (
+        (plain, rom.Tanh(2.0, 0.02), 1.0, 1.0, 1.0),
+        (scaled, rom.Tanh(2.0 * force, 0.02 * length * rate), length, mass, rate),
+    ):
+        unit, Omega, F = L * np.sqrt(m), 0.98 * r, 0.15 * m * r**2 * L
+        reduced = rom.reduce(structure, (0,), carrier=(Omega,))
+        model = rom.tabulate(reduced, law, (4.0 * unit,), 1e-2)
+        found.append(rom.steady(model, (Omega,), ({0: F},)) / unit)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-10)
