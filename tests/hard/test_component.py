@@ -8,7 +8,6 @@ from decimal import Decimal, getcontext
 import numpy as np
 import pytest
 
-from slipmode import rom
 from slipmode.fmu import Component
 
 FLOW = 1e-6  # tolerance of the slow flow
@@ -55,7 +54,9 @@ def run(component, durations):
     ("periods", "step", "other"),
     [(1e-2, 1e-6, 1e-2), (1.0, 1e-3, 1.0), (100.0, 1.0, 100.0), (1e4, 1e4, 1.0)],
 )
-def test_the_communication_step_does_not_change_the_amplitude(one_mode_model, periods, step, other):
+def test_the_communication_step_does_not_change_the_amplitude(
+    one_mode_model, periods, step, other
+):
     """All in periods."""
     found = []
     for each in (step, other):

@@ -50,9 +50,7 @@ FAST = {
     "Coulomb, one mode": Case(
         *(rom.Coulomb(2.0), BOTH[:1], FREQUENCIES[:1], (4.2,), 1e-3), steps=512
     ),
-    "Jenkins, one mode": Case(
-        *(rom.Jenkins(2.0, 50.0), BOTH[:1], FREQUENCIES[:1], (4.2,), 1e-3)
-    ),
+    "Jenkins, one mode": Case(*(rom.Jenkins(2.0, 50.0), BOTH[:1], FREQUENCIES[:1], (4.2,), 1e-3)),
     "Iwan, one mode": Case(
         rom.Iwan(3.0, 50.0, -0.5, 0.5, sliders=12), (0.25,), (1.6,), (2.5,), 1e-3
     ),

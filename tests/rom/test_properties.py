@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from beside_oracle import amplitudes, run
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from beside_oracle import amplitudes, run
 
 from slipmode import rom
 from slipmode.rom import ContactProblem, Discretisation
@@ -135,9 +135,7 @@ def march(model, durations, scale=1.0):
     """Return amplitudes after steps from rest, force and friction limit scaled together."""
     inputs = {k: scale * v if k.startswith("force") else v for k, v in INPUTS.items()}
     times = np.cumsum(durations)
-    found = run(
-        *(model, FORCE_PATTERNS, times), tolerance=1e-8, **inputs, limit_scale=scale
-    )
+    found = run(*(model, FORCE_PATTERNS, times), tolerance=1e-8, **inputs, limit_scale=scale)
     return amplitudes(found)[-1]
 
 

@@ -84,9 +84,7 @@ def run(model, force_patterns, times, start=0.0, dofs=(), tolerance=1e-6, **inpu
     outputs.
     """
     motion = {"contact": True, "elastic": dofs} if len(dofs) else {}
-    component = fmu.Component(
-        model, force_patterns, tolerance=tolerance, warned=False, **motion
-    )
+    component = fmu.Component(model, force_patterns, tolerance=tolerance, warned=False, **motion)
     component.reset(amplitude=start)
     natural = zip("AB", model.reduced.frequency, strict=False)
     given = {f"frequency_{mode}": omega for mode, omega in natural} | inputs

@@ -116,9 +116,7 @@ def test_the_flow_is_that_of_an_independent_integrator(name, request):
     assert bool(model.combinations) == (name == "two_mode_model")
     start, times = np.array([0.3 - 0.2j, 0.1j]), np.array([40.0])
     phases = {"phase_A": 0.4, "phase_B": -0.7}
-    found = run(
-        *(model, FORCES, times, start), tolerance=1e-10, **NEAR_PEAKS | SWEEPS | phases
-    )
+    found = run(*(model, FORCES, times, start), tolerance=1e-10, **NEAR_PEAKS | SWEEPS | phases)
     phase = np.array([0.4, -0.7])
 
     def rate(t, y):
@@ -234,9 +232,7 @@ def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_
 
         v = rate_of(model, 0.0, a, forcing) + 1j * Omega * a
         structure = 2 * model.reduced.modal_damping @ np.abs(v) ** 2
-        leaves.append(
-            structure - 2 * np.real(v.conj() @ contact_force(model, a, forcing(0.0)))
-        )
+        leaves.append(structure - 2 * np.real(v.conj() @ contact_force(model, a, forcing(0.0))))
         energy.append(np.sum(np.abs(v) ** 2 + (model.reduced.frequency * np.abs(a)) ** 2))
     assert np.ptp(energy) > 1e-4 * energy[0]
     assert energy[-1] == pytest.approx(energy[0], rel=1e-8)

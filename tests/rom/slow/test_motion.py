@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from beside_oracle import system_of
+from oracles.time_integration import integrate
 from slow_time import slow_trajectory, steady_balance
 
 from slipmode.rom import (
@@ -14,7 +16,6 @@ from slipmode.rom import (
     tabulate,
     two_mass,
 )
-from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 
 pytestmark = pytest.mark.quick
 
@@ -70,7 +71,7 @@ def relative_difference(found, exact):
     return np.abs(found - exact).max() / np.abs(exact).max()
 
 
-@pytest.mark.parametrize("start", [90.0, 200.0, 270.0])
+@pytest.mark.parametrize("start", [90.0, 270.0])
 def test_a_window_is_the_same_as_a_march_from_the_beginning(two_mode_model, transient, start):
     times = np.linspace(start, start + 30, 601)
     window = reconstruct(two_mode_model, transient, times)
@@ -81,16 +82,7 @@ def test_a_window_is_the_same_as_a_march_from_the_beginning(two_mode_model, tran
         assert difference < 1e-12
 
 
-def test_friction_forgets_where_the_march_began(two_mode_model, transient):
-    times = np.linspace(200.0, 210.0, 101)
-    begun_now, begun_two_periods_before, exact = (
-        reconstruct(two_mode_model, transient, times, spin_up=periods).displacement
-        for periods in (0.1, 2.0, 40.0)
-    )
-    assert relative_difference(begun_now, exact) > 0.02  # measured 0.05
-    assert relative_difference(begun_two_periods_before, exact) < 1e-12
-
-
+@pytest.mark.oracle
 def test_second_order_in_the_steps(two_mode_model, transient):
     times = np.linspace(250.0, 280.0, 31)
 
@@ -105,7 +97,8 @@ def test_second_order_in_the_steps(two_mode_model, transient):
     assert relative_difference(displacement(64), exact) < 1e-3
 
 
-@pytest.mark.parametrize("end", [100.0, 200.0, DURATION])
+@pytest.mark.oracle
+@pytest.mark.parametrize("end", [100.0, DURATION])
 def test_motion_at_the_end_of_a_segment_is_that_of_its_amplitude(two_mode_model, transient, end):
     k = int(end)
     motion = reconstruct(two_mode_model, transient, [end - 0.5, end])
@@ -113,14 +106,7 @@ def test_motion_at_the_end_of_a_segment_is_that_of_its_amplitude(two_mode_model,
     np.testing.assert_allclose(motion.modal[1], expected, rtol=1e-8, atol=1e-10)
 
 
-def test_a_single_time_at_either_end_can_be_had(two_mode_model, transient):
-    at_rest = reconstruct(two_mode_model, transient, [0.0])
-    assert not at_rest.displacement.any()
-    assert not at_rest.modal.any()
-    assert np.isfinite(reconstruct(two_mode_model, transient, [DURATION]).displacement).all()
-
-
-@pytest.mark.parametrize("points", [26, 5, 3, 2])
+@pytest.mark.parametrize("points", [26, 2])
 def test_between_communication_points_the_motion_is_that_of_fine_steps(two_mode_model, points):
     """Steps of 4 s follow a cubic, and one of 100 s is divided: a cubic would be 8 % off."""
     fine, coarse = (
@@ -142,32 +128,7 @@ def test_between_communication_points_the_motion_is_that_of_fine_steps(two_mode_
     assert relative_difference(found.displacement, expected.displacement) < 8e-3
 
 
-@pytest.mark.parametrize("step", [4.0, 20.0])
-def test_long_steps_are_as_good_where_combination_resonances_make_the_amplitudes_beat(step):
-    """Between its communication points a trajectory moves by all of the slow flow."""
-    carriers = (1.0, 1.66)  # -4 Omega_A + 3 Omega_B = 0.98
-    model = tabulate(
-        reduce(two_mass(), carrier=carriers), LAW, (4.0, 2.0), harmonics=RESPONSE_ORDER
-    )
-    assert {(term.mode, term.n, term.m) for term in model.combinations} == {(0, -4, 3), (1, 5, -2)}
-    times = np.linspace(500.0, 600.0, 801)
-
-    def moved(length):
-        trajectory = slow_trajectory(
-            *(model, FORCE_PATTERNS, np.linspace(0.0, 600.0, round(600.0 / length) + 1)),
-            **{"force_A": 0.1, "force_B": 0.3},
-            **{"frequency_A": carriers[0], "frequency_B": carriers[1]},
-            tolerance=1e-9,
-        )
-        return reconstruct(model, trajectory, times, steps_per_period=2048)
-
-    found, exact = moved(step), moved(0.05)
-    # measured 0.02e-5 and 0.64e-5, over 20 s 0.48e-5 and 0.65e-5; without the combination
-    # resonances in the rates 3.2e-4
-    assert relative_difference(found.modal, exact.modal) < 2e-5
-    assert relative_difference(found.displacement, exact.displacement) < 2e-5
-
-
+@pytest.mark.oracle
 def test_the_force_obeys_the_law_of_friction(two_mode_model, transient):
     motion = reconstruct(two_mode_model, transient, np.linspace(150, 200, 500))
     law = two_mode_model.law
@@ -184,72 +145,53 @@ def test_the_velocity_is_the_rate_of_the_displacement(two_mode_model, transient)
     assert relative_difference(difference, motion.velocity[1:-1]) < 3e-3
 
 
-def test_elastic_motion_is_that_of_modes_and_contact_shapes(two_mode_model, transient):
-    motion = reconstruct(two_mode_model, transient, np.linspace(150, 200, 50))
-    reduced, dofs = two_mode_model.reduced, [3, 0]
-    x = motion.modal @ reduced.mode_shapes.T + motion.displacement @ reduced.contact_shapes.T
-    np.testing.assert_allclose(motion.elastic(two_mode_model, dofs), x[:, dofs], rtol=1e-12)
-    contacts = motion.elastic(two_mode_model, [2, 3])
-    np.testing.assert_allclose(contacts, motion.displacement, atol=1e-14)
-
-
 # Harmonics summed
 
 
+@pytest.mark.oracle
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "force"])
+def test_the_sum_of_harmonics_tends_to_the_motion_of_time_integration(steady, quantity):
+    """Marched contacts are within 0.5 %; more harmonics leave less."""
+    exact, found = steady
+
+    def missed(of):
+        difference = getattr(of, quantity) - exact[quantity]
+        return np.sqrt((difference**2).mean() / (exact[quantity] ** 2).mean())
+
+    assert (
+        missed(found["marched"])
+        < {"displacement": 5e-3, "velocity": 0.02, "force": 5e-3}[quantity]
+    )
+    assert missed(found["marched"]) < missed(found[9]) < missed(found[5]) < 0.3
+
+
 @pytest.fixture(scope="module")
-def steady_signals():
-    """Marched and summed motion of both modes once it is steady, to two orders."""
-
-    def signals(order):
-        model = tabulate(
-            reduce(two_mass()), LAW, amplitude=(4.0, 2.0), combinations=(), harmonics=order
+def steady():
+    """Contact motion of mode A alone once it is steady, by integration, march and sums."""
+    structure, Omega, size = two_mass(beta=0.01), 0.985, 0.15
+    period = 2.0 * np.pi / Omega
+    steps, periods = 2048, 250
+    exact = integrate(
+        *(
+            system_of(structure, LAW),
+            np.eye(4)[:, :1],
+            lambda t: size * np.cos(Omega * t)[:, None],
+        ),
+        *(periods * period, periods * steps, steps // 128),
+    )
+    late = slice(-256, None)
+    times, x, v = exact.t[late], exact.x[late, 2:], exact.v[late, 2:]
+    reference = {"displacement": x, "velocity": v, "force": LAW.limit * np.tanh(v / LAW.alpha)}
+    found = {}
+    for order in (5, 9):
+        reduced = reduce(structure, (0,), carrier=(Omega,))
+        model = tabulate(reduced, LAW, (4.0,), 1e-4, harmonics=order)
+        grid = np.linspace(0.0, periods * period, 2 * periods + 1)
+        run = slow_trajectory(
+            *(model, FORCE_PATTERNS[:1], grid), start=(0.0,), force_A=size, frequency_A=Omega
         )
-        trajectory = slow_trajectory(
-            *(model, FORCE_PATTERNS, np.linspace(0, 600, 301)),
-            **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
-        )
-        times = np.linspace(400.0, 600.0, 8000)
-        marched = reconstruct(model, trajectory, times)
-        return model, trajectory, marched, sum_harmonics(model, trajectory, times)
-
-    return {order: signals(order) for order in (RESPONSE_ORDER, 9)}
-
-
-@pytest.mark.parametrize("order", [RESPONSE_ORDER, 9])
-def test_the_truncation_is_what_the_sum_misses(steady_signals, order):
-    model, trajectory, marched, summed = steady_signals[order]
-    missed = np.sqrt(((summed.displacement - marched.displacement) ** 2).mean(axis=0))
-    late = trajectory.effective(model)[trajectory.time >= 400.0]
-    stated = np.sqrt((model.harmonics.truncation(late) ** 2).mean(axis=0))
-    np.testing.assert_allclose(missed, stated, rtol=0.03)  # measured 2 %
-
-
-def test_more_harmonics_miss_less_of_everything(steady_signals):
-    def missed(order, quantity):
-        _, _, marched, summed = steady_signals[order]
-        difference = getattr(summed, quantity) - getattr(marched, quantity)
-        return np.sqrt((difference**2).mean() / (getattr(marched, quantity) ** 2).mean())
-
-    # displacement 2.1 % -> 1.1 %, velocity 19 % -> 15 %, force 4.2 % -> 2.1 % as measured
-    for quantity, few, many in (
-        ("displacement", 0.025, 0.013),
-        ("velocity", 0.23, 0.18),
-        ("force", 0.05, 0.025),
-    ):
-        assert missed(9, quantity) < missed(RESPONSE_ORDER, quantity) < few
-        assert missed(9, quantity) < many
-
-
-def test_a_sum_needs_no_more_than_its_own_instant(steady_signals):
-    model, trajectory, _, summed = steady_signals[9]
-    alone = sum_harmonics(model, trajectory, summed.time[[4321]])
-    for quantity in ("displacement", "velocity", "force", "modal"):
-        np.testing.assert_allclose(getattr(alone, quantity)[0], getattr(summed, quantity)[4321])
-
-
-def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
-    with pytest.raises(SlipmodeError, match="harmonics: this model has none"):
-        sum_harmonics(two_mode_model, transient, [1.0])
+        found[order] = sum_harmonics(model, run, times)
+    return reference, found | {"marched": reconstruct(model, run, times, steps_per_period=1024)}
 
 
 # Energy
@@ -258,12 +200,11 @@ def test_a_model_without_harmonics_cannot_be_summed(two_mode_model, transient):
 @pytest.fixture(scope="module")
 def model_with_harmonics():
     """So that the modal response acts on the marched contacts, as on those of the table."""
-    return tabulate(
-        reduce(two_mass()), LAW, amplitude=(4.0, 4.0), combinations=(), harmonics=RESPONSE_ORDER
-    )
+    return tabulate(reduce(two_mass()), LAW, amplitude=(4.0, 4.0), combinations=(), harmonics=5)
 
 
-@pytest.mark.parametrize("amplitude", [(1.3, 1.5), (2.5, 0.3), (1.05, 0.9)])
+@pytest.mark.oracle
+@pytest.mark.parametrize("amplitude", [(1.3, 1.5), (1.05, 0.9)])
 @pytest.mark.parametrize(
     ("name", "balance", "friction_power"),
     # measured at the worst: 1.3e-3, 1.3e-3; 0.36e-3, 1.5e-3 (the power takes no account of the
