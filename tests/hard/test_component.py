@@ -1,8 +1,6 @@
 """Hard cases of the component: rest, decays, communication steps of any length, 1e7 cycles."""
 
-import inspect
 import math
-import tracemalloc
 from decimal import Decimal, getcontext
 
 import numpy as np
@@ -67,30 +65,16 @@ def test_the_communication_step_does_not_change_the_amplitude(
     assert abs(found[0] - found[1]) <= FLOW * abs(found[1])
 
 
-def memory_of_component():
-    """Return the bytes that the component holds: other tests may have left threads."""
-    own = tracemalloc.Filter(True, inspect.getfile(Component))
-    traces = tracemalloc.take_snapshot().filter_traces([own]).traces
-    return sum(each.size for each in traces)
-
-
 @pytest.mark.slow
 @pytest.mark.oracle
-def test_phase_and_memory_do_not_drift_over_ten_million_cycles(one_mode_model):
-    """The phase in closed form, from the very doubles of the inputs."""
+def test_the_phase_does_not_drift_over_ten_million_cycles(one_mode_model):
+    """In closed form, from the very doubles of the inputs."""
     getcontext().prec = 50
     component, step = forced(one_mode_model), CYCLES_PER_STEP * PERIOD
     durations = np.full(STEPS_PER_BATCH, step)
     batches = CYCLES // (CYCLES_PER_STEP * STEPS_PER_BATCH)
-    tracemalloc.start()
-    run(component, durations)
-    first = memory_of_component()
-    for _ in range(batches - 1):
+    for _ in range(batches):
         run(component, durations)
-    later = memory_of_component()
-    tracemalloc.stop()
     turned = Decimal(OMEGA) * Decimal(step) * (STEPS_PER_BATCH * batches)
     difference = component.outputs()["theta_A"] - float(turned % (2 * PI))
     assert abs(math.remainder(difference, 2 * math.pi)) <= 1e-6
-    # A leak is at least 8 bytes a step; the interpreter allocates some 1e4 bytes once.
-    assert later - first <= 0.1 * CYCLES / CYCLES_PER_STEP

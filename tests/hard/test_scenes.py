@@ -3,10 +3,42 @@
 import numpy as np
 import pytest
 from beside_oracle import system_of
-from hard_cases import scene_text
 from oracles.time_integration import integrate
 
 from slipmode import rom, runner
+
+SCENE = """
+[structure]
+model = "two-mass"
+damping = 0.01
+[friction]
+law = "tanh"
+limit = {limit}
+alpha = 0.02
+[modes]
+A = 0
+B = 1
+[forcing.A]
+dof = 0
+amplitude = {force_A}
+frequency = {frequency_A}
+phase = {phase_A}
+[forcing.B]
+dof = 1
+amplitude = {force_B}
+frequency = {frequency_B}
+[run]
+duration = {duration}
+step = 1.0
+[[elastic]]
+window = [0.0, {duration}]
+samples_per_period = 16
+[output]
+elastic = [0, 1]
+[log]
+mcap = true
+rerun = false
+"""
 
 BOUND = 5e-3
 # Without slip only free vibrations remain. The slow flow is of second order, so that at a detuning
@@ -24,7 +56,10 @@ JUMPS = {"phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1
 RAMPS = {"force_A": [[0, 0.0], [600, 0.3]], "phase_A": [[0, 0.0], [600, 6.0]]}
 STUCK = {"limit": 1e9}
 PER_SECOND = 64  # steps of the integration
-USUAL = {"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65}
+USUAL = {
+    **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
+    **{"limit": 2.0, "phase_A": 0.0, "duration": 600.0},
+}
 
 
 def scheduled(values, t):
@@ -63,16 +98,13 @@ def signals(given, t):
     ],
 )
 def test_displacements_of_a_scene(changed, bound, tmp_path):
-    end = changed.get("duration", 600.0)
-    recorded = f"[[elastic]]\nwindow = [0.0, {end}]\nsamples_per_period = 16\n"
-    recorded += "[output]\nelastic = [0, 1]\n[log]\nmcap = true\nrerun = false\n"
-    path = tmp_path / "scene.toml"
-    path.write_text(scene_text(**changed).partition("[[contact]]")[0] + recorded)
+    given = USUAL | changed
+    end, path = given["duration"], tmp_path / "scene.toml"
+    path.write_text(SCENE.format(**given))
     found = runner.load(runner.run(path, tmp_path).mcap)["/elastic"]
-    limit = changed.get("limit", 2.0)
-    system = system_of(rom.two_mass(beta=0.01), rom.Tanh(limit, 0.02))
+    system = system_of(rom.two_mass(beta=0.01), rom.Tanh(given["limit"], 0.02))
     motion = integrate(
-        *(system, np.eye(4)[:, :2], lambda t: signals(USUAL | changed, t)),
+        *(system, np.eye(4)[:, :2], lambda t: signals(given, t)),
         *(end, round(end * PER_SECOND)),
     )
     exact = np.column_stack([np.interp(found.time, motion.t, x) for x in motion.x[:, :2].T])

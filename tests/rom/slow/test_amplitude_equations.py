@@ -8,7 +8,6 @@ from beside_oracle import amplitudes, run
 from scipy.integrate import solve_ivp
 
 from slipmode import rom
-from slipmode.fmu import Component
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
@@ -203,19 +202,6 @@ def test_second_order_in_the_rate_of_a_sweep():
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.3)
 
 
-def test_a_frequency_jump_keeps_amplitude_and_angle(two_mode_model):
-    component = Component(two_mode_model, FORCES)
-    component.set_inputs(**NEAR_PEAKS)
-    component.do_step(0.0, 50.0)
-    before = component.outputs()
-    component.set_inputs(frequency_A=1.05, frequency_B=1.8)
-    after = component.outputs()
-    for name in ("A_re", "A_im", "B_re", "B_im", "theta_A", "theta_B", "dissipated_energy"):
-        assert after[name] == before[name]
-    component.do_step(50.0, 0.1)
-    assert component.outputs()["theta_A"] - before["theta_A"] == pytest.approx(0.105, abs=1e-12)
-
-
 @pytest.mark.oracle
 def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_model):
     """The energy of the modes, |v|^2 + omega^2 |a|^2, comes and goes with combinations."""
@@ -238,11 +224,3 @@ def test_what_comes_in_over_a_beat_leaves_through_damping_and_contacts(two_mode_
     assert energy[-1] == pytest.approx(energy[0], rel=1e-8)
     # The second derivative is taken to first order.
     assert found["input_power"][1:].mean() == pytest.approx(np.mean(leaves[1:]), rel=1e-8)
-
-
-@pytest.mark.parametrize(("off", "expected"), [(0.0, True), (0.008, True), (0.02, False)])
-def test_the_ninth_order_counts_only_close_to_a_carrier(off, expected):
-    """Near 1:3, 7 A - 2 B is `off` above A, and -5 A + 2 B, of the seventh, as much below."""
-    terms = {(term.n, term.m) for term in rom.combination_resonances((1.0, 3.0 - 0.5 * off))}
-    assert (-5, 2) in terms
-    assert ((7, -2) in terms) == expected

@@ -84,29 +84,12 @@ def test_amplitude_and_frequency_are_those_of_time_integration(law, coefficient)
         assert (abs(end) > abs(off * a)) == grows
 
 
-@pytest.fixture(scope="module")
-def two_modes():
-    """Coarse: for what holds on any table."""
-    reduced = rom.reduce(STRUCTURE, aerodynamics=(-0.024j, -0.12j))
-    return rom.tabulate(reduced, rom.Tanh(2.0, 0.02), (4.0, 2.0), 0.02, combinations=())
-
-
 def beside(of, cycle, off, duration, **inputs):
     """Amplitudes of a component that starts beside a limit cycle, at its frequencies."""
     A, B = cycle.frequency
     start = off * cycle.amplitude
     inputs |= {"frequency_A": A, "frequency_B": B}
     return amplitudes(run(of, PATTERNS, [duration], start=start, **inputs))[0]
-
-
-def test_two_self_excited_modes_settle_together(two_modes):
-    """Where each alone would settle the other grows, or friction lets both go."""
-    found = rom.limit_cycles(two_modes)
-    moving = [tuple(cycle.amplitude != 0.0) for cycle in found]
-    assert {moving.count(some) for some in ((True, False), (False, True))} == {2}
-    (settled_to,) = (cycle for cycle in found if cycle.stable)
-    now = beside(two_modes, settled_to, 0.99, 20000.0)
-    np.testing.assert_allclose(np.abs(now), settled_to.amplitude.real, rtol=1e-4)
 
 
 def test_the_slow_flow_settles_beside_a_forced_mode():
@@ -127,10 +110,6 @@ def test_a_force_at_its_own_frequency_holds_a_self_excited_mode(mass):
     assert 1.0 < np.abs(held) / np.abs(stable.amplitude[0]) < 1.05
 
 
-def test_none_within_the_table_is_no_error():
-    assert rom.limit_cycles(model(aerodynamics=(-0.04j,))) == ()
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -149,14 +128,3 @@ def test_none_within_the_table_is_no_error():
 def test_what_is_no_limit_cycle_or_no_steady_state_is_refused(call, message):
     with pytest.raises(rom.SlipmodeError, match=message):
         call(model(tolerance=1e-2))
-
-
-def test_a_forced_mode_that_leaves_the_table_is_refused_or_reported():
-    """B reaches the end of the table at a force of 0.56, if A is small; at 0.575 in all cases."""
-    reduced = rom.reduce(rom.two_mass(), aerodynamics=(-0.02j, 0.0), carrier=(0.98, 1.65))
-    arguments = rom.tabulate(reduced, rom.Coulomb(2.0), (12.0, 4.0), 1e-2), (None, 1.65)
-    with pytest.raises(rom.SlipmodeError, match=r"^force: forced modes do not become steady"):
-        rom.limit_cycles(*arguments, ({}, {1: 0.6}))
-    with pytest.warns(rom.ValidityWarning, match="limit cycles may be missing"):
-        (cycle,) = rom.limit_cycles(*arguments, ({}, {1: 0.55}))
-    assert not cycle.stable

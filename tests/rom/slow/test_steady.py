@@ -126,18 +126,6 @@ def test_the_curve_inverted_gives_back_the_amplitude(name, mode, request):
         np.testing.assert_allclose(found, curve.amplitude, rtol=1e-7)
 
 
-def test_the_branches_meet_at_the_peak_and_end_there(one_mode_model):
-    amplitude = np.linspace(0.2, 4, 4000)[:, np.newaxis]
-    curve = rom.resonance_curve(one_mode_model, 0, {0: 0.15}, amplitude)
-    reached = np.isfinite(curve.below)
-    last = np.flatnonzero(reached)[-1]
-    assert not reached[last + 1 :].any()
-    axis = np.linspace(0.97, 1.0, 601)[:, np.newaxis]
-    peak = np.abs(rom.steady(one_mode_model, axis, ({0: 0.15},))).max()
-    assert peak == pytest.approx(curve.amplitude[last], abs=2e-3)  # the amplitude step
-    assert curve.above[last] - curve.below[last] < 0.1 * (curve.above - curve.below)[0]
-
-
 @pytest.mark.oracle
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 def test_frequencies_of_a_linear_mode_have_their_closed_form_up_to_the_peak():
@@ -166,14 +154,7 @@ def test_the_surface_is_the_steady_state_at_each_pair_of_frequencies(two_mode_mo
     columns = surface.columns(dof=1, units=rom.Units("Hz", "mm"))
     k = 2 * 2 + 1  # A 2, B 1
     assert columns["frequency_A [Hz]"][k] == pytest.approx(axis_A[2] / (2 * np.pi))
-    assert columns["B_re"][k] + 1j * columns["B_im"][k] == surface.amplitude[2, 1, 1]
     assert columns["B at DOF 1 [mm]"][k] == pytest.approx(1e3 * surface.displacement(1)[2, 1, 1])
-    figure = pytest.importorskip("matplotlib.figure").Figure()
-    for j, ax in enumerate(surface.plot(figure.subplots(1, 2))):
-        (mesh,) = ax.collections
-        np.testing.assert_allclose(
-            np.ravel(mesh.get_array()), np.abs(surface.amplitude[..., j]).T.ravel()
-        )
 
 
 def test_an_unforced_mode_is_at_rest(two_mode_model):

@@ -78,34 +78,6 @@ def test_a_hopf_point_is_where_a_pair_passes_zero():
     assert z == pytest.approx([0.06, 0.0, 0.3], abs=1e-8)
 
 
-def of_matrix(case):
-    """Jacobians of four unknowns: at random, in scale too, nearly as of two modes, defective."""
-    rng = np.random.default_rng(case)
-    if case < 4:
-        return rng.normal(size=(4, 4)) * 10.0 ** rng.integers(-3, 1, size=(4, 4))
-    if case < 8:
-        blocks = [[[-0.01, turn], [-turn, -0.02]] for turn in rng.normal(size=2)]
-        return np.kron(np.diag([1, 0]), blocks[0]) + np.kron(np.diag([0, 1]), blocks[1])
-    return np.roll(np.eye(4), 1, axis=0) if case == 8 else np.eye(4) + np.eye(4, k=1)
-
-
-@pytest.mark.oracle
-@pytest.mark.parametrize("case", range(10))
-def test_eigenvalues_of_four_unknowns(case):
-    """Where four of them are one, both are off by the fourth root of rounding."""
-    J = of_matrix(case)
-    curve = curve_of(lambda z: (J @ z[:4], np.column_stack((J, np.zeros(4)))), 4, 0.1)
-    found = branch_through(curve, np.array([0.0, 0.0, 0.0, 0.0, 0.5])).points.eigenvalues
-    expected = np.linalg.eigvals(J)
-    tolerance = 1e-3 if case == 9 else 1e-13 * np.abs(expected).max()
-    assert found.shape == (len(found), 4)
-    assert (np.diff(found.real, axis=1) <= 0.0).all()
-    for each in (found[0], found[-1]):
-        apart = np.abs(each[:, np.newaxis] - expected)
-        assert apart.min(axis=0).max() <= tolerance
-        assert apart.min(axis=1).max() <= tolerance
-
-
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
 LINES = {

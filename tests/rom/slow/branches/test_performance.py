@@ -16,17 +16,6 @@ def model():
     return rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-3)
 
 
-def test_each_point_is_the_peak_of_a_response_curve(model):
-    curve = rom.performance_curve(model, FORCE)
-    for limit in (0.6, 1.0, 2.0):
-        peaks = rom.response_curve(
-            model, [1.0], [{0: 0.15 / limit}], "frequency_A", (0.9, 1.05)
-        ).amplitude
-        expected = limit * np.abs(peaks).max()
-        found = np.interp(limit, curve.limit, curve.peak)
-        assert found == pytest.approx(expected, rel=3e-3)
-
-
 @pytest.mark.oracle
 def test_a_jenkins_damper_on_one_mass_has_its_closed_form():
     """At phase resonance F = c Omega X + 4 L / pi (1 - L / (k_t X)), a quadratic in X.
@@ -78,16 +67,6 @@ def test_between_slip_and_stick_there_is_a_best_limit(model):
     assert twice.displacement(0) == pytest.approx(2.0 * curve.displacement(0))
 
 
-def test_the_end_of_a_curve_that_still_falls_is_no_optimum(model):
-    """At the best limit |a| is 1.97 kg^1/2 m in the table."""
-    short = rom.tabulate(model.reduced, model.law, (1.6,), 1e-3)
-    with pytest.warns(rom.ValidityWarning, match="peak still falls at limit = .* larger range"):
-        cut = rom.performance_curve(short, FORCE)
-    assert cut.is_cut_at_lowest()
-    assert cut.optimum[0] > 1.1 * rom.performance_curve(model, FORCE).optimum[0]
-    assert not rom.performance_curve(model, FORCE).is_cut_at_lowest()
-
-
 def test_where_nothing_slips_no_limit_is_best():
     """Contacts of the two masses slip from |a| = 1 on."""
     reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
@@ -98,16 +77,6 @@ def test_where_nothing_slips_no_limit_is_best():
     model = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2)
     curve = rom.performance_curve(model, FORCE)
     assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
-
-
-@pytest.mark.parametrize("dof", [1, 3])
-def test_a_force_that_mainly_acts_on_the_contacts_is_refused(dof):
-    force = {0: 0.15, dof: 15.0}
-    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), force_patterns=[force])
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-2)
-    message = r"^amplitude: the frequency .* does not converge .* on the contacts"
-    with pytest.raises(SlipmodeError, match=message):
-        rom.performance_curve(model, force)
 
 
 def test_what_has_no_such_curve_is_named(model):

@@ -139,13 +139,6 @@ def test_a_curve_does_not_depend_on_the_direction_of_its_span(both, vary):
         assert np.array_equal(a, curve.amplitude[[end]]) and stable.tolist() == [True]
 
 
-def test_it_ends_where_the_table_does(both):
-    curve = rom.response_curve(both, FREQUENCY, FORCE, "force", (0.0, 3.0))
-    assert 1.0 < curve.parameter.max() < 3.0
-    at_end = np.abs(curve.amplitude[np.argmax(curve.parameter)]) / both.table.amplitude_range
-    assert at_end.max() == pytest.approx(1.0, abs=0.01)
-
-
 @pytest.mark.parametrize(
     ("key", "change"),
     [

@@ -123,14 +123,3 @@ def test_a_warning_states_the_error_by_a_neglected_resonance(frame, detuning, fo
     )
     true = np.abs(np.abs(found) / np.abs(exact) - 1.0).max()
     assert 0.4 * true < error < 3.0 * true
-
-
-def test_backbones_and_curves_warn_of_neglected_resonances_too(frame):
-    _, model = frame
-    match = "combination resonance .* is neglected"
-    with pytest.warns(rom.ValidityWarning, match=match):
-        rom.backbone(model)
-    near, (omega, _) = model.reduced.carrier, model.reduced.carrier
-    span = (0.99 * omega, 1.01 * omega)
-    with pytest.warns(rom.ValidityWarning, match=match):
-        rom.response_curve(model, near, ({3: 0.05}, {3: 0.03}), "frequency_A", span)
