@@ -51,7 +51,7 @@ def oscillator(law, reach, carrier=None):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("frequency", [0.97, 1.0, 1.02, 1.05])
+@pytest.mark.parametrize("frequency", [0.97, 1.02, 1.05])
 def test_a_mass_on_a_jenkins_element_has_its_closed_form(frequency):
     """(k - Omega^2 + i c Omega) X + q(X) = F; harmonics of the mass itself are of order q / 8."""
     law = rom.Jenkins(limit=0.02, stiffness=0.1)

@@ -79,10 +79,3 @@ def test_beats_reach_the_stated_amplitudes(two_masses, curve):
     assert size.min() == pytest.approx(cycles.lowest[k, 0], abs=0.02 * size.max())
     assert size.max() == pytest.approx(cycles.highest[k, 0], rel=0.02)
     assert size.max() > 1.3 * size.min()
-
-
-def test_there_are_no_beats_where_a_steady_state_attracts(curve):
-    hopf = sorted(point.parameter for point in curve.special if point.kind == "Hopf")
-    inside = (curve.cycles.parameter > 0.995) & (curve.cycles.parameter < 1.005)
-    assert hopf[0] < 0.995 and hopf[-1] > 1.005 and not inside.any()
-    assert curve.at(1.0)[1].any()

@@ -67,18 +67,6 @@ def test_between_slip_and_stick_there_is_a_best_limit(model):
     assert twice.displacement(0) == pytest.approx(2.0 * curve.displacement(0))
 
 
-def test_where_nothing_slips_no_limit_is_best():
-    """Contacts of the two masses slip from |a| = 1 on."""
-    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
-    stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
-    with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* hardly slip") as said:
-        rom.performance_curve(stuck, FORCE)
-    assert str(said.value).endswith("the first contact slips at 1; tabulate to 4 or more")
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2)
-    curve = rom.performance_curve(model, FORCE)
-    assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
-
-
 def test_what_has_no_such_curve_is_named(model):
     smooth = rom.tabulate(model.reduced, rom.Tanh(2.0, 0.02), (4.0,), 1e-2)
     with pytest.raises(SlipmodeError, match="law: the motion must scale"):

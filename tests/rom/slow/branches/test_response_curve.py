@@ -38,38 +38,31 @@ def folding():
     return structure, law, model
 
 
-@pytest.mark.parametrize(
-    ("vary", "span"),
-    [
-        ("frequency_A", (0.9, 1.05)),
-        ("frequency_B", (1.75, 1.55)),
-        ("frequency", ((0.95, 1.6), (1.02, 1.72))),
-        ("force", (0.0, 1.0)),
-        ("force_B", (0.1, 1.2)),
-        ("limit", (0.95, 3.0)),
-    ],
-)
-def test_it_is_made_of_steady_states(both, vary, span):
+# The span, and at a value: frequencies, factors on the forces, factor on limits and amplitudes
+VARIED = {
+    "frequency_A": ((0.9, 1.05), lambda v: ((v, 1.65), (1.0, 1.0), 1.0)),
+    "frequency_B": ((1.75, 1.55), lambda v: ((0.98, v), (1.0, 1.0), 1.0)),
+    "frequency": (
+        ((0.95, 1.6), (1.02, 1.72)),
+        lambda v: ((0.95 + 0.07 * v, 1.6 + 0.12 * v), (1.0, 1.0), 1.0),
+    ),
+    "force": ((0.0, 1.0), lambda v: (FREQUENCY, (v, v), 1.0)),
+    "force_B": ((0.1, 1.2), lambda v: (FREQUENCY, (1.0, v), 1.0)),
+    "limit": ((0.95, 3.0), lambda v: (FREQUENCY, (1.0 / v, 1.0 / v), v)),
+}
+
+
+@pytest.mark.parametrize("vary", VARIED)
+def test_it_is_made_of_steady_states(both, vary):
+    span, at = VARIED[vary]
     curve = rom.response_curve(both, FREQUENCY, FORCE, vary, span)
-    assert set(np.unique(curve.branch)) == {0}
-    assert curve.stable.all()
-    assert {curve.parameter[0], curve.parameter[-1]} == set(
-        span if vary != "frequency" else (0, 1)
-    )
-    for value, amplitude in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
-        frequency, force, limit = np.array(FREQUENCY), [dict(one) for one in FORCE], 1.0
-        if vary == "frequency":
-            frequency = span[0] + value * np.subtract(span[1], span[0])
-        elif vary.startswith("frequency"):
-            frequency["AB".index(vary[-1])] = value
-        elif vary == "limit":
-            limit = value
-        for mode, one in enumerate(force):
-            dof, size = next(iter(one.items()))
-            varied = vary == "force" or vary == f"force_{'AB'[mode]}"
-            one[dof] = size * (value if varied else 1.0) / limit
-        expected = limit * rom.steady(both, frequency, force)
-        assert amplitude == pytest.approx(expected, abs=1e-8)
+    assert not curve.branch.any() and curve.stable.all()
+    ends = (0, 1) if vary == "frequency" else span
+    assert {curve.parameter[0], curve.parameter[-1]} == set(ends)
+    for value, found in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
+        frequency, (A, B), limit = at(value)
+        expected = limit * rom.steady(both, frequency, ({0: 0.15 * A}, {1: 0.25 * B}))
+        assert found == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.quick
