@@ -1,9 +1,9 @@
-"""Displacements of DOFs in curves, peaks and backbones, with the share of the contacts."""
+"""Displacements of DOFs in curves and peaks, with the share of the contacts."""
 
 import numpy as np
 import pytest
 from beside_oracle import system_of
-from oracles.harmonic_balance import balance, nonlinear_mode
+from oracles.harmonic_balance import balance
 
 from slipmode import rom
 
@@ -42,21 +42,6 @@ def test_dofs_of_a_response_curve_move_as_in_harmonic_balance(chain):
         assert largest_difference(found, exact) <= stated + 1e-3
         shape = 2.0 * np.abs(model.reduced.mode_shapes[:, 0] * curve.amplitude[k, 0])
         assert largest_difference(shape, exact) > 0.05
-
-
-@pytest.mark.oracle
-def test_dofs_of_a_backbone_move_as_in_a_nonlinear_mode(chain):
-    system, model = chain
-    shape = model.reduced.mode_shapes[:, 0]
-    amplitude = np.array([0.002, 0.006, 0.018])
-    curve = rom.backbone(model, amplitude=amplitude)
-    mode = None
-    for k, a in enumerate(amplitude):
-        mode = nonlinear_mode(system, shape, 2.0 * a, mode, alone=True)
-        found = np.array([curve.displacement(dof)[k] for dof in range(N)])
-        assert largest_difference(found, np.abs(mode.X[1])) <= 3e-3
-        assert abs(curve.frequency[k] - mode.omega) <= curve.frequency_error[k] + 1e-6
-        assert abs(curve.damping[k] - mode.zeta) <= curve.damping_error[k] + 2e-4 * mode.zeta
 
 
 @pytest.mark.oracle

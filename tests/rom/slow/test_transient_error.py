@@ -47,8 +47,8 @@ def test_a_jenkins_element_keeps_the_change_of_its_force(mass):
 
 
 def test_steady_motion_has_no_error(mass):
-    (steady,) = rom.steady(mass, (1.0,), ({0: 0.05},))
-    error, _ = at(mass, steady, force_A=0.05)
+    (steady,) = rom.steady(mass, (1.0,), ({0: 0.03},))
+    error, _ = at(mass, steady, force_A=0.03)
     assert error <= 1e-6 * abs(steady)
 
 
