@@ -28,7 +28,9 @@ def trajectory(model, times, force, frequency, sweep=0.0, start=0.0):
     modal = [force[j] * model.reduced.modal_force(j, patterns[j]) for j in modes]
     return rom.SlowTrajectory(
         time=times,
-        amplitude=np.vstack((np.broadcast_to(start, angle[:1].shape), amplitudes(found))),
+        amplitude=np.vstack(
+            (np.broadcast_to(start, angle[:1].shape), amplitudes(found)[:, : model.modes])
+        ),
         angle=np.vstack((np.zeros_like(angle[:1]), angle)),
         frequency=Omega,
         frequency_rate=rates,
@@ -106,7 +108,7 @@ def steady():
     for order in (5, 9):
         reduced = rom.reduce(structure, (0,), carrier=(Omega,))
         model = rom.tabulate(reduced, LAW, (4.0,), 1e-4, harmonics=order)
-        grid = np.linspace(0.0, periods * period, 2 * periods + 1)
+        grid = 0.5 * period * np.arange(2 * periods + 2)
         slow = trajectory(model, grid, (size,), np.array([Omega]))
         found[order] = rom.sum_harmonics(model, slow, times)
     marched = rom.reconstruct(model, slow, times, steps_per_period=1024)

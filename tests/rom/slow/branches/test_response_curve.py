@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from beside_oracle import amplitudes, demodulated, run, system_of
-from oracles.harmonic_balance import curve as balances
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
@@ -99,23 +98,6 @@ def test_growth_is_the_decay_of_deviations(both):
     away = np.linalg.norm(amplitudes(flow) - curve.amplitude[k], axis=1)
     slope = np.polyfit(times[150:], np.log(away[150:]), 1)[0]
     assert slope == pytest.approx(curve.growth[k], rel=0.05)
-
-
-@pytest.mark.oracle
-def test_a_jenkins_contact_has_the_curve_of_harmonic_balance():
-    """Every point, with its phase, within the stated error."""
-    structure, law = rom.two_mass(beta=0.01), rom.Jenkins(2.0, 50.0)
-    reduced = rom.reduce(structure, (0,), law=law, force_patterns=FORCE[:1], carrier=(0.985,))
-    model = rom.tabulate(reduced, law, (4.0,), 1e-3)
-    curve = rom.response_curve(model, [0.98], FORCE[:1], "frequency_A", (0.96, 1.02))
-    system, picked = system_of(structure, law), np.linspace(0, curve.parameter.size - 1, 12)
-    picked = picked.astype(int)
-    row = reduced.mode_shapes[:, 0] @ system.M
-    force = np.array([0.15, 0.0, 0.0, 0.0], dtype=complex)
-    for k, exact in zip(picked, balances(system, curve.parameter[picked], force), strict=True):
-        a = 0.5 * row @ exact.X[1]
-        assert abs(curve.amplitude[k, 0] - a) <= curve.error[k, 0] + 1e-4 * abs(a)
-    assert curve.stable.all() and curve.special == ()
 
 
 @pytest.mark.parametrize("vary", ["frequency_A", "frequency"])
