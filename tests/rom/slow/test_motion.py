@@ -26,6 +26,7 @@ def trajectory(model, times, force, frequency, sweep=0.0, start=0.0):
     found = run(model, patterns, times[1:], start=start, tolerance=1e-9, **inputs)
     angle = np.column_stack([found[f"theta_{mode}"] for mode in "AB"[: model.modes]])
     modal = [force[j] * model.reduced.modal_force(j, patterns[j]) for j in modes]
+    a = amplitudes(found)[:, : model.modes]
     return rom.SlowTrajectory(
         time=times,
         amplitude=np.vstack(
