@@ -29,9 +29,7 @@ def trajectory(model, times, force, frequency, sweep=0.0, start=0.0):
     a = amplitudes(found)[:, : model.modes]
     return rom.SlowTrajectory(
         time=times,
-        amplitude=np.vstack(
-            (np.broadcast_to(start, angle[:1].shape), amplitudes(found)[:, : model.modes])
-        ),
+        amplitude=np.vstack((np.broadcast_to(start, angle[:1].shape), a)),
         angle=np.vstack((np.zeros_like(angle[:1]), angle)),
         frequency=Omega,
         frequency_rate=rates,
