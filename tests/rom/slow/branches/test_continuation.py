@@ -1,11 +1,12 @@
-"""Continuation against curves that are known."""
+"""Continuation along curves that are known; the Jacobian of the forced slow flow."""
 
 import numpy as np
 import pytest
 
+from slipmode import rom
 from slipmode.rom import kernel
-from slipmode.rom.slow.branches import continuation
 from slipmode.rom.slow.branches.continuation import branch_through
+from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
 pytestmark = pytest.mark.quick
 
@@ -29,6 +30,7 @@ def circle(z):
     return np.array([y**2 + p**2 - 0.16]), np.array([[2.0 * y, 2.0 * p]])
 
 
+@pytest.mark.oracle
 def test_a_closed_curve_is_passed_once():
     branch = branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5]))
     z = branch.points.z
@@ -43,28 +45,7 @@ def test_a_closed_curve_is_passed_once():
     assert {kind for kind, _ in branch.special} == {"fold"}
 
 
-def test_one_look_at_a_smooth_curve_is_enough_for_most_points():
-    """Measured: 1.24 a point, bisections of two folds among them."""
-    looks = []
-
-    def counted(z):
-        looks.append(z.copy())
-        return circle(z)
-
-    curve = curve_of(counted, 1, 0.01)
-    points = branch_through(curve, np.array([0.4, 0.5])).points.z
-    assert len(looks) < 1.3 * len(points)
-
-
-def test_a_curve_with_too_many_points_says_where_it_was_left(monkeypatch):
-    monkeypatch.setattr(continuation, "MOST_POINTS", 20)
-    branch = branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5]))
-    assert not branch.closed
-    np.testing.assert_array_equal(branch.cut_off, branch.points.z[[-1, 0]])
-    monkeypatch.setattr(continuation, "MOST_POINTS", 5000)
-    assert branch_through(curve_of(circle, 1, 0.02), np.array([0.4, 0.5])).cut_off == []
-
-
+@pytest.mark.oracle
 def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_at_folds():
     """p = 1/2 + y - 8 y^3, folds at y = +-1/sqrt(24)."""
 
@@ -81,6 +62,7 @@ def test_an_open_curve_ends_at_the_ends_of_the_parameter_and_changes_stability_a
     np.testing.assert_array_equal(branch.points.unstable == 1, grows)
 
 
+@pytest.mark.oracle
 def test_a_hopf_point_is_where_a_pair_passes_zero():
     """A focus that loses its stability at p = 0.3, at a point that moves with p."""
 
@@ -96,54 +78,37 @@ def test_a_hopf_point_is_where_a_pair_passes_zero():
     assert z == pytest.approx([0.06, 0.0, 0.3], abs=1e-8)
 
 
-def of_matrix(case):
-    """Jacobians of four unknowns: at random, in scale too, nearly as of two modes, defective."""
-    rng = np.random.default_rng(case)
-    if case < 4:
-        return rng.normal(size=(4, 4)) * 10.0 ** rng.integers(-3, 1, size=(4, 4))
-    if case < 8:
-        blocks = [[[-0.01, turn], [-turn, -0.02]] for turn in rng.normal(size=2)]
-        return np.kron(np.diag([1, 0]), blocks[0]) + np.kron(np.diag([0, 1]), blocks[1])
-    return np.roll(np.eye(4), 1, axis=0) if case == 8 else np.eye(4) + np.eye(4, k=1)
+FORCE = ({0: 0.15}, {1: 0.25})
+FREQUENCY = (0.98, 1.65)
+LINES = {
+    "frequency_A": (0.94, 1.02),
+    "frequency": ((0.95, 1.6), (1.02, 1.72)),
+    "force": (0.0, 1.0),
+    "force_B": (0.1, 1.2),
+    "limit": (0.95, 3.0),
+}
 
 
-@pytest.mark.parametrize("case", range(10))
-def test_eigenvalues_of_four_unknowns(case):
-    """Where four of them are one, both are off by the fourth root of rounding."""
-    J = of_matrix(case)
-    curve = curve_of(lambda z: (J @ z[:4], np.column_stack((J, np.zeros(4)))), 4, 0.1)
-    found = branch_through(curve, np.array([0.0, 0.0, 0.0, 0.0, 0.5])).points.eigenvalues
-    expected = np.linalg.eigvals(J)
-    tolerance = 1e-3 if case == 9 else 1e-13 * np.abs(expected).max()
-    assert found.shape == (len(found), 4)
-    assert (np.diff(found.real, axis=1) <= 0.0).all()
-    for each in (found[0], found[-1]):
-        apart = np.abs(each[:, np.newaxis] - expected)
-        assert apart.min(axis=0).max() <= tolerance
-        assert apart.min(axis=1).max() <= tolerance
+@pytest.fixture(scope="module")
+def model():
+    return rom.tabulate(rom.reduce(rom.two_mass(beta=0.01)), rom.Coulomb(2.0), (4.0, 2.0), 2e-3)
 
 
-def test_it_ends_where_the_rates_do():
-    def rates(z):
-        edge = np.nan if z[1] > 0.62 else 1.0
-        return edge * np.array([z[0] - z[1]]), edge * np.array([[1.0, -1.0]])
-
-    branch = branch_through(curve_of(rates, 1, 0.05), np.array([0.5, 0.5]))
-    assert branch.points.z[0] == pytest.approx([0.0, 0.0], abs=1e-12)
-    assert branch.points.z[-1] == pytest.approx([0.62, 0.62], abs=1e-6)
+def rates_at(problem, z):
+    """F (k,) and its Jacobian (k, k + 1), of the core."""
+    z, F, J = np.array(z), np.empty(z.size - 1), np.empty((z.size - 1, z.size))
+    arrays = (np.ctypeslib.as_ctypes(each.ravel()) for each in (z, F, J))
+    assert problem.curve.rates(problem.curve.of, *arrays) == kernel.OK
+    return F, J
 
 
-def test_there_is_none_without_a_solution():
-    assert branch_through(curve_of(circle, 1, 0.02), np.array([0.0, 0.99])) is None
-
-
-@pytest.mark.parametrize("unknowns", [2, 4])
-def test_a_point_is_stable_where_all_eigenvalues_decay(unknowns):
-    drawn, counts = np.random.default_rng(1), {True: 0, False: 0}
-    for size in np.repeat([1e-6, 1.0, 1e4], 100):
-        jacobian = drawn.normal(size=(unknowns, unknowns)) - np.eye(unknowns)
-        row = np.concatenate((np.zeros(2 * (unknowns + 1)), size * jacobian.ravel()))
-        stable = bool((np.linalg.eigvals(jacobian).real < 0.0).all())
-        assert kernel.lib.sm_curve_is_stable(unknowns, row.ctypes.data) == stable
-        counts[stable] += 1
-    assert min(counts.values()) > 30
+@pytest.mark.oracle
+@pytest.mark.parametrize("vary", LINES)
+def test_the_jacobian_is_the_derivative(model, vary):
+    """Of every unknown and of what is varied; differences are 1e-8 off."""
+    problem = ForcedSlowFlow.of(model, FREQUENCY, FORCE, (0.3, 0.0), vary, LINES[vary])
+    z = np.array([0.31, -0.22, 0.18, 0.35, 0.4])
+    _, J = rates_at(problem, z)
+    for column, step in enumerate(1e-6 * np.eye(z.size)):
+        ahead, behind = (rates_at(problem, z + sign * step)[0] for sign in (1, -1))
+        assert J[:, column] == pytest.approx((ahead - behind) / 2e-6, abs=1e-7 * np.abs(J).max())

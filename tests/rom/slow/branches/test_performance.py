@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from elastic.family import member
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
@@ -15,17 +16,34 @@ def model():
     return rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-3)
 
 
-def test_each_point_is_the_peak_of_a_response_curve(model):
-    curve = rom.performance_curve(model, FORCE)
-    for limit in (0.6, 1.0, 2.0):
-        peaks = rom.response_curve(
-            model, [1.0], [{0: 0.15 / limit}], "frequency_A", (0.9, 1.05)
-        ).amplitude
-        expected = limit * np.abs(peaks).max()
-        found = np.interp(limit, curve.limit, curve.peak)
-        assert found == pytest.approx(expected, rel=3e-3)
+@pytest.mark.oracle
+def test_a_jenkins_damper_on_one_mass_has_its_closed_form():
+    """At phase resonance F = c Omega X + 4 L / pi (1 - L / (k_t X)), a quadratic in X.
+
+    Without c the best limit is L = pi F / 2 with X = pi F / k_t. Harmonics of the mass are of
+    order k_t / 8.
+    """
+    c, k_t, F, L = 0.004, 0.1, 0.06, 0.02
+    structure = rom.Structure(np.eye(1), np.eye(1), c, contact=(0,))
+    law = rom.Jenkins(L, k_t)
+    reduced = rom.reduce(structure, (0,), law=law)
+    model = rom.tabulate(reduced, law, (2.0,), 1e-3, detuning=True, warned=False)
+    curve = rom.performance_curve(model, {0: F})
+    limit, viscous = curve.limit * L, c * curve.frequency
+    b = 4.0 * limit / np.pi - F
+    X = (np.sqrt(b**2 + 16.0 * viscous * limit**2 / (np.pi * k_t)) - b) / (2.0 * viscous)
+    slips = 1.1 * limit / k_t < X
+    assert slips.sum() > 100
+    found = 2.0 * curve.peak
+    assert np.abs(found / X - 1.0)[slips].max() <= 0.01
+    factor, peak = curve.optimum
+    assert 2.0 * peak == pytest.approx(X[slips].min(), rel=0.01)
+    # The dampers take the more, the higher the limit.
+    assert 0.8 * np.pi * F / 2.0 <= factor * L <= np.pi * F / 2.0
+    assert 2.0 * peak <= np.pi * F / k_t
 
 
+@pytest.mark.oracle
 def test_contacts_that_stick_leave_the_peak_to_structural_damping(model):
     curve = rom.performance_curve(model, FORCE)
     F = abs(model.reduced.modal_force(0, FORCE))
@@ -33,6 +51,7 @@ def test_contacts_that_stick_leave_the_peak_to_structural_damping(model):
     assert curve.limit[-1] > 10.0
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 def test_between_slip_and_stick_there_is_a_best_limit(model):
     curve = rom.performance_curve(model, FORCE)
@@ -48,45 +67,6 @@ def test_between_slip_and_stick_there_is_a_best_limit(model):
     assert twice.displacement(0) == pytest.approx(2.0 * curve.displacement(0))
 
 
-def test_the_end_of_a_curve_that_still_falls_is_no_optimum(model):
-    """At the best limit |a| is 1.97 kg^1/2 m in the table."""
-    short = rom.tabulate(model.reduced, model.law, (1.6,), 1e-3)
-    with pytest.warns(rom.ValidityWarning, match="peak still falls at limit = .* larger range"):
-        cut = rom.performance_curve(short, FORCE)
-    assert cut.is_cut_at_lowest()
-    assert cut.optimum[0] > 1.1 * rom.performance_curve(model, FORCE).optimum[0]
-    assert not rom.performance_curve(model, FORCE).is_cut_at_lowest()
-
-
-def test_the_optimum_is_drawn(model):
-    ax = pytest.importorskip("matplotlib.figure").Figure().subplots()
-    curve = rom.performance_curve(model, FORCE)
-    curve.plot(ax)
-    assert (ax.lines[1].get_xdata()[0], ax.lines[1].get_ydata()[0]) == curve.optimum
-
-
-def test_where_nothing_slips_no_limit_is_best():
-    """Contacts of the two masses slip from |a| = 1 on."""
-    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
-    stuck = rom.tabulate(reduced, rom.Coulomb(2.0), (0.9,), 1e-2)
-    with pytest.raises(SlipmodeError, match=r"^amplitude: up to 0\.898 .* hardly slip") as said:
-        rom.performance_curve(stuck, FORCE)
-    assert str(said.value).endswith("the first contact slips at 1; tabulate to 4 or more")
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (4.0,), 1e-2)
-    curve = rom.performance_curve(model, FORCE)
-    assert curve.limit.min() < curve.optimum[0] < curve.limit.max()
-
-
-@pytest.mark.parametrize("dof", [1, 3])
-def test_a_force_that_mainly_acts_on_the_contacts_is_refused(dof):
-    force = {0: 0.15, dof: 15.0}
-    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,), force_patterns=[force])
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), 1e-2)
-    message = r"^amplitude: the frequency .* does not converge .* on the contacts"
-    with pytest.raises(SlipmodeError, match=message):
-        rom.performance_curve(model, force)
-
-
 def test_what_has_no_such_curve_is_named(model):
     smooth = rom.tabulate(model.reduced, rom.Tanh(2.0, 0.02), (4.0,), 1e-2)
     with pytest.raises(SlipmodeError, match="law: the motion must scale"):
@@ -95,3 +75,45 @@ def test_what_has_no_such_curve_is_named(model):
         rom.performance_curve(model, FORCE, mode=1)
     with pytest.raises(SlipmodeError, match="force: does not excite mode A"):
         rom.performance_curve(model, {0: 0.0})
+
+
+def design(seed):
+    """Return a drawn structure, and a table as the design of a damper needs it."""
+    drawn = member(seed)
+    force, law = drawn.force[:1], drawn.law
+    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=law, force_patterns=force)
+    moved = 2.0 * np.abs(np.asarray(drawn.structure.directions).T @ reduced.mode_shapes).max()
+    furthest = max(law.limit / law.stiffness / moved, drawn.scale[0])
+    return drawn, rom.tabulate(reduced, law, (8.0 * furthest,), 1e-3, detuning=True)
+
+
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+@pytest.mark.parametrize("seed", [4, 12, 23])
+def test_no_peak_is_above_that_of_stuck_contacts(seed):
+    """Where the mode leaves the carrier of the table there were peaks 1.3 times as high."""
+    drawn, model = design(seed)
+    curve = rom.performance_curve(model, drawn.force[0])
+    reduced = model.reduced
+    F = abs(reduced.modal_force(0, drawn.force[0]))
+    stuck = F / (2.0 * reduced.modal_damping[0] * reduced.frequency[0])
+    assert curve.peak.max() <= (1.0 + 1e-5) * stuck
+    assert np.all(np.diff(curve.limit) > 0.0)
+    low, high = curve.optimum_range
+    assert low <= curve.optimum[0] <= high
+
+
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+@pytest.mark.parametrize("seed", [4, 100])
+def test_peaks_include_the_action_of_the_force_on_the_contacts(seed):
+    """Peaks of response curves on the same table: within 5e-5, without that action 1 to 2 %."""
+    drawn, model = design(seed)
+    peaks = rom.performance_curve(model, drawn.force[0])
+    limit, peak = peaks.optimum
+    omega = np.interp(limit, peaks.limit, peaks.frequency)
+    curve = rom.response_curve(
+        *(model, [omega], [drawn.force[0] / limit], "frequency_A"),
+        (0.97 * omega, 1.03 * omega),
+        largest_step=0.005,
+    )
+    assert peak == pytest.approx(limit * np.abs(curve.amplitude).max(), rel=2e-4)

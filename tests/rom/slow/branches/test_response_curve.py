@@ -2,22 +2,20 @@
 
 import numpy as np
 import pytest
-from elastic.frictional_beam import LIFT_OFF, TIP
-from elastic.frictional_beam import structure as lifting
+from beside_oracle import amplitudes, demodulated, run, system_of
 
 from slipmode import rom
-from slipmode.rom import SlipmodeError, full
-from slipmode.rom.slow.branches import continuation
+from slipmode.rom import SlipmodeError
 
 FORCE = ({0: 0.15}, {1: 0.25})
 FREQUENCY = (0.98, 1.65)
-LOW_FOLD, HIGH_FOLD = 0.89965, 0.98326  # of `opening` under 0.06 N
 
 
 @pytest.fixture(scope="module")
 def both():
     """Both modes of the two masses."""
-    return rom.tabulate(rom.reduce(rom.two_mass(beta=0.01)), rom.Coulomb(2.0), (4.0, 2.0), 2e-3)
+    reduced = rom.reduce(rom.two_mass(beta=0.01))
+    return rom.tabulate(reduced, rom.Coulomb(2.0), (4.0, 2.0), 2e-3, combinations=())
 
 
 def opening():
@@ -39,134 +37,81 @@ def folding():
     return structure, law, model
 
 
-def test_stability_does_not_depend_on_units(both):
-    """Limits and forces a ten-millionth of others: so are amplitudes; decay is the same."""
-    part = 1e-7
-    reduced = both.reduced
-    small = rom.tabulate(reduced, rom.Coulomb(2.0 * part), (4.0 * part, 2.0 * part), 2e-3)
-    forces = [{dof: part * size for dof, size in force.items()} for force in FORCE]
-    curve, scaled = (
-        rom.response_curve(model, FREQUENCY, force, "frequency_A", (0.95, 1.02))
-        for model, force in ((both, FORCE), (small, forces))
-    )
-    assert scaled.parameter.size == pytest.approx(curve.parameter.size, rel=0.05)
-    growth = np.interp(curve.parameter, scaled.parameter, scaled.growth)
-    assert np.abs(growth / curve.growth - 1.0).max() <= 5e-3
+# The span, and at a value: frequencies, factors on the forces, factor on limits and amplitudes
+VARIED = {
+    "frequency_A": ((0.9, 1.05), lambda v: ((v, 1.65), (1.0, 1.0), 1.0)),
+    "frequency_B": ((1.75, 1.55), lambda v: ((0.98, v), (1.0, 1.0), 1.0)),
+    "frequency": (
+        ((0.95, 1.6), (1.02, 1.72)),
+        lambda v: ((0.95 + 0.07 * v, 1.6 + 0.12 * v), (1.0, 1.0), 1.0),
+    ),
+    "force": ((0.0, 1.0), lambda v: (FREQUENCY, (v, v), 1.0)),
+    "force_B": ((0.1, 1.2), lambda v: (FREQUENCY, (1.0, v), 1.0)),
+    "limit": ((0.95, 3.0), lambda v: (FREQUENCY, (1.0 / v, 1.0 / v), v)),
+}
 
 
-@pytest.mark.parametrize(
-    ("vary", "span"),
-    [
-        ("frequency_A", (0.9, 1.05)),
-        ("frequency_B", (1.75, 1.55)),
-        ("frequency", ((0.95, 1.6), (1.02, 1.72))),
-        ("force", (0.0, 1.0)),
-        ("force_B", (0.1, 1.2)),
-        ("limit", (0.95, 3.0)),
-    ],
-)
-def test_it_is_made_of_steady_states(both, vary, span):
+@pytest.mark.parametrize("vary", VARIED)
+def test_it_is_made_of_steady_states(both, vary):
+    span, at = VARIED[vary]
     curve = rom.response_curve(both, FREQUENCY, FORCE, vary, span)
-    assert set(np.unique(curve.branch)) == {0}
-    assert curve.stable.all()
-    assert {curve.parameter[0], curve.parameter[-1]} == set(
-        span if vary != "frequency" else (0, 1)
-    )
-    for value, amplitude in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
-        frequency, force, limit = np.array(FREQUENCY), [dict(one) for one in FORCE], 1.0
-        if vary == "frequency":
-            frequency = span[0] + value * np.subtract(span[1], span[0])
-        elif vary.startswith("frequency"):
-            frequency["AB".index(vary[-1])] = value
-        elif vary == "limit":
-            limit = value
-        for mode, one in enumerate(force):
-            dof, size = next(iter(one.items()))
-            varied = vary == "force" or vary == f"force_{'AB'[mode]}"
-            one[dof] = size * (value if varied else 1.0) / limit
-        expected = limit * rom.steady(both, frequency, force)
-        assert amplitude == pytest.approx(expected, abs=1e-8)
-
-
-@pytest.mark.parametrize("step", [0.05, 0.02, 0.004])
-def test_points_are_as_close_as_asked_for(folding, step):
-    _, _, model = folding
-    given = (model, [1.0], [{0: 0.02}], "frequency_A", (0.9, 1.0))
-    curve = rom.response_curve(*given, largest_step=step)
-    z = np.column_stack((curve.amplitude[:, 0] / 6.0, (curve.parameter - 0.9) / 0.1))
-    distance = np.linalg.norm(np.diff(z, axis=0), axis=1)
-    assert distance.max() == pytest.approx(step, rel=0.02)
+    assert not curve.branch.any() and curve.stable.all()
+    ends = (0, 1) if vary == "frequency" else span
+    assert {curve.parameter[0], curve.parameter[-1]} == set(ends)
+    for value, found in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
+        frequency, (A, B), limit = at(value)
+        expected = limit * rom.steady(both, frequency, ({0: 0.15 * A}, {1: 0.25 * B}))
+        assert found == pytest.approx(expected, abs=1e-8)
 
 
 @pytest.mark.quick
-def test_a_contact_that_opens_folds_the_curve(folding):
-    _, _, model = folding
+@pytest.mark.oracle
+def test_between_the_folds_of_a_contact_that_opens_integration_finds_the_stable_states(folding):
+    """Three states at a frequency; runs from beside the one in the middle leave it."""
+    structure, law, model = folding
     curve = rom.response_curve(model, [1.0], [{0: 0.06}], "frequency_A", (0.75, 1.1))
-    kinds = [point.kind for point in curve.special]
+    assert [point.kind for point in curve.special] == ["fold", "fold"]
     low, high = sorted(point.parameter for point in curve.special)
-    assert kinds == ["fold", "fold"]
-    assert (low, high) == pytest.approx((LOW_FOLD, HIGH_FOLD), abs=1e-4)
     three = (curve.parameter > low) & (curve.parameter < high)
     assert np.all(curve.stable[~three])
     assert 0 < np.count_nonzero(~curve.stable) < np.count_nonzero(three)
-    # between the folds there are three at each frequency, the one in the middle unstable
-    for Omega in np.linspace(low, high, 7)[1:-1]:
-        states, stable = curve.at(Omega)
-        assert stable[np.argsort(np.abs(states[:, 0]))].tolist() == [True, False, True]
+    Omega = 0.5 * (low + high)
+    states, stable = curve.at(Omega)
+    order = np.argsort(np.abs(states[:, 0]))
+    assert stable[order].tolist() == [True, False, True]
+    system, shape = system_of(structure, law), model.reduced.mode_shapes[:, 0]
+    for a, keeps in zip(states[order, 0], stable[order], strict=True):
+        end = demodulated(system, shape, Omega, {0: 0.06}, 1.02 * a, 400)[-1]
+        assert (abs(end - a) <= 0.05 * abs(a)) == keeps
 
 
-def verdicts(structure, law, model, frequency, force):
-    """Of each steady state: whether it is said to be stable, whether full order keeps to it."""
-    curve = rom.response_curve(model, [frequency], [force], "force", (0.9, 1.1))
-    shape = model.reduced.mode_shapes[:, 0]
-    found = []
-    for a, stable in zip(*curve.at(1.0), strict=True):
-        beside = 1.02 * a[0] * shape
-        end = full.steady_amplitude(
-            structure,
-            law,
-            full.Excitation.harmonic(structure, [force], [frequency]),
-            outputs=(shape @ structure.mass)[np.newaxis],
-            tolerance=1e-3,
-            start=full.State(0.0, 2.0 * beside.real, -2.0 * frequency * beside.imag),
-            most_windows=40,
-        ).amplitude[0, 0]
-        found.append((bool(stable), bool(abs(end - a[0]) <= 0.05 * abs(a[0]))))
-    return found
+@pytest.mark.oracle
+def test_growth_is_the_decay_of_deviations(both):
+    """The real part of an eigenvalue, beside the slow flow itself from two distances."""
+    curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.97, 0.99))
+    k = curve.parameter.size // 2
+    Omega = curve.parameter[k], FREQUENCY[1]
+    inputs = {"force_A": 0.15, "force_B": 0.25, "frequency_A": Omega[0], "frequency_B": Omega[1]}
+    times = np.linspace(0.0, 400.0, 401)[1:]
+    start = curve.amplitude[k] * 1.001
+    flow = run(both, ({0: 1.0}, {1: 1.0}), times, start=start, tolerance=1e-10, **inputs)
+    away = np.linalg.norm(amplitudes(flow) - curve.amplitude[k], axis=1)
+    slope = np.polyfit(times[150:], np.log(away[150:]), 1)[0]
+    assert slope == pytest.approx(curve.growth[k], rel=0.05)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("part", [-0.3, *np.linspace(0.1, 0.9, 9), 1.3])
-def test_full_order_tends_to_the_stable_and_leaves_the_unstable_ones(folding, part):
-    structure, law, model = folding
-    frequency = LOW_FOLD + part * (HIGH_FOLD - LOW_FOLD)
-    found = verdicts(structure, law, model, frequency, {0: 0.06})
-    expected = [True] if part < 0.0 or part > 1.0 else [False, True, True]
-    assert sorted(stable for stable, _ in found) == expected
-    assert all(said == kept for said, kept in found)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("detuning", [-0.09, -0.07, -0.065, -0.06, -0.055, -0.05])
-def test_so_it_does_where_a_beam_lifts_off(detuning):
-    """With the forcing at the carrier: over 6 % of the frequency these states would be 5 % off."""
-    structure, force = lifting(LIFT_OFF, 8), {TIP: 0.02}
-    omega = rom.reduce(structure, (0,), law=LIFT_OFF).frequency[0]
-    frequency = (1.0 + detuning) * omega
-    reduced = rom.reduce(
-        structure, (0,), law=LIFT_OFF, carrier=[frequency], force_patterns=[{TIP: 1.0}]
+@pytest.mark.parametrize("vary", ["frequency_A", "frequency"])
+def test_a_curve_does_not_depend_on_the_direction_of_its_span(both, vary):
+    span = (0.9, 1.05) if vary == "frequency_A" else ((0.95, 1.6), (1.02, 1.72))
+    curve, back = (
+        rom.response_curve(both, FREQUENCY, FORCE, vary, ends) for ends in (span, span[::-1])
     )
-    model = rom.tabulate(reduced, LIFT_OFF, (0.06,), 1e-3)
-    found = verdicts(structure, LIFT_OFF, model, frequency, force)
-    assert len(found) == (1 if detuning < -0.08 else 3)
-    assert all(said == kept for said, kept in found)
-
-
-def test_it_ends_where_the_table_does(both):
-    curve = rom.response_curve(both, FREQUENCY, FORCE, "force", (0.0, 3.0))
-    assert 1.0 < curve.parameter.max() < 3.0
-    at_end = np.abs(curve.amplitude[np.argmax(curve.parameter)]) / both.table.amplitude_range
-    assert at_end.max() == pytest.approx(1.0, abs=0.01)
+    parameter = 1.0 - back.parameter if vary == "frequency" else back.parameter
+    assert parameter[::-1] == pytest.approx(curve.parameter, abs=1e-12)
+    assert np.array_equal(back.amplitude[::-1], curve.amplitude)
+    for end in (0, -1):
+        a, stable = curve.at(curve.parameter[end])
+        assert np.array_equal(a, curve.amplitude[[end]]) and stable.tolist() == [True]
 
 
 @pytest.mark.parametrize(
@@ -180,6 +125,7 @@ def test_it_ends_where_the_table_does(both):
         ("vary", {"vary": "limit", "span": (0.0, 1.0)}),
         ("frequency", {"frequency": [1.0]}),
         ("frequency", {"span": (0.1, 1.0)}),
+        ("frequency", {"span": (0.9, 1.7003)}),
         ("force", {"force": [{0: 0.1}]}),
         ("largest_step", {"largest_step": 0.2}),
     ],
@@ -193,50 +139,3 @@ def test_bad_arguments_are_named(both, key, change):
     }
     with pytest.raises(SlipmodeError, match=f"^{key}"):
         rom.response_curve(both, **(arguments | change))
-
-
-def test_frequencies_that_cross_between_two_points_are_refused(both):
-    with pytest.raises(SlipmodeError, match="must differ all along"):
-        rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.7003))
-
-
-def test_it_is_drawn(both, tmp_path):
-    figure = pytest.importorskip("matplotlib.figure").Figure()
-    ax = figure.subplots()
-    curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
-    assert curve.plot(ax) is ax
-    drawn = max(line.get_ydata().max(initial=0.0) for line in ax.lines if line.get_xdata().size)
-    assert drawn == np.abs(curve.amplitude).max()
-
-
-@pytest.mark.parametrize("span", [(0.9, 1.05), (1.05, 0.9)])
-def test_states_at_both_ends_of_the_span_are_found(both, span):
-    curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", span)
-    for end in (0, -1):
-        a, stable = curve.at(curve.parameter[end])
-        assert np.array_equal(a, curve.amplitude[[end]])
-        assert stable.tolist() == [True]
-    assert len(curve.at(curve.parameter[5])[0]) == 1
-
-
-def test_a_branch_with_too_many_points_is_said_to_go_on(both, monkeypatch):
-    monkeypatch.setattr(continuation, "MOST_POINTS", 10)
-    with pytest.warns(rom.ValidityWarning, match=r"^curve is incomplete beyond frequency_A = 0\."):
-        curve = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
-    ends = np.array([curve.parameter.min(), curve.parameter.max()])
-    assert curve.cut_off.size >= 1
-    assert np.all((curve.cut_off >= ends[0]) & (curve.cut_off <= ends[1]))
-    monkeypatch.undo()
-    whole = rom.response_curve(both, FREQUENCY, FORCE, "frequency_A", (0.9, 1.05))
-    assert whole.cut_off.size == 0
-
-
-@pytest.mark.slow
-def test_the_table_makes_no_oscillations():
-    """Where a contact begins to slip, narrow cells damped one mode negatively over 1e-5 of it."""
-    reduced = rom.reduce(rom.two_mass(beta=0.002), (0,))
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (12.0,), warned=False)
-    for force in (0.02, 0.04, 0.06, 0.08):
-        curve = rom.response_curve(model, (0.98,), ({0: force},), "frequency_A", (0.9, 1.05))
-        assert not curve.special
-        assert curve.stable.all()

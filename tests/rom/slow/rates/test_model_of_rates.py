@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from beside_oracle import amplitudes, run
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -45,18 +46,14 @@ def pair():
 
 def ring_down(model, start, carriers, times):
     """Complex amplitudes of the component at times, in the frame of the carriers."""
-    component = fmu.Component(model)
-    component.reset(0.0, start)
-    inputs = np.zeros((times.size - 1, len(component.input_names)))
-    for name, carrier in zip("AB", carriers, strict=False):
-        inputs[:, component.input_names.index(f"frequency_{name}")] = carrier
-    outputs = component.run(np.diff(times), inputs)[:, 1 : 1 + 2 * len(carriers)]
-    return np.ascontiguousarray(outputs).view(complex)
+    given = {f"frequency_{m}": Omega for m, Omega in zip("AB", carriers, strict=False)}
+    return amplitudes(run(model, None, times[1:], start=start, **given))
 
 
 # One mode
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 def test_backbone_and_rates_are_the_law(law):
     exponent, model = law
@@ -77,6 +74,7 @@ def test_backbone_and_rates_are_the_law(law):
     np.testing.assert_allclose(found[1][:, 0], frequency, rtol=1e-6)
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 def test_free_vibration_has_its_closed_form(law):
     """r' = -d r - g r^(p + 1), phase' = w - h r^p in the frame of the carrier."""
@@ -93,6 +91,7 @@ def test_free_vibration_has_its_closed_form(law):
     assert np.abs(turned).max() <= 2e-4  # [rad], measured 6.0e-5
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 @pytest.mark.parametrize("force", [0.9, 8.0])
 def test_steady_states_and_curves_have_their_closed_form(law, force):
@@ -121,6 +120,7 @@ def test_steady_states_and_curves_have_their_closed_form(law, force):
     assert np.all(off <= curve.error[:, 0] + 1e-9 * RANGE)
 
 
+@pytest.mark.oracle
 def test_without_change_of_the_rates_it_is_the_linear_oscillator():
     def rates(amplitudes):
         return np.full_like(amplitudes, REST), np.full_like(amplitudes, NATURAL)
@@ -133,6 +133,7 @@ def test_without_change_of_the_rates_it_is_the_linear_oscillator():
     np.testing.assert_allclose(found, 0.5 * SHAPE * 0.5 * receptance, rtol=1e-9)
 
 
+@pytest.mark.oracle
 def test_damping_that_rises_from_below_zero_ends_in_its_limit_cycle():
     def rates(amplitudes):
         return -1.0 + 2.0 * amplitudes / RANGE, NATURAL - DROP * amplitudes / RANGE
@@ -146,6 +147,7 @@ def test_damping_that_rises_from_below_zero_ends_in_its_limit_cycle():
 # Two modes
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 def test_two_modes_decay_together_as_the_law_says(pair):
     carriers = 2.0 * np.pi * np.array([121.0, 242.0])
@@ -165,6 +167,7 @@ def test_two_modes_decay_together_as_the_law_says(pair):
     assert np.abs(np.angle(a / exact)).max() <= 2e-4  # [rad], measured 3.3e-5
 
 
+@pytest.mark.oracle
 @pytest.mark.quick
 def test_rates_of_two_modes_are_the_law_within_the_stated_error(pair):
     points = np.random.default_rng(5).uniform(0.0, 0.998, (2000, 2)) * RANGE
@@ -178,175 +181,10 @@ def test_rates_of_two_modes_are_the_law_within_the_stated_error(pair):
     np.testing.assert_allclose(damping.reshape(-1, 2), exact[0], rtol=1e-3)  # measured 3.5e-4
 
 
-def test_fast_motion_is_the_sum_of_the_modes(pair):
-    carriers = np.array([[2.0 * np.pi * 121.0, 2.0 * np.pi * 242.0]])
-    times = np.linspace(0.0, 0.05, 11)
-    a = ring_down(pair, np.array([0.5, 0.4]) * RANGE, carriers[0], times)
-    amplitude = np.vstack((np.array([[0.5, 0.4]]) * RANGE, a))
-    steps, nothing = times.size - 1, np.zeros((times.size - 1, 2))
-    angle = times[:, np.newaxis] * carriers
-    trajectory = rom.SlowTrajectory(
-        times, amplitude, angle, np.tile(carriers, (steps, 1)), nothing, nothing + 0j, nothing + 0j
-    )
-    motion = rom.reconstruct(pair, trajectory, times)
-    q = 2.0 * (amplitude * np.exp(1j * angle)).real
-    expected = q @ pair.reduced.mode_shapes.T
-    np.testing.assert_allclose(motion.elastic(pair, [0, 1, 2]), expected, atol=1e-9 * RANGE)
-    summed = rom.sum_harmonics(pair, trajectory, times)
-    np.testing.assert_allclose(summed.elastic(pair, [0, 1, 2]), expected, atol=1e-9 * RANGE)
-
-
 # Any model
 
 
-@pytest.mark.parametrize("friction", [rom.Coulomb(2.0), rom.Tanh(2.0, 0.02)])
-def test_the_rates_of_a_model_with_contacts_make_the_same_model(friction):
-    """Free vibration alike; steady states differ by what friction lags in free vibration."""
-    reduced = rom.reduce(rom.two_mass(beta=0.01), (0,))
-    contacts = rom.tabulate(reduced, friction, (4.0,), 1e-3)
-    curve = rom.backbone(contacts, amplitude=np.linspace(0.2, 3.9, 50))
-    damping, frequency = rom.decay_rates(contacts, curve.amplitude[:, np.newaxis])
-    np.testing.assert_allclose(damping[:, 0], curve.decay, rtol=1e-4)
-    np.testing.assert_allclose(frequency[:, 0], curve.frequency, rtol=2e-4)  # no decay there
-    twin = rom.model_of_rates(
-        lambda a: rom.decay_rates(contacts, a),
-        (3.9,),
-        mode_shapes=reduced.mode_shapes,
-        warned=False,
-    )
-    again = rom.decay_rates(twin, curve.amplitude[:, np.newaxis])
-    np.testing.assert_allclose(again[0], damping, rtol=5e-3)  # measured 1.3e-4
-    np.testing.assert_allclose(again[1], frequency, rtol=1e-4)
-    force, Omega = [{0: 0.15}], np.linspace(0.95, 1.03, 17)[:, np.newaxis]
-    one, other = (np.abs(rom.steady(model, Omega, force)) for model in (contacts, twin))
-    assert np.abs(other / one - 1.0).max() <= 0.02  # measured 0.0165, 0.0172
-
-
-@pytest.mark.parametrize("formulation", ["consistent", "paper"])
-def test_rates_of_modes_at_rest_are_those_of_the_stuck_structure(formulation):
-    reduced = rom.reduce(rom.two_mass(beta=0.01), formulation=formulation)
-    model = rom.tabulate(reduced, rom.Coulomb(2.0), (3.0, 3.0), 1e-2)
-    damping, frequency = rom.decay_rates(model, [0.0, 0.0])
-    assert rom.decay_rates(model, np.zeros((0, 2)))[0].shape == (0, 2)
-    np.testing.assert_allclose(damping, 0.5 * reduced.modal_damping, rtol=1e-3)
-    np.testing.assert_allclose(frequency, reduced.frequency, rtol=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("amplitudes", "message"),
-    [
-        ([[1.0, 2.0]], "amplitudes: must have a last axis of length 1, got shape (1, 2)"),
-        (1e-3, "amplitudes: must have a last axis of length 1, got shape ()"),
-        ([[-1e-3]], "amplitudes: must be finite numbers >= 0"),
-        ([[np.nan]], "amplitudes: must be finite numbers >= 0"),
-        ([[3e-3]], "amplitude: mode A reaches 0.003 kg^1/2 m at the contacts, outside"),
-    ],
-)
-def test_amplitudes_without_rates_are_refused(law, amplitudes, message):
-    with pytest.raises(rom.SlipmodeError) as refusal:
-        rom.decay_rates(law[1], amplitudes)
-    assert str(refusal.value).startswith(message)
-    assert "\n" not in str(refusal.value)
-
-
-# Files and refusals
-
-
-def test_a_saved_model_is_the_same(pair, tmp_path):
-    pair.save(tmp_path / "pair.rom")
-    loaded = rom.Model.load(tmp_path / "pair.rom")
-    assert loaded.hash == pair.hash
-    assert loaded.law == rom.NoContacts()
-    points = np.random.default_rng(1).uniform(0.0, RANGE, (100, 2))
-    for one, other in zip(
-        rom.decay_rates(loaded, points), rom.decay_rates(pair, points), strict=True
-    ):
-        np.testing.assert_array_equal(one, other)
-    forces = ({0: 1.0}, {1: 1.0})
-    Omega = 2.0 * np.pi * np.array([122.0, 243.0])
-    np.testing.assert_array_equal(
-        rom.steady(loaded, Omega, forces), rom.steady(pair, Omega, forces)
-    )
-
-
-def refused(rates, amplitude=(RANGE,), **options):
-    with pytest.raises(rom.SlipmodeError) as refusal:
-        rom.model_of_rates(rates, amplitude, **options)
-    assert "\n" not in str(refusal.value)
-    return str(refusal.value)
-
-
-def given(damping, frequency):
-    return lambda a: (damping(a), frequency(a))
-
-
-def constant(value):
-    return lambda a: np.full_like(a, value)
-
-
-WRONG_RATES = [
-    (
-        given(constant(np.nan), constant(700.0)),
-        "mode A has nan 1/s and 700 rad/s at amplitudes 0 ",
-    ),
-    (given(constant(1.0), constant(0.0)), "mode A has 1 1/s and 0 rad/s"),
-    (given(constant(1.0), constant(1e60)), "mode A has 1 1/s and 1e+60 rad/s"),
-    (given(constant(1.0), constant(-700.0)), "0.62 to 10 times the frequency at rest"),
-    (given(constant(1.0), lambda a: 700.0 - 4e5 * a), "mode A has 1 1/s and "),
-    (given(lambda a: 1.0 / (a - RANGE), constant(700.0)), "damping must be finite"),
-    (given(lambda a: np.ones(len(a)), constant(700.0)), "damping must have the shape of the"),
-    (given(constant(1.0), lambda a: 700.0), "frequency must have the shape of the"),
-    (lambda a: a, "must return damping [1/s] and frequency [rad/s], got"),
-    (given(lambda a: 1j * a, constant(700.0)), "must be real numbers, got"),
-]
-
-
-@pytest.mark.parametrize(("rates", "message"), WRONG_RATES)
-@pytest.mark.filterwarnings("ignore:divide by zero")
-def test_wrong_rates_are_refused_in_one_line(rates, message):
-    said = refused(rates)
-    assert said.startswith("rates: ")
-    assert message in said
-
-
-def test_wrong_arguments_are_refused_in_one_line():
-    rates = power_law(1)
-    for amplitude in ((), (0.0,), (-1.0,), (np.inf,), (1.0, 1.0, 1.0), "x"):
-        assert refused(rates, amplitude).startswith("amplitude: must be")
-    assert refused(rates, tolerance=0.0).startswith("tolerance: must be 1e-6 to 0.1")
-    for shapes in ([1.0], [[1.0, 2.0]], np.zeros((0, 1)), [[np.nan]]):
-        assert refused(rates, mode_shapes=shapes).startswith("mode_shapes: must be (n, 1)")
-    same = refused(lambda a: (1.0 + a, 700.0 + 0.0 * a), (RANGE, RANGE))
-    assert same.startswith("rates: modes A and B must have different frequencies at rest")
-
-
-def test_what_scales_friction_limits_is_refused(law):
-    _, model = law
-    with pytest.raises(rom.SlipmodeError, match="limit_scale: the model has no contacts"):
-        fmu.Component(model).set_inputs(limit_scale=2.0)
-    with pytest.raises(rom.SlipmodeError, match="law: "):
-        rom.performance_curve(model, 0, {0: 1.0})
-    with pytest.raises(rom.SlipmodeError, match="vary: "):
-        rom.response_curve(model, [NATURAL], [{0: 1.0}], "limit", (0.5, 2.0))
-    reduced = rom.reduce(rom.two_mass())
-    for solve in (
-        lambda: rom.tabulate(model.reduced, model.law, (1.0,)),
-        lambda: rom.steady_state(model.reduced, model.law, [NATURAL], [{0: 1.0}]),
-        lambda: rom.tabulate(reduced, rom.NoContacts(), (1.0, 1.0)),
-        lambda: rom.reduce(rom.two_mass(), law=rom.NoContacts()),
-    ):
-        with pytest.raises(rom.SlipmodeError, match="law: "):
-            solve()
-
-
-def test_rates_that_jump_are_stated():
-    with pytest.warns(rom.ValidityWarning, match="rates jump at some amplitudes: "):
-        model = rom.model_of_rates(
-            lambda a: (1.0 + (a > 1e-3), NATURAL + 0.0 * a), (RANGE,), tolerance=1e-2
-        )
-    assert model.accuracy.interpolation > 0.1
-
-
+@pytest.mark.oracle
 def test_a_large_change_of_the_frequency_is_stated():
     """The slow flow is of first order: the error falls with the square of the change."""
 
@@ -362,3 +200,43 @@ def test_a_large_change_of_the_frequency_is_stated():
     assert errors[1] / errors[0] == pytest.approx(4.0, rel=0.1)
     with pytest.warns(rom.ValidityWarning, match="rates change strongly with the amplitude: "):
         rom.model_of_rates(rates(0.04), (RANGE,), 1e-6)
+
+
+# Refusals
+
+
+LAW = power_law(1)
+
+
+@pytest.mark.parametrize(
+    ("rates", "options", "message"),
+    [
+        (lambda a: (a * np.nan, a + 700.0), {}, "^rates: .* nan 1/s and 700 rad/s"),
+        (lambda a: (a + 1.0, 700.0 - 4e5 * a), {}, "^rates: .* 1/s and "),
+        (lambda a: (np.ones(len(a)), a + 700.0), {}, "damping must have the shape"),
+        (lambda a: (1j * a, a + 700.0), {}, "must be real numbers, got"),
+        (LAW, {"amplitude": (0.0,)}, "^amplitude: must be"),
+        (LAW, {"tolerance": 0.0}, "^tolerance: must be 1e-6 to 0.1"),
+        (LAW, {"mode_shapes": [[1.0, 2.0]]}, r"^mode_shapes: must be \(n, 1\)"),
+    ],
+)
+def test_wrong_rates_and_arguments_are_refused_in_one_line(rates, options, message):
+    with pytest.raises(rom.SlipmodeError, match=message) as refusal:
+        rom.model_of_rates(rates, **({"amplitude": (RANGE,)} | options))
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda of: rom.decay_rates(of, [[1.0, 2.0]]), "amplitudes: must have a last axis of"),
+        (lambda of: rom.decay_rates(of, [[3e-3]]), "at the contacts, outside"),
+        (lambda of: fmu.Component(of).set_inputs(limit_scale=2.0), "the model has no contacts"),
+        (lambda of: rom.performance_curve(of, 0, {0: 1.0}), "law: "),
+        (lambda of: rom.tabulate(of.reduced, of.law, (1.0,)), "law: "),
+        (lambda of: rom.steady_state(of.reduced, of.law, [NATURAL], [{0: 1.0}]), "law: "),
+    ],
+)
+def test_what_such_a_model_does_not_have_is_refused(law, call, message):
+    with pytest.raises(rom.SlipmodeError, match=message):
+        call(law[1])
