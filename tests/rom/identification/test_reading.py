@@ -16,11 +16,6 @@ def read(path, **options):
     return rom.read_measurement(path, **({"quantity": "x", "unit": "m/s^2"} | options))
 
 
-def write(path, head, row, tail=(), encoding="utf-8"):
-    rows = [row.format(t=t, a=a, b=b, i=i) for i, (t, a, b) in enumerate(zip(T, *Y, strict=True))]
-    path.write_text("\r\n".join([*head, *rows, *tail]), encoding=encoding, newline="")
-
-
 class Comma(float):
     def __format__(self, form):
         return super().__format__(form).replace(".", ",")
@@ -35,6 +30,16 @@ class Clock(float):
         return f"2024-03-0{2 if late else 1}\t{time}"
 
 
+def write(path, head, row, tail=(), number=float, encoding="utf-8"):
+    values = ((*(number(x) for x in (t, 1e3 * t, 1e6 * t, a, b)), Clock(t))
+              for t, a, b in zip(T, *Y, strict=True))  # fmt: skip
+    rows = [
+        row.format(i=i, **dict(zip("tmuabc", each, strict=True)))
+        for i, each in enumerate(values, 1)
+    ]
+    path.write_text("\r\n".join([*head, *rows, *tail]), encoding=encoding, newline="")
+
+
 PLAIN = "{t:.5f},{a:.5f},{b:.5f}"
 LVM = ["LabVIEW Measurement", "Separator\tTab", "***End_of_Header***", "", "Channels\t2"]
 LVM += ["Samples\t200\t200", "Y_Unit_Label\tg\tg", "Delta_X\t0.0005\t0.0005"]
@@ -42,9 +47,9 @@ LVM += ["***End_of_Header***", "X_Value\ta\tb\tComment"]
 KEYS = ["Title: decay of a beam", "Date: 2024-03-01", "Channels: 2"]
 DATES = ["File;hit 4", "Date;01.03.2024", "Time;12:30:00", "Range;10,00"]
 MEAN = ["Maximum;1,5;1,7", "Mean;0,1;0,0"]
-DIALECTS = {  # first lines, each row, last lines, unit; a comma as decimal mark follows "{t"
+DIALECTS = {  # first lines, each row, last lines, unit; also with decimal commas
     "plain": (["time,a,b"], PLAIN, [], None),
-    "decimal comma": (["Zeit;a;b"], "{t:.5f};{a:.5f};{b:.5f}", [], None),
+    "semicolons": (["Zeit;a;b"], "{t:.5f};{a:.5f};{b:.5f}", [], None),
     "preamble": ([*KEYS, "time;a;b"], "{t:.5f};{a:.5f};{b:.5f};", ["", "End of data"], None),
     "dates": ([*DATES, "t;a;b", ""], "{t:.5f};{a:.5f};{b:.5f}", MEAN, None),
     "excel": (["sep=;", "time (s);a (mm/s);b (mm/s)"], "{t:.5f};{a:.6e};{b:.6e}", [], "mm/s"),
@@ -77,14 +82,7 @@ DIALECTS = {  # first lines, each row, last lines, unit; a comma as decimal mark
 )
 def test_text_of_all_dialects_has_its_values(dialect, comma, encoding, tmp_path):
     head, row, tail, unit = DIALECTS[dialect]
-    number = Comma if comma else float
-    lines = [
-        row.format(t=number(t), m=number(1e3 * t), u=number(1e6 * t), c=Clock(t), i=i + 1,
-                   a=number(a), b=number(b))
-        for i, (t, a, b) in enumerate(zip(T, *Y, strict=True))
-    ]  # fmt: skip
-    text = "\r\n".join([*head, *lines, *tail])
-    (tmp_path / "hit.csv").write_text(text, encoding=encoding, newline="")
+    write(tmp_path / "hit.csv", head, row, tail, Comma if comma else float, encoding)
     found = read(tmp_path / "hit.csv", unit="m/s^2" if unit in (None, "V") else None)
     (record,) = found
     assert found.channels == ("a", "b")

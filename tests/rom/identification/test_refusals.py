@@ -155,6 +155,7 @@ FILES = [
     (read_sine, "volt.csv", {"force_unit": None}, "force is in 'V': must be N"),
     (read_sine, "degrees.csv", {}, "phase reaches 170 and has no unit; write phase"),
     (read_sine, "lengths.npz", {}, "frequency, force, amplitude, phase must have one"),
+    (read_sine, "no_rate.npz", {}, "has neither a sampling rate nor times; give sample_rate="),
     (read_sine, "signals.npz", {"channels": ("F", "x")}, "must have F, x, got time, force"),
     (read_sine, "two.uff", {}, "choose one"),
     (read_sine, "no_force.uff", {}, "has the forces none and the responses 1:+3"),
