@@ -209,33 +209,3 @@ def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
     fit = rom.fit_contacts(structure, {0: measured}, groups, sensor=SENSOR)
     assert fit.parameters["all.limit"] == pytest.approx(10.0, rel=2e-3)
     assert 0.02 < fit.closed_form_error < 0.1
-
-
-@pytest.mark.oracle
-def test_a_law_from_the_backbone_of_identified_decays():
-    """Decays of Iwan joints along their backbone, as signals: identify, then fit."""
-    rng, t = np.random.default_rng(0), np.arange(4000) / 1000.0
-    groups = {"all": (rom.Iwan(20.0, 2e4, -0.3, 1.0), [0, 1, 2])}
-    structure, matrices = chain(1)
-    line = backbone(matrices, groups, largest=1.2e-4)
-    decay, records = line.damping * line.frequency, []
-    for k, start in enumerate((1e-4, 8e-5, 6e-5, 9e-5, 5e-5)):
-        a, phase, signal = start, rng.uniform(0.0, 6.0), np.empty(t.size)
-        for i in range(t.size):
-            signal[i] = 1e6 * a * np.cos(phase)
-            a *= np.exp(-np.interp(a, line.amplitude, decay) * 1e-3)
-            phase += np.interp(a, line.amplitude, line.frequency) * 1e-3
-        signal += 0.02 * rng.standard_normal(t.size)
-        records.append(rom.Record(f"hit{k}", signal[np.newaxis], 1000.0))
-    data = rom.Measurement(records, "displacement", "um", ("sensor",))
-    measured = rom.identify(data, bands=[(45.0, 70.0)], law="power").backbone()
-    fit = rom.fit_contacts(
-        structure,
-        {0: measured},
-        groups,
-        sensor=SENSOR,
-        fixed=("all.force", "all.beta"),
-        adjust=("damping",),
-    )
-    assert fit.parameters["all.stiffness"] == pytest.approx(2e4, rel=0.01)
-    assert fit.parameters["all.chi"] == pytest.approx(-0.3, abs=0.1)

@@ -108,19 +108,6 @@ def test_the_scene_and_the_fmu_decay_as_the_law(kind, done, tmp_path):
         np.testing.assert_allclose(velocity, exact, atol=0.01 * velocity[0])
 
 
-def test_a_law_that_a_model_cannot_contain_has_a_report_only(tmp_path, capsys):
-    files, out = write(tmp_path, decays(1, 2)), tmp_path / "out"
-    options = ["--law", "quadratic", "--cross", "no", "-o", str(out)]
-    assert identify(files, *BAND_A, *BAND_B, *MS, *options) == 1
-    (line,) = capsys.readouterr().err.strip().splitlines()[-1:]
-    assert line.startswith("slipmode: --law: a model cannot contain quadratic coupling")
-    assert {path.name for path in out.iterdir()} == {*WRITTEN, "decays.png"} - {
-        "model.npz",
-        "scene.toml",
-        "model.fmu",
-    }
-
-
 def signals(case):
     rng = np.random.default_rng(7)
     if case == "noise":
