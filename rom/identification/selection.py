@@ -27,7 +27,7 @@ SHARE = 3  # one record of so many is left out
 # A law with more terms has to have a smaller error by this factor.
 BETTER = 0.98
 # Relative error of a signal by steps and by the end of the iterations. Of drawn decays without
-# noise it is up to 8e-5 (test_noise_free_decays.py).
+# noise it is up to 8e-5 (test_decays.py).
 RESOLVED = 1e-4
 # Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
@@ -117,9 +117,7 @@ def outliers(
                 (found,) = fit_in_turn(decays.only([i]), [form], guess)
             except SlipmodeError:
                 continue
-            errors[each.name] = min(
-                errors[each.name], float(np.sqrt(found.normal.cost.sum()))
-            )
+            errors[each.name] = min(errors[each.name], float(np.sqrt(found.normal.cost.sum())))
     typical = float(np.median(list(errors.values()))) if len(errors) >= SHARE else 0.0
     broken, doubtful = {}, {}
     for name, error in errors.items():

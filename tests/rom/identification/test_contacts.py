@@ -187,10 +187,10 @@ def test_linear_properties_are_fitted_too():
     assert fit.parameters["mode 0.frequency"] == pytest.approx(natural[0] / natural[1], rel=5e-5)
 
 
-def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
-    """The backbone is that of a friction table, which contains the harmonics."""
+def strong_fit(seed):
+    """Fit to the backbone of a friction table, which contains the harmonics of the contacts."""
     groups = {"all": (rom.Jenkins(10.0, 1e5), [0, 1, 2])}
-    structure = chain(5)[0]
+    structure = chain(seed)[0]
     law = rom.Contacts(list(groups.values()))
     reduced = rom.reduce(structure, (0,), law=law)
     reduced = reduced.at_carrier([0.985 * reduced.frequency[0]])
@@ -206,6 +206,16 @@ def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
         unit="m",
         steady=True,
     )
-    fit = rom.fit_contacts(structure, {0: measured}, groups, sensor=SENSOR)
+    return rom.fit_contacts(structure, {0: measured}, groups, sensor=SENSOR)
+
+
+def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
+    fit = strong_fit(5)
     assert fit.parameters["all.limit"] == pytest.approx(10.0, rel=2e-3)
     assert 0.02 < fit.closed_form_error < 0.1
+
+
+@pytest.mark.slow
+def test_contacts_that_harmonics_couple_too_much_are_refused():
+    with pytest.raises(rom.SlipmodeError, match="does not converge, because harmonics of the con"):
+        strong_fit(3)
