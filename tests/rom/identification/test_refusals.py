@@ -74,8 +74,8 @@ def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("files")
     (path / "b").mkdir()
     for name, text in {
-        "table.csv": "1,2\n-3,4\n2,1\n", "b/table.csv": "1,2\n0,4\n",
-        "text.csv": "time,x\n0,1\n1,a", "times.csv": "time,x\n0,1\n1,2\n3,4\n", "e.csv": "",
+        "table.csv": "1;2\n-3;4\n2;1\n", "b/table.csv": "1;2\n0;4\n",
+        "text.csv": "time,x\n0,1\n1,a", "times.csv": "time;x\n0.0;1\n1.0;2\n3.0;4\n", "e.csv": "",
         "binary.csv": "time,a\n0,1\n\0\0\0", "e.uff": "nothing", "e.wav": "RIFF",
         "torque.csv": "frequency,torque,amplitude,phase\n1,2,3,0.1\n2,2,3,0.2\n",
         "sine.csv": "frequency,force,amplitude,phase\n79,1,2,0\n80,1,2,-1\n",
