@@ -210,7 +210,7 @@ def strong_fit(seed):
 
 
 def test_a_fit_of_strong_contacts_is_corrected_for_their_harmonics():
-    """Without the correction damping is up to 4 % wrong. The tolerance of tables is 1 %."""
+    """Half the deviation of the points; uncorrected damping is wrong by up to 4 %."""
     fit = strong_fit(5)
     assert fit.parameters["all.limit"] == pytest.approx(10.0, rel=0.01)
     assert 0.02 < fit.closed_form_error < 0.1

@@ -34,7 +34,7 @@ KINDS = pytest.mark.parametrize(("noise", "scatter"), [(1e-2, 0.0), (1e-3, 0.03)
 @KINDS
 def test_intervals_of_95_percent_contain_the_true_parameters(noise, scatter):
     hits = np.array([inside(seed, noise, scatter, 1) for seed in range(5)])
-    assert hits.mean() >= 0.9
+    assert hits.mean() > 0.85
 
 
 @pytest.mark.slow
