@@ -16,7 +16,7 @@ from slipmode.rom.short_repr import frozen, percentage
 QUIET = 0.01
 BINS = 10  # of the amplitudes of a mode, of equal ratio
 # A law is not claimed for a mode whose rates deviate by more than this share of the damping rate,
-# and certainly, in so many bins (test_claims.py).
+# and certainly, in so many bins (test_intervals.py).
 NOTABLE, SYSTEMATIC = 0.05, 2
 
 

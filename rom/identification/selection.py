@@ -27,7 +27,7 @@ SHARE = 3  # one record of so many is left out
 # A law with more terms has to have a smaller error by this factor.
 BETTER = 0.98
 # Relative error of a signal by steps and by the end of the iterations. Of drawn decays without
-# noise it is up to 8e-5 (test_noise_free_decays.py).
+# noise it is up to 8e-5 (test_decays.py).
 RESOLVED = 1e-4
 # Error of a record's own fit from which it is excluded: relative to the norm of its signal, and
 # to the median of the records or the noise; and the latter from which it is mentioned. Of the
@@ -101,20 +101,23 @@ def outliers(
 
     Each record is fitted alone, so that a broken one does not spoil the others.
     """
-    forms = [LawForm(len(look.carrier), law, False) for law in ("coulomb", "power")]
+    power, coulomb = (LawForm(len(look.carrier), law, False) for law in ("power", "coulomb"))
     errors, noise = {}, {}
     for i, each in enumerate(used):
         rates = look.rates[each.name]
         if min(len(of_mode.times) for of_mode in rates) < 2:
             continue  # one of the modes is too quiet to be fitted alone
         guess = replace(look, rates={each.name: rates}).guess()
-        try:
-            found = fit_in_turn(decays.only([i]), forms, guess)
-            errors[each.name] = float(np.sqrt(min(fit.normal.cost.sum() for fit in found)))
-        except SlipmodeError:
-            errors[each.name] = np.inf
-        record = decays.records[i]
-        noise[each.name] = each.noise / np.sqrt(np.mean(record.signal**2))
+        noise[each.name] = each.noise / np.sqrt(np.mean(decays.records[i].signal ** 2))
+        errors[each.name] = np.inf
+        for form in (power, coulomb):
+            if errors[each.name] <= DOUBTFUL * max(noise[each.name], RESOLVED):
+                break  # a power law describes it
+            try:
+                (found,) = fit_in_turn(decays.only([i]), [form], guess)
+            except SlipmodeError:
+                continue
+            errors[each.name] = min(errors[each.name], float(np.sqrt(found.normal.cost.sum())))
     typical = float(np.median(list(errors.values()))) if len(errors) >= SHARE else 0.0
     broken, doubtful = {}, {}
     for name, error in errors.items():

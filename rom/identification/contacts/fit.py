@@ -214,7 +214,7 @@ def fit_contacts(
     optimum is then added. The fit is repeated until the parameters change by less than 0.2
     standard deviations. This correction changes the damping by up to 0.6 % for contacts with
     0.5 % of the stiffness of a mode. For contacts with 4 % it is up to 10 %. Stronger contacts are
-    refused if the fit does not converge (tests/rom/identification/contacts/test_closed_form.py).
+    refused if the fit does not converge (tests/rom/identification/test_contacts.py).
 
     The initial guess has a prior standard deviation of a factor of 10: parameters that the data do
     not determine keep it. Intervals follow from Laplace's approximation in logarithms. Intervals

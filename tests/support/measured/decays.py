@@ -56,18 +56,6 @@ def decays(seed, records=6, **options):
     return [decay(rng, **options) for _ in range(records)]
 
 
-def decay_with_blow(rng, at, size, modes=TRUE, noise=1e-3):
-    """A record in which another blow changes all amplitudes by `size` at a time."""
-    t = times()
-    y = noise * rng.standard_normal(t.size)
-    for a0, mode in zip(amplitudes(rng, 1, len(modes))[0], modes, strict=True):
-        before = power_law_amplitude(t, a0, *mode)
-        there = power_law_amplitude(at, a0, *mode) + size * np.exp(2j * np.pi * rng.random())
-        after = power_law_amplitude(np.maximum(t - at, 0.0), there, *mode)
-        y += np.where(t < at, before, after).real
-    return y
-
-
 def coupled_amplitudes(t, start, own_A, own_B, q_1=0.0, q_2=0.0):
     """Amplitudes of two modes with cross effects and quadratic coupling, (2, n), by scipy.
 

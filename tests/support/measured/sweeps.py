@@ -1,105 +1,73 @@
-"""Sine sweeps and stepped sines of an oscillator with a joint, as time signals in full order."""
-
-from dataclasses import dataclass
+"""Sine sweeps and stepped sines of a mass with a joint, as time signals by the oracle."""
 
 import numpy as np
-
-from slipmode import rom
-from slipmode.rom import full
+from oracles.closed_forms import jenkins_first_harmonic
+from oracles.system import Sliders, System
+from oracles.time_integration import integrate
 
 RATE = 640.0  # samples per second
+MASS, FREQUENCY, ZETA = 1.8, 80.0, 0.003  # [kg], with a stuck joint [Hz]
+OMEGA = 2.0 * np.pi * FREQUENCY
+SLIP = 2e-4  # displacement at macro-slip [m]
 
 
-@dataclass(frozen=True)
-class JointedOscillator:
-    """A mass on a spring and a damper, with an Iwan joint to the ground below macro-slip."""
-
-    mass: float = 1.8  # [kg]
-    frequency: float = 80.0  # with a stuck joint [Hz]
-    zeta: float = 0.003  # with a stuck joint
-    share: float = 0.05  # of the joint in the stiffness
-    slip: float = 2e-4  # displacement at macro-slip [m]
-
-    @property
-    def omega(self):
-        return 2.0 * np.pi * self.frequency
-
-    @property
-    def joint(self):
-        k = self.share * self.mass * self.omega**2
-        return rom.Iwan(force=0.58 * k * self.slip, stiffness=k, chi=0.0, beta=0.2)
-
-    @property
-    def structure(self):
-        spring = self.mass * self.omega**2 - self.joint.stiffness
-        damper = 2.0 * self.zeta * self.mass * self.omega
-        return rom.Structure([[self.mass]], [[spring]], [[damper]], contact=[0])
-
-    def stiffness(self, omega, x):
-        """Complex F / x at displacement amplitudes, by the describing functions of the sliders."""
-        limit, k = np.array(self.joint.elements(1).slider).T
-        c = np.minimum(limit / k / np.asarray(x)[..., np.newaxis], 1.0)
-        theta = np.arccos(1.0 - 2.0 * c)
-        N = k * (theta - 0.5 * np.sin(2.0 * theta) + 4j * c * (1.0 - c)) / np.pi
-        linear = self.mass * (self.omega**2 - omega**2 + 2j * self.zeta * self.omega * omega)
-        return linear - self.joint.stiffness + N.sum(axis=-1)
-
-    def damping(self, x):
-        """Damping ratio delta / omega of steady vibration at displacement amplitudes."""
-        natural = np.sqrt(self.stiffness(0.0, x).real / self.mass)
-        return self.stiffness(natural, x).imag / (2.0 * self.mass * natural**2)
-
-    def signals(self, excitation, duration, rng=None, noise=0.0):
-        """Force [N] and velocity [m/s], (samples,); noise relative to their largest values."""
-        times = np.arange(1, round(duration * RATE) + 1) / RATE
-        motion = full.integrate(self.structure, self.joint, excitation, times, steps_per_period=24)
-        made = excitation.at(times)[2][:, 0], motion.velocity[:, 0]
-        if rng is None:
-            return made
-        return [y + noise * np.abs(y).max() * rng.standard_normal(y.size) for y in made]
+def joint(share=0.05, sliders=30, beta=0.2):
+    """Return sliders of Iwan's uniform density, with a share of the stiffness of the mass."""
+    k = share * MASS * OMEGA**2 / (1.0 + beta)
+    reach = SLIP * np.append((np.arange(sliders) + 0.5) / sliders, 1.0)
+    each = np.append(np.full(sliders, k / sliders), beta * k)
+    return Sliders(tuple(each * reach), tuple(each))
 
 
-def excitation(start, frequency, rate, amplitude, phase=None):
-    """A force with a frequency [Hz] and rate [Hz/s] and an amplitude [N] in each segment."""
-    start = np.asarray(start, float)
-    ones = np.ones((start.size, 1))
-
-    def column(values):
-        return np.asarray(values, float).reshape(-1, 1) * ones
-
-    return full.Excitation(
-        np.ones((1, 1)),
-        start,
-        column(amplitude),
-        0.0 * ones,
-        2.0 * np.pi * column(frequency),
-        2.0 * np.pi * column(rate),
-        column(0.0 if phase is None else phase),
-        0.0 * ones,
+def stiffness(omega, x, law):
+    """Return the complex F / x at a displacement amplitude."""
+    N = sum(
+        jenkins_first_harmonic(x, limit, k)
+        for limit, k in zip(law.limits, law.stiffnesses, strict=True)
     )
+    return MASS * (OMEGA**2 - omega**2 + 2j * ZETA * OMEGA * omega) - law.stuck + N / x
 
 
-def sweep(first, last, rate, amplitude):
-    """Excitation and duration of a sweep between frequencies [Hz] at a rate [Hz/s]."""
-    duration = abs(last - first) / rate
-    return excitation([0.0], [first], [np.sign(last - first) * rate], [amplitude]), duration
+def damping(x, law):
+    """Return the damping ratio of steady vibration at a displacement amplitude."""
+    natural = np.sqrt(stiffness(0.0, x, law).real / MASS)
+    return stiffness(natural, x, law).imag / (2.0 * MASS * natural**2)
+
+
+def driven(start, frequency, rate, force, duration, law=None):
+    """Return force and velocity (samples,) of segments with complex forces [N], from rest.
+
+    Frequencies [Hz] are those at the start of each segment, and change by `rate` [Hz/s]. The
+    phase is continuous.
+    """
+    law = joint() if law is None else law
+    start, frequency, force = (np.atleast_1d(each) for each in (start, frequency, force))
+    length = np.diff(start)
+    before = np.append(0.0, np.cumsum((frequency[:-1] + 0.5 * rate * length) * length))
+
+    def signal(t):
+        k = np.searchsorted(start, t, "right") - 1
+        tau = t - start[k]
+        turns = before[k] + (frequency[k] + 0.5 * rate * tau) * tau
+        return (force[k] * np.exp(2j * np.pi * turns)).real[:, np.newaxis]
+
+    spring = [[MASS * OMEGA**2 - law.stuck]]
+    damper = [[2.0 * ZETA * MASS * OMEGA]]
+    one = np.ones((1, 1))
+    system = System(MASS * one, np.array(damper), np.array(spring), one, [law])
+    samples = round(duration * RATE)
+    motion = integrate(system, one, signal, samples / RATE, 8 * samples, every=8)
+    return signal(motion.t)[:, 0], motion.v[:, 0]
+
+
+def sweep(first, last, rate, amplitude, law=None):
+    """Return force and velocity of a sweep between frequencies [Hz] at a rate [Hz/s]."""
+    rate = np.sign(last - first) * rate
+    return driven(0.0, first, rate, amplitude, (last - first) / rate, law)
 
 
 def steps(frequencies, dwell, amplitude):
-    """Excitation and duration of a stepped sine."""
+    """Return force and velocity of a stepped sine."""
     start = dwell * np.arange(len(frequencies))
-    return excitation(start, frequencies, 0.0, amplitude), dwell * len(frequencies)
-
-
-def controlled_sweep(oscillator, first, last, rate, x):
-    """Excitation and duration of a sweep whose force keeps the displacement amplitude at x [m].
-
-    Amplitude and phase of the force are adjusted every 0.1 s.
-    """
-    duration = abs(last - first) / rate
-    start = np.arange(0.0, duration, 0.1)
-    frequency = first + (last - first) / duration * start
-    omega = 2.0 * np.pi * (frequency + 0.05 * (last - first) / duration)
-    force = np.array([oscillator.stiffness(each, x) * x for each in omega])
-    rates = (last - first) / duration
-    return excitation(start, frequency, rates, np.abs(force), np.angle(force)), duration
+    force = np.full(len(frequencies), amplitude)
+    return driven(start, frequencies, 0.0, force, dwell * len(frequencies))
