@@ -1,16 +1,18 @@
-"""Static states under bolts and centrifugal loads: closed forms, least energy, what vibrates."""
+"""Static equilibria under bolts and centrifugal loads: closed forms, least energy, vibration."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from elastic import cantilever
+from oracles.system import Frictional, System
+from oracles.time_integration import Integrator
 from scipy.optimize import minimize
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK, contact_states
 
+STUCK, SLIPPING, OPEN = 0, 1, 2
 MU, K_T, K_N = 0.3, 50.0, 80.0
 SURFACE = rom.FrictionalContact(MU, 0.0, K_T, K_N)
 
@@ -189,83 +191,86 @@ STATIC[[10, 13]] = 1.5, 2.0
 OMEGA = 9.0
 
 
-def shaken(law, force, static, start, times):
-    """Forced on top of a force that stays (one turn in 1e10 s)."""
-    structure = beam()
-    excitation = full.Excitation.harmonic(structure, (force, static), (OMEGA, 6e-10))
-    return full.integrate(structure, law, excitation, times, step=2e-3, start=start)
-
-
 def at_tip(axial, transverse):
     force = np.zeros(24)
     force[[cantilever.TIP - 1, cantilever.TIP]] = axial, transverse
     return force
 
 
-def at_rest(displacement):
-    return full.State(0.0, displacement, np.zeros(24))
+def loaded(law, force, static, Omega, t_end, steps, found=None):
+    """Motion under both forces by the oracle, from the equilibrium or from rest."""
+    body, gaps = beam(), np.broadcast_to(law.gap, 3)
+    k_t, k_n = law.tangential_stiffness, law.normal_stiffness
+    contacts = [Frictional(law.mu, 0.0, k_t, k_n, gap) for gap in gaps]
+    W = np.asarray(body.directions)
+    system = System(*map(np.asarray, (body.mass, body.damping, body.stiffness)), W, contacts)
+    inner = Integrator(system, np.column_stack((force, static)), t_end / steps)
+    if found is not None:
+        inner.z[:24], x = found.displacement, W.T @ found.displacement
+        inner.u[:] = np.tile([k_t, k_n], 3) * x - found.contact_force
+        inner.memory[:] = x[::2] - found.contact_force[::2] / k_t
+    t = np.linspace(0.0, t_end, steps + 1)
+    z, _ = inner.advance(np.column_stack((np.cos(Omega * t), np.ones(steps + 1))), 1)
+    return t[1:], z[:, :24]
 
 
-TIMES = np.linspace(0.0, 15.0, 301)
+def shaken(law, force, times):
+    excitation = full.Excitation.harmonic(beam(), (force,), (OMEGA,))
+    return full.integrate(beam(), law, excitation, times, step=2e-3)
 
 
-def test_the_state_stays_at_rest():
-    found = quiet(beam(), CLEARANCE, STATIC)
-    assert set(found.state) == {STUCK, OPEN}
-    start = at_rest(found.displacement)
-    still = shaken(CLEARANCE, 0.0 * STATIC, STATIC, start, TIMES)
-    size = np.abs(found.displacement).max()
-    assert np.abs(still.displacement - found.displacement).max() < 1e-9 * size
+@pytest.mark.oracle
+@pytest.mark.parametrize("mu", [0.4, 0.0])
+def test_the_equilibrium_stays_at_rest(mu):
+    law = replace(CLEARANCE, mu=mu)
+    found = quiet(beam(), law, STATIC)
+    assert set(found.state) == ({STUCK, OPEN} if mu else {SLIPPING, OPEN})
+    _, x = loaded(law, 0.0 * STATIC, STATIC, OMEGA, 15.0, 3000, found)
+    assert np.abs(x - found.displacement).max() < 1e-9 * np.abs(found.displacement).max()
 
 
+@pytest.mark.oracle
 def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns():
     """Contacts slip, open and touch down; the load pulls across, so friction holds none of it."""
     found = quiet(beam(), CLEARANCE, STATIC)
     assert not found.tangential_share.any()
-    force, nothing = at_tip(18.0, 0.6), np.zeros(24)
-    loaded = shaken(CLEARANCE, force, STATIC, at_rest(found.displacement), TIMES)
-    about = shaken(found.law, force, nothing, at_rest(nothing), TIMES)
-    moved = np.abs(about.displacement).max()
-    assert (
-        np.abs(loaded.displacement - found.displacement - about.displacement).max() < 1e-6 * moved
-    )
-    elements = found.law.elements(6)
-    states = contact_states(elements, about.contact_displacement, about.contact_force)
-    assert states.shares().min() > 0.04
+    force = at_tip(18.0, 0.6)
+    t, x = loaded(CLEARANCE, force, STATIC, OMEGA, 15.0, 15000, found)
+    about = shaken(found.law, force, t[::50])
+    off = x[::50] - found.displacement - about.displacement
+    assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about.displacement)
+    normal = about.contact_force[:, 1::2] + found.law.preload
+    assert np.all((normal <= 0.0).any(axis=0) & (normal > 0.0).any(axis=0))
 
 
 def test_steady_motion_under_constant_normal_forces_forgets_what_friction_holds_at_rest():
-    """All but a constant displacement; along the beam, where normal forces stay."""
-    static = STATIC + at_tip(3.0, 0.0)
+    """All but a constant displacement: the contacts shake down along the beam."""
+    static, force = STATIC + at_tip(3.0, 0.0), at_tip(200.0, 0.0)
     with pytest.warns(rom.ValidityWarning, match=r"force at contact \d is \d+ % of its friction"):
         found = rom.preload(beam(), CLEARANCE, static)
     assert found.tangential_share.max() > 0.2
-    nothing, force = np.zeros(24), at_tip(200.0, 0.0)
-    period = 2.0 * np.pi / OMEGA
-    times = 60.0 * period + period / 32.0 * np.arange(32)
-    loaded = shaken(CLEARANCE, force, static, at_rest(found.displacement), times).displacement
-    about = shaken(found.law, force, nothing, at_rest(nothing), times).displacement
-    np.testing.assert_allclose(loaded - loaded.mean(axis=0), about - about.mean(axis=0), atol=1e-9)
-    assert np.abs(loaded.mean(axis=0) - found.displacement).max() > 1e-4
-    loose = replace(found.law, mu=0.0)
-    frictionless = shaken(loose, force, nothing, at_rest(nothing), times).displacement
-    assert np.abs(about - frictionless).max() > 1e-3
+    period, steps = 2.0 * np.pi / OMEGA, 61 * 512
+    t, x = loaded(CLEARANCE, force, static, OMEGA, 61 * period, steps, found)
+    last = np.arange(60 * 512 - 1, steps - 1, 16)
+    about = shaken(found.law, force, t[last]).displacement
+    off = x[last] - x[last].mean(axis=0) - about + about.mean(axis=0)
+    assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about)
+    assert np.abs(x[last].mean(axis=0) - found.displacement).max() > 1e-4
 
 
-def test_the_slow_flow_about_it_is_full_order_with_the_static_force():
+@pytest.mark.oracle
+def test_the_slow_flow_about_it_is_the_loaded_structure():
     """One mode across the beam: a contact that is open at rest touches down, another lifts off."""
     law = rom.FrictionalContact(0.4, 0.0, 15.0, 20.0, gap=(0.0, 0.0, 0.3))
-    structure, force = beam(), at_tip(0.0, 0.3)
-    found = quiet(structure, law, STATIC)
-    Omega = 0.98 * rom.reduce(structure, (0,), law=found.law).frequency
-    reduced = rom.reduce(structure, (0,), law=found.law, carrier=Omega, force_patterns=(force,))
-    excitation = full.Excitation.harmonic(structure, (force, STATIC), (Omega[0], 6e-10))
-    times = 2.0 * np.pi / Omega[0] * (200.0 + np.arange(256) / 32.0)
-    rest, mode = at_rest(found.displacement), reduced.mode_shapes.T @ structure.mass
-    motion = full.integrate(structure, law, excitation, times, step=2e-3, start=rest, outputs=mode)
-    states = contact_states(law.elements(6), motion.contact_displacement, motion.contact_force)
-    np.testing.assert_allclose(states.shares()[1:, OPEN], [0.03, 0.78], atol=0.02)
-    reference = np.mean(motion.displacement[:, 0] * np.exp(-1j * Omega[0] * times))
+    force, found = at_tip(0.0, 0.3), quiet(beam(), law, STATIC)
+    Omega = 0.98 * rom.reduce(beam(), (0,), law=found.law).frequency
+    reduced = rom.reduce(beam(), (0,), law=found.law, carrier=Omega, force_patterns=(force,))
+    periods, steps = 208, 256
+    t_end = 2.0 * np.pi / Omega[0] * periods
+    t, x = loaded(law, force, STATIC, Omega[0], t_end, periods * steps)
+    last = slice(-8 * steps, None)
+    mode = x[last] @ beam().mass @ reduced.mode_shapes[:, 0]
+    reference = np.mean(mode * np.exp(-1j * Omega[0] * t[last]))
     model = rom.tabulate(reduced, found.law, (0.06,), tolerance=1e-3)
     assert rom.steady(model, Omega, (force,))[0] == pytest.approx(reference, rel=2e-3)
 
