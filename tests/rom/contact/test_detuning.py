@@ -99,12 +99,3 @@ def test_the_error_of_forcing_off_the_carrier_is_stated_and_warned_of():
     assert alone.accuracy.detuning is None
     with pytest.warns(rom.ValidityWarning, match="^frequency is up to 0.1 % .* not known. Tab"):
         rom.steady(alone, 0.999 * reduced.carrier, force)
-
-
-@pytest.mark.quick
-@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
-def test_contacts_that_only_stick_have_nothing_to_state():
-    reduced = rom.reduce(rom.two_mass(beta=0.02), (0,))
-    model = rom.tabulate(reduced, rom.Coulomb(1e6), (4.0,), 1e-3)
-    assert model.accuracy.detuning < 1e-3
-    assert not model.detuning_findings(0.95 * reduced.carrier)

@@ -212,31 +212,6 @@ def test_small_motion_sees_a_viscous_damper(alpha, size):
 
 
 @pytest.mark.oracle
-def test_creep_below_the_threshold_damps_in_proportion_to_alpha():
-    reduced, alpha = rom.reduce(rom.two_mass(), formulation="paper"), 1e-3
-    k = np.diag(np.abs(reduced.coupling))
-    problem = ContactProblem.of(reduced, rom.Tanh(LIMIT, alpha)).on(Discretisation(256, 4), 1e-8)
-    Q = problem.solve([(0.01, 0.003)]).Q[0]
-    # neglected: (alpha K / omega mu N)^2 = 1e-4, 1.4e-4
-    np.testing.assert_allclose(Q.imag, -(k**2) * alpha / (reduced.frequency * LIMIT), rtol=2e-4)
-
-
-@pytest.mark.oracle
-def test_contacts_without_friction_leave_the_linear_response():
-    """S_j = L_j^T (K + i nu C - nu^2 M - H)^-1 L_j, with the response of the other mode in H."""
-    reduced = rom.reduce(rom.two_mass(beta=0.05))
-    problem = ContactProblem.of(reduced, rom.Coulomb(0.0)).on(Discretisation(2048, 8), 1e-9)
-    found = problem.solve([[1.0, 0.5]]).Q[0]
-    for j, nu in enumerate(reduced.carrier):
-        L, other = reduced.coupling[j], 1 - j
-        B, D = reduced.modal_coupling(nu)[other], reduced.modal_stiffness(nu)[other, other]
-        Z = reduced.stiffness + 1j * nu * reduced.damping - np.outer(B, B) / D
-        Z = Z - nu**2 * (reduced.mass + reduced.carried_mass)
-        exact = L @ np.linalg.solve(Z, L) - reduced.indirect_damping[j]
-        assert found[j] == pytest.approx(exact, rel=1e-4)
-
-
-@pytest.mark.oracle
 @pytest.mark.parametrize("chi", [-0.2, -0.5, -0.8])
 def test_sliders_of_an_iwan_joint_lose_the_energy_of_its_distribution(chi):
     """The integral of 4 R phi^(chi + 1) (X - phi) over 0 to X < macro-slip (Segalman 2005)."""

@@ -170,17 +170,6 @@ def test_motion_is_the_same_alone_after_others_and_from_any_guess(law):
         np.testing.assert_allclose(S, together.S, atol=1e-5 * size)
 
 
-@pytest.mark.parametrize("modes", [(0,), (0, 1)])
-def test_half_a_period_of_sliders_tells_the_other_half(modes):
-    """An even harmonic, which they do not have, makes the product march whole periods."""
-    reduced, points = on_beam(SLIDER, modes), ON_BEAM[:, : len(modes)]
-    half, whole = (
-        solved(reduced, SLIDER, (64, 16), points, 1e-7, higher_orders=orders).S
-        for orders in ([], [(2, 0)])
-    )
-    np.testing.assert_allclose(half, whole, atol=1e-5 * np.abs(whole).max())
-
-
 def test_motion_that_drifts_on_few_phase_lines_is_solved_on_more():
     """A contact that slips where both modes are at their peaks only."""
     reduced = two_mode(beta=0.0135, k_c1=23.5, k_c2=12.0, k_p=1.1)
