@@ -1,5 +1,7 @@
 """Friction tables against closed forms: sliders that hardly act on the motion of their mode."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from oracles.closed_forms import jenkins_dissipation, jenkins_first_harmonic
@@ -15,13 +17,13 @@ ENDS = (4.0, 2.0)  # largest amplitudes
 CARRIER = (1.0, 1.618)
 
 
-def weak(modes, tolerance=1e-3, scale=1.0, ends=ENDS):
+@cache
+def weak(modes, tolerance=1e-3):
     """A model whose mode j moves contact j alone."""
     n = len(modes)
     structure = rom.Structure(np.eye(n), np.diag(np.square(CARRIER[:n])), 0.0, contact=np.eye(n))
-    law = rom.Jenkins(scale * LIMITS[:n], STIFFNESSES[:n])
-    reduced = rom.reduce(structure, modes, law=law)
-    return rom.tabulate(reduced, law, ends[:n], tolerance)
+    law = rom.Jenkins(LIMITS[:n], STIFFNESSES[:n])
+    return rom.tabulate(rom.reduce(structure, modes, law=law), law, ENDS[:n], tolerance)
 
 
 def exact(a):
@@ -46,7 +48,7 @@ def drawn(modes, count=300):
 
 
 @pytest.mark.parametrize(
-    ("modes", "tolerance"), [((0,), 1e-2), ((0,), 1e-4), ((0, 1), 1e-2), ((0, 1), 2e-3)]
+    ("modes", "tolerance"), [((0,), 1e-2), ((0,), 1e-4), ((0, 1), 1e-2), ((0, 1), 4e-3)]
 )
 def test_the_true_error_is_below_the_stated_one_and_this_below_the_tolerance(modes, tolerance):
     model, points = weak(modes, tolerance), drawn(modes)
@@ -60,22 +62,27 @@ def test_the_true_error_is_below_the_stated_one_and_this_below_the_tolerance(mod
 
 
 def test_slopes_at_the_nodes_are_those_of_the_closed_form():
-    table, h = weak((0,), 1e-4).table, 1e-6
-    node = table.node_a[1:-1, np.newaxis]
-    slope = (exact(node + h) - exact(node - h))[:, 0] / (2.0 * h)
-    found = table.values[1:-1, 0, 1].copy().view(complex)[:, 0]
-    np.testing.assert_allclose(found, slope, rtol=0, atol=0.02 * np.abs(slope).max())
+    """Of a cell of width h, an error e of a slope changes the surface by 4 / 27 h e."""
+    model, step = weak((0,), 1e-4), 1e-6
+    node = model.table.node_a
+    inner = node[1:-1, np.newaxis]
+    slope = (exact(inner + step) - exact(inner - step))[:, 0] / (2.0 * step)
+    found = model.table.values[1:-1, 0, 1].copy().view(complex)[:, 0]
+    h = np.minimum(np.diff(node)[1:], np.diff(node)[:-1])
+    scale = np.maximum(np.abs(exact(inner)[:, 0]), 1e-2 * np.abs(exact([ENDS])[0, 0]))
+    assert np.all(np.abs(found - slope) * h * 4.0 / 27.0 <= 2.0 * model.accuracy.total * scale)
 
 
 def test_powers_of_the_table_are_what_sliders_dissipate():
-    table, points = weak((0, 1), 2e-3).table, drawn((0, 1))
+    model, points = weak((0, 1), 4e-3), drawn((0, 1))
+    most = 2.0 * model.accuracy.total * np.abs(exact([ENDS])[0]) * ENDS @ CARRIER
     lost = sum(
         Omega / (2.0 * np.pi) * np.array([jenkins_dissipation(2 * a, mu_N, k) for a in column])
         for Omega, column, mu_N, k in zip(CARRIER, points.T, LIMITS, STIFFNESSES, strict=True)
     )
-    leaving = -2.0 * (points * table(points).imag) @ CARRIER
-    np.testing.assert_allclose(leaving, lost, rtol=0, atol=4e-3 * lost.max())
-    np.testing.assert_allclose(table.terms(points)[:, -1].real, 0.0, atol=4e-3 * lost.max())
+    leaving = -2.0 * (points * model.table(points).imag) @ CARRIER
+    np.testing.assert_allclose(leaving, lost, rtol=0, atol=most)
+    np.testing.assert_allclose(model.table.terms(points)[:, -1].real, 0.0, atol=most)
 
 
 def test_the_rate_correction_is_that_of_the_play_operator():

@@ -126,18 +126,6 @@ def test_a_flipped_byte_anywhere_is_noticed_or_harmless(small_model, saved):
     assert noticed > 200
 
 
-BROKEN = [b"", b"no archive\nat all", b"PK\x03\x04", b"\x93NUMPY"]
-
-
-@pytest.mark.parametrize("content", [*BROKEN, 0.1, 0.5, 0.9, 0.999])
-def test_what_is_no_archive_or_a_part_of_one_is_refused(saved, content):
-    if isinstance(content, float):
-        whole = saved.read_bytes()
-        content = whole[: int(content * len(whole))]
-    saved.write_bytes(content)
-    assert "not a readable model file" in refusal_of(saved)
-
-
 def rewritten(path, **changed):
     """The same archive with other entries; None leaves one out."""
     with np.load(path) as archive:
@@ -153,15 +141,13 @@ def with_header(path, old, new):
     rewritten(path, header=np.array(header.replace(old, new)))
 
 
-def test_another_format_is_refused_with_what_to_do(saved):
+def test_another_format_and_changed_entries_are_refused(saved):
+    content = saved.read_bytes()
     with np.load(saved) as archive:
         number = str(archive["header"]).split('"format": ')[1].split(",")[0]
     with_header(saved, f'"format": {number}', '"format": 999')
     assert "tabulate the model again" in refusal_of(saved)
-
-
-def test_changed_entries_are_refused(saved):
-    content = saved.read_bytes()
+    saved.write_bytes(content)
     with_header(saved, '"alpha": 0.1', '"alpha": 0.2')
     assert "damaged" in refusal_of(saved)
     saved.write_bytes(content)
@@ -172,24 +158,25 @@ def test_changed_entries_are_refused(saved):
     assert "damaged" in refusal_of(saved)
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [
-        *({entry: None} for entry in ("header", "node_a", "values", "stiffness")),
-        *({"header": np.array(text)} for text in ("", "{}", "null", "not json")),
-    ],
-)
-def test_entries_that_are_missing_or_no_header_are_refused(saved, changed):
-    rewritten(saved, **changed)
-    refusal_of(saved)
+BROKEN = [b"", b"no archive\nat all", b"PK\x03\x04", b"\x93NUMPY", 0.1, 0.5, 0.9, 0.999]
+MISSING = [{entry: None} for entry in ("header", "node_a", "values", "stiffness")]
+HEADERS = [{"header": np.array(text)} for text in ("", "{}", "null", "not json")]
 
 
-def test_a_missing_file_and_a_folder_are_refused(tmp_path):
+@pytest.mark.parametrize("damage", [*BROKEN, *MISSING, *HEADERS])
+def test_what_is_no_archive_a_part_of_one_or_without_an_entry_is_refused(saved, damage):
+    if isinstance(damage, dict):
+        rewritten(saved, **damage)
+        refusal_of(saved)
+        return
+    whole = saved.read_bytes()
+    saved.write_bytes(whole[: int(damage * len(whole))] if isinstance(damage, float) else damage)
+    assert "not a readable model file" in refusal_of(saved)
+
+
+def test_files_that_are_not_there_or_cannot_be_written_are_refused(small_model, tmp_path):
     assert "no such model file" in refusal_of(tmp_path / "absent.rom")
     refusal_of(tmp_path)
-
-
-def test_saving_where_nothing_can_be_written_leaves_nothing_behind(small_model, tmp_path):
     with pytest.raises(OSError):
         small_model.save(tmp_path / "absent" / "model.rom")
     assert not any(tmp_path.iterdir())

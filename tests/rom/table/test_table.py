@@ -31,7 +31,7 @@ def coarse_model(request):
 @pytest.mark.oracle
 @pytest.mark.quick
 def test_slopes_and_twist_of_the_nodes_are_those_of_the_surface_by_differences(two_mode_model):
-    table, h = two_mode_model.table, 1e-4
+    table, h = two_mode_model.table, 1e-5
     k, m = 5, 7  # a node inside
     a, b = table.node_a[k], table.node_b[m]
     steps = np.array([[[a + h * i, b + h * j] for j in (-1, 0, 1)] for i in (-1, 0, 1)])
@@ -147,11 +147,8 @@ def test_a_tolerance_out_of_reach_is_refused_with_one_that_is_not(law):
         tabulate(ALONE, law, (4.0,), 1e-6)
     advised = float(str(refusal.value).split("a tolerance of ")[1].split()[0])
     assert tabulate(ALONE, law, (4.0,), advised).accuracy.interpolation < advised < 1e-4
-
-
-def test_a_table_that_does_not_fit_its_budget_is_refused():
     with pytest.raises(SlipmodeError, match=r"^budget: .* a tolerance of "):
-        tabulate(BOTH, Tanh(LIMIT, 0.02), RANGE, 1e-4, budget=0.02)
+        tabulate(ALONE, law, (4.0,), advised, budget=1e-6)
 
 
 @pytest.mark.slow
