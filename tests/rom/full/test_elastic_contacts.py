@@ -147,14 +147,14 @@ def test_a_free_structure_with_two_laws_agrees_with_the_oracle_to_second_order()
         return np.cos(np.outer(t, [0.98, 1.65]) + np.array([0.3, -1.0]))
 
     exact, rough = (
-        integrate(system, columns, signals, t_end, 200 * each, each) for each in (400, 200)
+        integrate(system, columns, signals, t_end, 200 * each, each) for each in (1600, 800)
     )
     own = np.linalg.norm(exact.x - rough.x)
     steps, errors = 0.08 / 2.0 ** np.arange(4), []
     for step in steps:
         motion = full.integrate(structure, MIXED, chain_excitation(structure), exact.t, step=step)
         errors.append(np.linalg.norm(motion.displacement - exact.x))
-    assert own < 1e-4 * np.linalg.norm(exact.x)
+    assert own < 3e-4 * np.linalg.norm(exact.x)
     assert errors[-1] < 1e-3 * np.linalg.norm(exact.x)
     assert 1.7 < np.polyfit(np.log(steps), np.log(errors), 1)[0] < 2.7
     normal, tangential = 0.1 + motion.contact_force[:, 2], np.abs(motion.contact_force[:, 1])
@@ -185,7 +185,7 @@ def test_end_state_continues_the_motion():
 
 REFUSED = [
     (
-        {"start": full.State(0.0, *np.zeros((2, 6)), np.zeros(2))},
+        {"start": full.State(0.0, *np.zeros((2, 6)), contact_memory=np.zeros(2))},
         r"start\.contact_memory: must be 4",
     ),
     ({"law": Contacts([(Jenkins(1.0, 1.0), (0, 1))])}, "every contact DOF, 0 to 2"),

@@ -47,10 +47,12 @@ def check(reduced, law, amplitude, tolerance, onset=None, within=1.0, highest=15
     )
     reduced, accuracy, points = model.reduced, model.accuracy, drawn(limit, onset)
     problem = ContactProblem.of(reduced, law, model.combinations, highest)
-    grid = Discretisation(2 * accuracy.steps, 32 if limit.size == 2 else 1)
-    torus = problem.on(grid, 0.1 * tolerance, 1e-3 * limit)
+    few = limit.size == 1
+    grid = Discretisation((4 if few else 2) * accuracy.steps, 1 if few else 32)
+    march = (1e-3 if few else 0.1) * tolerance
+    torus = problem.on(grid, march, 1e-3 * limit)
     terms = torus.on_more_lines(torus.solve(points))
-    known = terms.residual <= 0.1 * tolerance
+    known = terms.residual <= march
     assert known.mean() > 0.9
     loss = reduced.modal_damping * reduced.carrier
     largest = np.abs(model.table.nodes()[..., : limit.size]).max(axis=(0, 1))
