@@ -21,8 +21,6 @@
 # make bench-pyharm  set up .venv with pyHarm-os and compare a bladed disk with its harmonic balance
 # make bench-full  set up .venv and compare full order with a hand-written Newmark, and slow runs
 #              with full order. SCENES="two-mode mine.toml": slow runs of these alone
-# make family  set up .venv and compare steady states of 60 drawn structures with full order
-# make family-rest  set up .venv and compare their runs from rest with full order, with a picture
 # make bench-errors  set up .venv and compare stated errors with true ones on drawn structures.
 #              STRUCTURES=60 KINDS="direct near table wave" replace 8 and all
 # make docs    set up .venv and build the documentation into build/docs
@@ -47,7 +45,7 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER =
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
-.PHONY: run fmu report paper family family-rest bench-table bench-recordings bench-scale bench-disk \
+.PHONY: run fmu report paper bench-table bench-recordings bench-scale bench-disk \
 	bench-errors bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
 	wheels quick test test-all lint clean
 
@@ -66,12 +64,6 @@ paper: $(VENV)/.installed-benchmarks
 bench-table: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.contact_solves
 	$(BIN)/python -m benchmarks.break_even $(TOLERANCE) $(CONTACTS)
-
-family: $(VENV)/.installed
-	PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_report.py
-
-family-rest: $(VENV)/.installed-benchmarks
-	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests/support $(BIN)/python tests/support/elastic/family_rest.py
 
 bench-errors: $(VENV)/.installed
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:tests/support $(BIN)/python -m evidence.stated_errors $(STRUCTURES) $(KINDS)

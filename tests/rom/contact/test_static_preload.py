@@ -1,16 +1,17 @@
-"""Static states under bolts and centrifugal loads: closed forms, least energy, what vibrates."""
+"""Static equilibria under bolts and centrifugal loads: closed forms, least energy, vibration."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from elastic import cantilever
-from scipy.optimize import minimize
+from oracles.system import Frictional, System
+from oracles.time_integration import Integrator
 
 from slipmode import rom
 from slipmode.rom import full
-from slipmode.rom.laws.states import OPEN, SLIPPING, STUCK, contact_states
 
+STUCK, SLIPPING, OPEN = 0, 1, 2
 MU, K_T, K_N = 0.3, 50.0, 80.0
 SURFACE = rom.FrictionalContact(MU, 0.0, K_T, K_N)
 
@@ -28,6 +29,7 @@ def quiet(structure, law, force):
 # Closed forms
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("gap", [0.0, 0.25])
 def test_a_mass_pressed_on_its_contact(gap):
     found = quiet(block(), replace(SURFACE, gap=gap), {1: 5.0})
@@ -39,28 +41,20 @@ def test_a_mass_pressed_on_its_contact(gap):
     assert found.law == replace(SURFACE, preload=(found.normal_force[0],), gap=(0.0,))
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize(("push", "slips"), [(2.0, False), (20.0, True)])
-@pytest.mark.parametrize("angle", [None, 0.6])
-def test_a_block_pressed_and_pushed(push, slips, angle):
-    """In one tangential direction, or in two at an angle: on the disk."""
-    tangents = 1 if angle is None else 2
-    law = replace(SURFACE, tangents=tangents)
-    directions = np.eye(4)[:, : tangents + 1]
-    body = rom.Structure(np.eye(4), 10.0 * np.eye(4), contact=directions)
-    along = np.array([1.0] if angle is None else [np.cos(angle), np.sin(angle)])
-    found = quiet(
-        body, law, np.append(push * along, np.zeros(4 - tangents)) + 9.0 * normal(tangents)
-    )
+@pytest.mark.parametrize("along", [[1.0], [np.cos(0.6), np.sin(0.6)]], ids=["line", "plane"])
+def test_a_block_pressed_and_pushed(push, slips, along):
+    n, along = len(along), np.array(along)
+    body = rom.Structure(np.eye(4), 10.0 * np.eye(4), contact=np.eye(4)[:, : n + 1])
+    force = np.concatenate((push * along, [9.0], np.zeros(3 - n)))
+    found = quiet(body, replace(SURFACE, tangents=n), force)
     N = 9.0 * K_N / (10.0 + K_N)
     held = MU * N if slips else push * K_T / (10.0 + K_T)
     np.testing.assert_allclose(found.contact_force, [*(held * along), N], rtol=1e-9)
-    np.testing.assert_allclose(found.displacement[:tangents], (push - held) / 10.0 * along)
+    np.testing.assert_allclose(found.displacement[:n], (push - held) / 10.0 * along)
     assert found.state == [SLIPPING if slips else STUCK]
     np.testing.assert_allclose(found.tangential_share, held / (MU * N))
-
-
-def normal(tangents):
-    return np.eye(4)[tangents]
 
 
 def stack(half=0.5, held=0.0):
@@ -82,96 +76,59 @@ def bolt(place, tension):
     return tension * np.array([0.0, -1.0, -place, 0.0, 0.0, 1.0, place, 0.0])
 
 
+@pytest.mark.oracle
 @pytest.mark.parametrize("place", [0.0, 0.2, -0.45])
-def test_a_bolted_stack_that_floats(place):
-    """Nothing but its contacts, in balance: the bolt is shared by the law of the lever."""
+def test_a_bolted_stack_that_floats_shares_the_bolt_by_the_law_of_the_lever(place):
     structure = stack()
     found = quiet(structure, SURFACE, bolt(place, 7.0))
     np.testing.assert_allclose(found.normal_force, [3.5 - 7.0 * place, 3.5 + 7.0 * place])
     np.testing.assert_allclose(found.contact_force[::2], 0.0, atol=1e-12)
     momentum = structure.mass @ found.displacement
-    np.testing.assert_allclose(
-        [momentum[0] + momentum[4], momentum[1] + momentum[5]], 0.0, atol=1e-14
-    )
+    np.testing.assert_allclose(momentum[:2] + momentum[4:6], 0.0, atol=1e-14)
     reduced = rom.reduce(structure, (3, 4), law=found.law)
     assert np.all(reduced.frequency > 1.0)
-
-
-def test_a_bolt_beside_the_lap_lifts_one_end():
-    """Soft springs hold the bodies against turning, and the far end opens."""
-    structure = stack(held=0.5)
-    found = quiet(structure, SURFACE, bolt(0.8, 7.0))
-    np.testing.assert_array_equal(found.state, [OPEN, STUCK])
-    assert found.normal_force[0] == 0.0
-    assert found.normal_force[1] > 7.0
-    opened = structure.directions.T @ found.displacement
-    np.testing.assert_allclose(found.gap, [-opened[1], 0.0])
-    assert found.law == replace(
-        SURFACE, preload=(0.0, found.normal_force[1]), gap=(found.gap[0], 0.0)
-    )
-
-
-# Against least energy
-
-
-def test_a_beam_on_one_sided_springs_has_the_least_energy():
-    """Ten springs, gaps here and there, without friction; most of it lifts."""
-    K, M = cantilever.beam()
-    springs = np.arange(cantilever.ELEMENTS)
-    W = np.zeros((len(K), 2 * springs.size))
-    W[3 * springs, 2 * springs] = W[3 * springs + 1, 2 * springs + 1] = 1.0
-    gaps = 1e-3 * np.array([0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 5.0])
-    law = rom.FrictionalContact(0.0, 0.0, K_T, 3000.0, gap=gaps)
-    force = np.zeros(len(K))
-    force[[4, 13, cantilever.TIP]] = 2.0, -1.5, 0.8
-
-    def pressed(x):
-        return np.maximum(W[:, 1::2].T @ x - gaps, 0.0)
-
-    def energy(x):
-        return 0.5 * x @ K @ x - force @ x + 1500.0 * pressed(x) @ pressed(x)
-
-    def gradient(x):
-        return K @ x - force + 3000.0 * W[:, 1::2] @ pressed(x)
-
-    def hessian(x):
-        on = 3000.0 * (pressed(x) > 0.0)
-        return K + (W[:, 1::2] * on) @ W[:, 1::2].T
-
-    least = minimize(
-        energy,
-        np.zeros(len(K)),
-        method="trust-exact",
-        jac=gradient,
-        hess=hessian,
-        options={"gtol": 1e-10},
-    )
-    found = quiet(rom.Structure(M, K, contact=W), law, force)
-    assert 2 <= np.count_nonzero(found.state == OPEN) <= 6
-    np.testing.assert_allclose(found.displacement, least.x, atol=1e-8 * np.abs(least.x).max())
-    np.testing.assert_allclose(found.normal_force, 3000.0 * pressed(least.x), atol=1e-6)
-
-
-# What vibrates about it
-
-
-def test_a_state_without_further_force_is_itself():
-    found = quiet(stack(), SURFACE, bolt(0.2, 7.0))
-    again = quiet(stack(), found.law, np.zeros(8))
+    again = quiet(structure, found.law, np.zeros(8))
     assert again.law == found.law
     assert not again.displacement.any()
 
 
-def test_loads_add_up_where_friction_holds_nothing():
-    """The second on top of what the first has left."""
-    structure, law = stack(held=1.0), replace(SURFACE, mu=0.0, gap=(0.0, 1.0))
-    first, second = bolt(-0.3, 2.0), bolt(0.4, 7.0)
-    step = quiet(structure, law, first)
-    assert step.state[1] == OPEN
-    both, after = quiet(structure, law, first + second), quiet(structure, step.law, second)
-    np.testing.assert_allclose(after.displacement, both.displacement - step.displacement)
-    np.testing.assert_allclose(after.law.preload, both.law.preload)
-    assert both.law.gap == after.law.gap == (0.0, 0.0)
+def on_springs(mu, gaps):
+    """A cantilever on eight contacts, some with gaps, and a force along and across it."""
+    K, M = cantilever.beam()
+    law = rom.FrictionalContact(mu, 0.0, K_T, 3000.0, gap=np.array(gaps))
+    force = np.zeros(len(K))
+    force[[4, 13, cantilever.TIP, cantilever.TIP - 1]] = 2.0, -1.5, 0.8, 6.0
+    nodes = 3 * np.arange(8)
+    W = np.zeros((len(K), 16))
+    W[nodes, ::2] = W[nodes + 1, 1::2] = np.eye(8)
+    return rom.Structure(M, K, contact=W), law, force
+
+
+UNEVEN = 1e-3 * np.array([0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0, 5.0])
+LOADED = {
+    "frictionless": (*on_springs(0.0, UNEVEN), {OPEN, SLIPPING}),
+    "friction": (*on_springs(0.3, np.zeros(8)), {OPEN, SLIPPING}),
+    "beside the lap": (stack(held=0.5), SURFACE, bolt(0.8, 7.0), {OPEN, STUCK}),
+}
+
+
+@pytest.mark.oracle
+@pytest.mark.parametrize("name", LOADED)
+def test_forces_of_the_law_are_in_equilibrium(name):
+    """K x + W f = F, f by the law from rest; the law about it has its normal forces and gaps."""
+    structure, law, force, states = LOADED[name]
+    found, W = quiet(structure, law, force), structure.directions
+    x = (W.T @ found.displacement).reshape(-1, 2)
+    opening = np.broadcast_to(law.gap, len(x)) - x[:, 1]
+    N = law.normal_stiffness * np.maximum(-opening, 0.0)
+    f = np.clip(law.tangential_stiffness * x[:, 0], -law.mu * N, law.mu * N)
+    size = np.abs(force).max()
+    np.testing.assert_allclose(found.contact_force, np.ravel([f, N], "F"), atol=1e-8 * size)
+    left = structure.stiffness @ found.displacement + W @ np.ravel([f, N], "F") - force
+    assert np.abs(left).max() < 1e-8 * size
+    assert set(found.state) >= states
+    np.testing.assert_allclose(found.law.preload, N, atol=1e-8 * size)
+    np.testing.assert_allclose(found.law.gap, np.maximum(opening, 0.0), atol=1e-12)
 
 
 def beam():
@@ -189,83 +146,87 @@ STATIC[[10, 13]] = 1.5, 2.0
 OMEGA = 9.0
 
 
-def shaken(law, force, static, start, times):
-    """Forced on top of a force that stays (one turn in 1e10 s)."""
-    structure = beam()
-    excitation = full.Excitation.harmonic(structure, (force, static), (OMEGA, 6e-10))
-    return full.integrate(structure, law, excitation, times, step=2e-3, start=start)
-
-
 def at_tip(axial, transverse):
     force = np.zeros(24)
     force[[cantilever.TIP - 1, cantilever.TIP]] = axial, transverse
     return force
 
 
-def at_rest(displacement):
-    return full.State(0.0, displacement, np.zeros(24))
+def loaded(law, force, static, Omega, t_end, steps, found=None):
+    """Motion under both forces by the oracle, from the equilibrium or from rest."""
+    body, gaps = beam(), np.broadcast_to(law.gap, 3)
+    k_t, k_n = law.tangential_stiffness, law.normal_stiffness
+    contacts = [Frictional(law.mu, 0.0, k_t, k_n, gap) for gap in gaps]
+    W = np.asarray(body.directions)
+    system = System(*map(np.asarray, (body.mass, body.damping, body.stiffness)), W, contacts)
+    inner = Integrator(system, np.column_stack((force, static)), t_end / steps)
+    if found is not None:
+        inner.z[:24], x = found.displacement, W.T @ found.displacement
+        inner.u[:] = np.tile([k_t, k_n], 3) * x - found.contact_force
+        inner.memory[:] = x[::2] - found.contact_force[::2] / k_t
+    t = np.linspace(0.0, t_end, steps + 1)
+    z, _ = inner.advance(np.column_stack((np.cos(Omega * t), np.ones(steps + 1))), 1)
+    return t[1:], z[:, :24]
 
 
-TIMES = np.linspace(0.0, 15.0, 301)
+def shaken(law, force, times):
+    excitation = full.Excitation.harmonic(beam(), (force,), (OMEGA,))
+    return full.integrate(beam(), law, excitation, times, step=2e-3)
 
 
-def test_the_state_stays_at_rest():
-    found = quiet(beam(), CLEARANCE, STATIC)
-    assert set(found.state) == {STUCK, OPEN}
-    start = at_rest(found.displacement)
-    still = shaken(CLEARANCE, 0.0 * STATIC, STATIC, start, TIMES)
-    size = np.abs(found.displacement).max()
-    assert np.abs(still.displacement - found.displacement).max() < 1e-9 * size
+@pytest.mark.oracle
+@pytest.mark.parametrize("mu", [0.4, 0.0])
+def test_the_equilibrium_stays_at_rest(mu):
+    law = replace(CLEARANCE, mu=mu)
+    found = quiet(beam(), law, STATIC)
+    assert set(found.state) == ({STUCK, OPEN} if mu else {SLIPPING, OPEN})
+    _, x = loaded(law, 0.0 * STATIC, STATIC, OMEGA, 15.0, 3000, found)
+    assert np.abs(x - found.displacement).max() < 1e-9 * np.abs(found.displacement).max()
 
 
+@pytest.mark.oracle
 def test_what_vibrates_about_it_is_the_structure_with_the_law_it_returns():
     """Contacts slip, open and touch down; the load pulls across, so friction holds none of it."""
     found = quiet(beam(), CLEARANCE, STATIC)
     assert not found.tangential_share.any()
-    force, nothing = at_tip(18.0, 0.6), np.zeros(24)
-    loaded = shaken(CLEARANCE, force, STATIC, at_rest(found.displacement), TIMES)
-    about = shaken(found.law, force, nothing, at_rest(nothing), TIMES)
-    moved = np.abs(about.displacement).max()
-    assert (
-        np.abs(loaded.displacement - found.displacement - about.displacement).max() < 1e-6 * moved
-    )
-    elements = found.law.elements(6)
-    states = contact_states(elements, about.contact_displacement, about.contact_force)
-    assert states.shares().min() > 0.04
+    force = at_tip(18.0, 0.6)
+    t, x = loaded(CLEARANCE, force, STATIC, OMEGA, 15.0, 15000, found)
+    about = shaken(found.law, force, t[::50])
+    off = x[::50] - found.displacement - about.displacement
+    assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about.displacement)
+    normal = about.contact_force[:, 1::2] + found.law.preload
+    assert np.all((normal <= 0.0).any(axis=0) & (normal > 0.0).any(axis=0))
 
 
+@pytest.mark.oracle
 def test_steady_motion_under_constant_normal_forces_forgets_what_friction_holds_at_rest():
-    """All but a constant displacement; along the beam, where normal forces stay."""
-    static = STATIC + at_tip(3.0, 0.0)
+    """All but a constant displacement: the contacts shake down along the beam."""
+    static, force = STATIC + at_tip(3.0, 0.0), at_tip(200.0, 0.0)
     with pytest.warns(rom.ValidityWarning, match=r"force at contact \d is \d+ % of its friction"):
         found = rom.preload(beam(), CLEARANCE, static)
     assert found.tangential_share.max() > 0.2
-    nothing, force = np.zeros(24), at_tip(200.0, 0.0)
-    period = 2.0 * np.pi / OMEGA
-    times = 60.0 * period + period / 32.0 * np.arange(32)
-    loaded = shaken(CLEARANCE, force, static, at_rest(found.displacement), times).displacement
-    about = shaken(found.law, force, nothing, at_rest(nothing), times).displacement
-    np.testing.assert_allclose(loaded - loaded.mean(axis=0), about - about.mean(axis=0), atol=1e-9)
-    assert np.abs(loaded.mean(axis=0) - found.displacement).max() > 1e-4
-    loose = replace(found.law, mu=0.0)
-    frictionless = shaken(loose, force, nothing, at_rest(nothing), times).displacement
-    assert np.abs(about - frictionless).max() > 1e-3
+    period, steps = 2.0 * np.pi / OMEGA, 61 * 512
+    t, x = loaded(CLEARANCE, force, static, OMEGA, 61 * period, steps, found)
+    last = np.arange(60 * 512 - 1, steps - 1, 16)
+    about = shaken(found.law, force, t[last]).displacement
+    off = x[last] - x[last].mean(axis=0) - about + about.mean(axis=0)
+    assert np.linalg.norm(off) < 1e-3 * np.linalg.norm(about)
+    assert np.abs(x[last].mean(axis=0) - found.displacement).max() > 1e-4
 
 
-def test_the_slow_flow_about_it_is_full_order_with_the_static_force():
+@pytest.mark.oracle
+def test_the_slow_flow_about_it_is_the_loaded_structure():
     """One mode across the beam: a contact that is open at rest touches down, another lifts off."""
     law = rom.FrictionalContact(0.4, 0.0, 15.0, 20.0, gap=(0.0, 0.0, 0.3))
-    structure, force = beam(), at_tip(0.0, 0.3)
-    found = quiet(structure, law, STATIC)
-    Omega = 0.98 * rom.reduce(structure, (0,), law=found.law).frequency
-    reduced = rom.reduce(structure, (0,), law=found.law, carrier=Omega, force_patterns=(force,))
-    excitation = full.Excitation.harmonic(structure, (force, STATIC), (Omega[0], 6e-10))
-    times = 2.0 * np.pi / Omega[0] * (200.0 + np.arange(256) / 32.0)
-    rest, mode = at_rest(found.displacement), reduced.mode_shapes.T @ structure.mass
-    motion = full.integrate(structure, law, excitation, times, step=2e-3, start=rest, outputs=mode)
-    states = contact_states(law.elements(6), motion.contact_displacement, motion.contact_force)
-    np.testing.assert_allclose(states.shares()[1:, OPEN], [0.03, 0.78], atol=0.02)
-    reference = np.mean(motion.displacement[:, 0] * np.exp(-1j * Omega[0] * times))
+    force, found = at_tip(0.0, 0.3), quiet(beam(), law, STATIC)
+    Omega = 0.98 * rom.reduce(beam(), (0,), law=found.law).frequency
+    reduced = rom.reduce(beam(), (0,), law=found.law, carrier=Omega, force_patterns=(force,))
+    periods, steps = 208, 256
+    t_end = 2.0 * np.pi / Omega[0] * periods
+    t, x = loaded(law, force, STATIC, Omega[0], t_end, periods * steps)
+    last = slice(-8 * steps, None)
+    mode = x[last] @ beam().mass @ reduced.mode_shapes[:, 0]
+    reference = np.mean(mode * np.exp(-1j * Omega[0] * t[last]))
     model = rom.tabulate(reduced, found.law, (0.06,), tolerance=1e-3)
     assert rom.steady(model, Omega, (force,))[0] == pytest.approx(reference, rel=2e-3)
 
@@ -279,14 +240,10 @@ REFUSED = [
     (block(), rom.Jenkins(1.0, 2.0), {1: 1.0}, "law: has no normal direction for a s"),
     (block(), rom.Tanh(1.0, 0.1), {1: 1.0}, "law: must be rom.FrictionalContact, or rom.Con"),
     (block(), SURFACE, {7: 1.0}, "static_force: DOF 7 is out of range, allowed: 0 to 2"),
-    (block(), SURFACE, [1.0, 2.0], "static_force: must be 3 finite numbers"),
     (block(), SURFACE, [1.0, np.nan, 2.0], "static_force: must be 3 finite numbers"),
     (block(), SURFACE, {1: -1.0}, "static_force: all contacts are open under this force; "),
-    (block(), GAPS, {1: 1.0}, "static_force: all contacts are open under this force; "),
     (stack(), SURFACE, -bolt(0.0, 1.0), "static_force: no equilibrium was found"),
-    (stack(), SURFACE, bolt(0.8, 1.0), "static_force: no equilibrium was found"),
     (stack(), SURFACE, {1: 1.0}, "static_force: excites a rigid-body mode"),
-    (stack(), SURFACE, bolt(0.0, 1.0) + PULLED_ASIDE, "static_force: no equilibrium was found"),
 ]
 
 

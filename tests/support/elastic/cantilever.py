@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+from elastic.frictional_beam import matrices
 from scipy.linalg import eigh
 
 from slipmode import rom
@@ -32,19 +33,7 @@ LAWS = {
 
 def beam():
     """Stiffness and mass of the planar cantilever: u, v, rotation of each free node."""
-    h, n = 1.0 / ELEMENTS, 3 * ELEMENTS + 3
-    K, M = np.zeros((n, n)), np.zeros((n, n))
-    bending = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h]]
-    bending += [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
-    inertia = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h]]
-    inertia += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]]
-    for e in range(ELEMENTS):
-        b, a = np.ix_(*2 * [[3 * e + k for k in (1, 2, 4, 5)]]), np.ix_(*2 * [[3 * e, 3 * e + 3]])
-        K[b] += np.array(bending) / h**3
-        M[b] += np.array(inertia) * h / 420
-        K[a] += 400.0 / h * np.array([[1, -1], [-1, 1]])
-        M[a] += h / 6 * np.array([[2, 1], [1, 2]])
-    return K[3:, 3:], M[3:, 3:]
+    return matrices(ELEMENTS)[::-1]
 
 
 def cantilever(law):

@@ -27,33 +27,27 @@ class Row:
     amplitude: tuple[complex, complex]  # of modes A and B at full order, mass-normalised
 
 
-def matrices(*, clamped: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Mass and stiffness, (36, 36): axial, transverse, rotation of nodes 1 to 12."""
-    h, size = 1.0 / ELEMENTS, 3 * (ELEMENTS + 1)
-    M, K = np.zeros((size, size)), np.zeros((size, size))
-    bending = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-        ]
-    )
-    inertia = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-        ]
-    )
-    for first in range(0, 3 * ELEMENTS, 3):
-        transverse = np.ix_(*2 * [first + np.array([1, 2, 4, 5])])
-        axial = np.ix_(*2 * [first + np.array([0, 3])])
-        K[transverse] += bending / h**3
-        M[transverse] += inertia * h / 420
-        K[axial] += AXIAL / h * np.array([[1, -1], [-1, 1]])
-        M[axial] += h / 6 * np.array([[2, 1], [1, 2]])
+def element(h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and mass (6, 6) of a beam along x: axial, transverse, rotation of both ends."""
+    K, M = np.zeros((6, 6)), np.zeros((6, 6))
+    transverse, axial = np.ix_([1, 2, 4, 5], [1, 2, 4, 5]), np.ix_([0, 3], [0, 3])
+    bending = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h]]
+    bending += [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
+    inertia = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h]]
+    inertia += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]]
+    K[transverse], M[transverse] = np.array(bending) / h**3, np.array(inertia) * h / 420
+    K[axial], M[axial] = AXIAL / h * np.array([[1, -1], [-1, 1]]), h / 6 * (np.eye(2) + 1)
+    return K, M
+
+
+def matrices(elements: int = ELEMENTS, *, clamped: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness, (3 nodes, 3 nodes): axial, transverse, rotation of each node."""
+    k, m = element(1.0 / elements)
+    K, M = np.zeros((2, 3 * (elements + 1), 3 * (elements + 1)))
+    for first in range(0, 3 * elements, 3):
+        at = np.ix_(*2 * [range(first, first + 6)])
+        K[at] += k
+        M[at] += m
     return (M[3:, 3:], K[3:, 3:]) if clamped else (M, K)
 
 

@@ -2,37 +2,22 @@
 
 import numpy as np
 import scipy.linalg
+from elastic.frictional_beam import element
 
 from slipmode import rom
 
-ELEMENTS, AXIAL = 8, 400.0  # per leg; Euler-Bernoulli, leg length = EI = rho A = 1, EA
+ELEMENTS = 8  # per leg, of length 1
 TIP = 6 * ELEMENTS - 2  # vertical DOF of the free end of the horizontal leg
 DAMPING = 0.004  # modal, of every mode of the stuck structure
 LAW = rom.Jenkins(limit=(0.4, 0.3), stiffness=(4.0, 3.0))
 NODES = (5, 12)  # of the contacts, counted from 1 at the clamped end
 
 
-def _element(h):
-    """Stiffness and mass (6, 6) of a beam along x: axial, transverse, rotation of both ends."""
-    K, M = np.zeros((6, 6)), np.zeros((6, 6))
-    transverse, axial = np.ix_([1, 2, 4, 5], [1, 2, 4, 5]), np.ix_([0, 3], [0, 3])
-    bending = [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h]]
-    bending += [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
-    inertia = [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h]]
-    inertia += [[54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]]
-    K[transverse], M[transverse] = np.array(bending) / h**3, np.array(inertia) * h / 420
-    K[axial], M[axial] = (
-        AXIAL / h * np.array([[1, -1], [-1, 1]]),
-        h / 6 * np.array([[2, 1], [1, 2]]),
-    )
-    return K, M
-
-
 def l_frame():
     """A vertical leg clamped at its foot, a horizontal one from its head; friction on both."""
     size = 3 * (2 * ELEMENTS + 1)
     K, M = np.zeros((size, size)), np.zeros((size, size))
-    along_x = _element(1.0 / ELEMENTS)
+    along_x = element(1.0 / ELEMENTS)
     turn = scipy.linalg.block_diag(*2 * [[[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
     for e in range(2 * ELEMENTS):
         at = np.ix_(*2 * [range(3 * e, 3 * e + 6)])
