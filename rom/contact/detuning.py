@@ -20,7 +20,7 @@ from slipmode.rom.short_repr import frozen
 # Largest distance from the carriers, relative to them; the core keeps S_j constant beyond.
 MOST_DETUNING = 0.05
 # Largest step of the central difference, relative to a carrier. Within it the difference over the
-# whole range of the forcing has the least error (tests/runner/transients/test_sweeps.py).
+# whole range of the forcing has the least error (tests/evidence/test_stated_errors.py).
 DIFFERENCE = 0.02
 
 

@@ -85,6 +85,6 @@ def smallest_scale(reduced: Reduced, amplitude_range: Floats) -> Floats:
     if reduced.contacts is None:
         rounding = 10.0 * np.finfo(float).eps * np.linalg.cond(reduced.stiffness)
         # At most a hundredth of the range: stiffness of 1e15 N/m next to 40 N/m still has tables
-        # (tests/rom/structure/test_representable.py).
+        # (tests/runner/plan/test_extreme_values.py).
         share = float(np.clip(rounding, SMALLEST_SHARE, 1e-2))
     return share * amplitude_range

@@ -21,7 +21,7 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order, harmonic_orders
 
 # Of the largest amplitudes. The change of S_j may be largest where one mode is weak: up to
-# (1, 0.5) a ninth of it was found (tests/rom/table/test_total_error.py, chain 0).
+# (1, 0.5) a ninth of it was found (tests/rom/table/test_stated_error.py).
 _PROBES = np.array(
     [[1.0, 1.0], [1.0, 0.5], [0.5, 1.0], [1.0, 0.25], [0.25, 1.0]]
     + [[share, share] for share in (0.5, 0.25, 0.125)]

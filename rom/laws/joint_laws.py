@@ -106,7 +106,7 @@ class Iwan:
     beta: float
     # 18 per decade of displacement: from 3e-3 of macro-slip on, the dissipation is within 1 % of
     # the continuous distribution's, for chi up to LARGEST_CHI within 2.1 %
-    # (tests/rom/table/test_tolerance.py)
+    # (tests/rom/contact/test_one_contact.py)
     sliders: int = 72
 
     __repr__ = short_repr

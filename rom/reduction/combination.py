@@ -21,7 +21,7 @@ from slipmode.rom.errors import SlipmodeError
 SEPARATION = {7: 0.1, 9: 0.01}
 # The same for transients, of all these orders: the response of a mode to a near harmonic is not
 # steady while free vibrations decay. Without orders 8 and 9 a mode was 2 % off after steps of the
-# force (tests/runner/transients/test_combinations.py).
+# force (tests/runner/transients/test_combination_resonances.py).
 TRANSIENT_SEPARATION = 0.1
 MOST = 8  # combination resonances in the core's arrays
 _HIGHEST = 31  # |n| and |m| that grids of 64 phase lines distinguish; the finest has 128

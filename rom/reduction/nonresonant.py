@@ -26,7 +26,7 @@ STATIC_FROM = 2.0 * RESPONSE_ORDER
 MOST_MODES = 128  # to compute, up to that frequency
 # Highest |n| + |m|, by modes, of the harmonics that decide which modes are kept, as high as those
 # of a direct steady state. A light mode at the 27th harmonic changed one by 0.1 %
-# (tests/rom/test_stated_by_default.py, member 2).
+# (drawn structures of `make bench-errors`).
 HIGHEST_HARMONIC = {1: 31, 2: 17}
 _DRIFT = 0.1  # distance of the forcing from the carriers, relative to them
 

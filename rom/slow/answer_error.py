@@ -46,7 +46,7 @@ _WORTH_MEASURING = 0.1
 # quarter of the contact problems of a table with one mode.
 _MEASURED = {1: 64, 2: 16}
 # Stated error relative to the measured one. True errors are up to 1.4 times the measured ones
-# (tests/rom/slow/branches/test_curve_bounds.py).
+# (tests/rom/slow/branches/test_stated_errors.py).
 _SAFETY = 2.0
 
 

@@ -16,7 +16,7 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding
 
 # Largest response that is not reported, relative to the contact motion of the carriers. Amplitudes
-# change by up to 1.3 times this part (tests/rom/slow/branches/test_neglected_resonances.py).
+# change by up to 1.3 times this part (tests/rom/slow/branches/test_stated_errors.py).
 _NEGLIGIBLE = 0.01
 _MEASURED = 8  # parts of the points; the point of largest response in each is measured
 

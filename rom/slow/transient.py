@@ -56,7 +56,7 @@ class TransientError:
         # The mean force on a slipping contact is half the change of its force in one cycle, and
         # twice that on elastic contacts, which slip one way for several cycles under varying
         # normal loads. The estimate then exceeds the RMS error from rest
-        # (tests/runner/transients/test_estimate.py).
+        # (tests/runner/transients/test_transient_errors.py).
         coupling = np.abs(reduced.coupling)
         per_force = 0.5 / reduced.frequency[:, np.newaxis] ** 2
         if reduced.contacts is None:

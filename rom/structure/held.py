@@ -1,7 +1,7 @@
 """A structure whose contacts are held, by bonds or springs: its static solutions and modes.
 
 Both use one factorisation of the stiffness, which is kept with the structure until its contacts
-are held in another way (measured by `tests/rom/structure/test_factorisation.py`).
+are held in another way.
 """
 
 from __future__ import annotations

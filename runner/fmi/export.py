@@ -141,7 +141,7 @@ def _euler_step(plan: Plan, model: Model) -> float:
     frequencies of the scene.
     """
     # Part of a decay by which Euler may be wrong, and the least ratio of Re to modulus of an
-    # eigenvalue whose decay it follows: amplitudes are within 5 % (tests/fmu/test_fmu_command.py)
+    # eigenvalue whose decay it follows: amplitudes are within 5 % (tests/fmu/test_scene_fmu.py)
     allowed, least_damped = 0.05, 0.01
     nodes = [model.table.node_a, model.table.node_b][: model.modes]
     points = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, model.modes)

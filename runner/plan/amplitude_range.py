@@ -268,5 +268,5 @@ def _settling_time(straight: Schedule, model: Model, modes: Sequence[Mode]) -> F
         period = 2.0 * np.pi / np.where(turns, beat, np.inf)
         longest = np.maximum(longest, 3.0 * period)
     # 50 decay times, and as many for each width of a peak that a frequency moves: ramps lag by a
-    # fiftieth of their height (tests/runner/plan/test_settling.py)
+    # fiftieth of their height (tests/runner/plan/test_plan.py)
     return np.asarray(50.0 * decay * (1.0 + moved * decay + turned) + longest)

@@ -110,7 +110,7 @@ class FullOrder:
             self.excitation,
             np.vstack((modal, patterns @ basis, dofs)),
             # errors stay far below the transient error of slow time that a stretch replaces
-            steps_per_period=48,  # (tests/runner/transients/test_hybrid.py)
+            steps_per_period=48,  # (tests/runner/transients/test_transient_errors.py)
         )
 
     def fast_motion(self, motion: FullMotion) -> FastMotion:

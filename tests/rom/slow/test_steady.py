@@ -94,23 +94,6 @@ def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, phase):
     np.testing.assert_allclose(found, turned, rtol=1e-9)
 
 
-@pytest.mark.parametrize("detuning", [(-0.0175, -0.046), (0.02, 0.03)])
-def test_combination_resonances_make_the_amplitudes_beat_about_the_steady_state(
-    two_mode_model, detuning
-):
-    Omega = NATURAL + detuning
-    beat = 2 * np.pi / abs(5 * Omega[0] - 3 * Omega[1])
-    inputs = {"force_A": 0.15, "force_B": 0.25, "frequency_A": Omega[0], "frequency_B": Omega[1]}
-    times = 4000.0 + beat * np.linspace(0, 1, 65)
-    found = amplitudes(run(two_mode_model, PATTERNS, times, tolerance=1e-9, **inputs))
-    np.testing.assert_allclose(found[-1], found[0], rtol=1e-7)
-    expected = rom.steady(two_mode_model, Omega, BOTH)
-    swing = np.abs(found - expected).max(axis=0) / np.abs(expected)
-    assert np.all((swing > 5e-4) & (swing < 3e-3))
-    # The mean moves by some squares of the swing.
-    assert np.all(np.abs(found[1:].mean(axis=0) / expected - 1.0) <= 5.0 * swing**2)
-
-
 @pytest.mark.parametrize("name", ["two_mode_model", "paper_model"])
 @pytest.mark.parametrize("mode", [0, 1])
 def test_the_curve_inverted_gives_back_the_amplitude(name, mode, request):
