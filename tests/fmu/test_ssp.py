@@ -28,12 +28,12 @@ def package(request, tmp_path_factory):
     assert main(["fmu", "one-mode", "--ssp", *options]) == 0
     with zipfile.ZipFile(path) as archive:
         archive.extractall(folder / "contents")
-    return path, folder / "contents"
+    return path, folder / "contents", request.param
 
 
 @pytest.mark.oracle
 def test_a_package_is_valid_and_starts_as_the_scene(package):
-    path, contents = package
+    path, contents, _ = package
     ssd = read_ssd(str(path), validate=True)
     assert ssd.name == load_scene("one-mode").title
     (component,) = find_components(ssd.system)
@@ -52,6 +52,8 @@ def test_a_package_is_valid_and_starts_as_the_scene(package):
 @pytest.mark.oracle
 def test_fmpy_simulates_a_package_as_the_scene(package, shipped_scene):
     """Without edits and arguments: from the start values, under the force of the scene."""
+    if package[2] == 3:
+        pytest.skip("FMPy simulates packages of FMUs 2.0")
     rows = simulate_ssp(str(package[0]), stop_time=800.0, step_size=1.0)
     found = rows["structure.A_re"] + 1j * rows["structure.A_im"]
     modes = shipped_scene("one-mode").read().channels["/modes"][2][1:]

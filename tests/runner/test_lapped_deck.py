@@ -85,7 +85,7 @@ def test_bolts_press_the_lap_and_friction_bends_its_backbone(example, lap):
     _, omega, damping = example.backbone(reduced, rest.law, 2e-7, decades=1)
     assert omega[0] == pytest.approx(reduced.frequency[0], rel=1e-6)  # all stuck
     assert damping[0] == pytest.approx(reduced.modal_damping[0] / (2 * omega[0]), rel=1e-4)
-    assert omega[-1] < 0.99 * omega[0] and damping[-1] > 5.0 * damping[0]  # slips
+    assert omega[-1] < 0.99 * omega[0] and damping[-1] > 3.0 * damping[0]  # slips
 
 
 @pytest.mark.oracle

@@ -61,13 +61,9 @@ def test_what_aerodynamics_put_in_leaves_by_friction_and_dampers(mass):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize(
-    ("law", "coefficient"),
-    [(rom.Coulomb(2.0), -0.02j), (rom.Tanh(2.0, 0.02), 0.05 - 0.024j)],
-    ids=["coulomb", "tanh"],
-)
-def test_amplitude_and_frequency_are_those_of_time_integration(law, coefficient):
+def test_amplitude_and_frequency_are_those_of_time_integration():
     """It keeps to the stable one, and leaves the unstable one to either side."""
+    law, coefficient = rom.Tanh(2.0, 0.02), 0.05 - 0.024j
     of = model(law, (coefficient,), tolerance=1e-4)
     stable, unstable = rom.limit_cycles(of)
     shape = of.reduced.mode_shapes[:, 0]

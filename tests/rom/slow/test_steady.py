@@ -21,7 +21,7 @@ TOLERANCE = 1e-3  # of the tables
 @pytest.mark.parametrize(
     ("law", "modes", "detuning", "steps"),
     [
-        (TANH, (0, 1), (-0.0175, -0.046), 512),
+        pytest.param(TANH, (0, 1), (-0.0175, -0.046), 512, marks=pytest.mark.slow),
         (TANH, (0, 1), (-0.005, -0.02), 512),
         (TANH, (0,), (-0.03, 0.0), 512),
         (rom.Coulomb(2.0), (1,), (0.0, -0.046), 4096),
