@@ -204,18 +204,3 @@ def test_a_component_refuses_what_is_no_number_and_stays_as_it_was(two_mode_mode
     check(lambda: component.set_state("2"), "state: must be real numbers, got ")
     check(lambda: component.set_amplitude("2"), "amplitude: must be numbers, got ")
     assert component.outputs() == fmu.Component(two_mode_model).outputs()
-
-
-def test_arguments_of_other_kinds_are_taken(two_mode_model, one_mode_model):
-    """One phase for all forces, rows of amplitudes of one mode, numbers of any kind, lists."""
-    turned, both = (rom.steady(two_mode_model, OMEGA, FORCE, each) for each in (0.3, (0.3, 0.3)))
-    np.testing.assert_array_equal(turned, both)
-    row, column = (resonance_curve(each)(one_mode_model) for each in ([1.0, 2.0], [[1.0], [2.0]]))
-    np.testing.assert_array_equal(row.above, column.above)
-    given, expected = fmu.Component(two_mode_model), fmu.Component(two_mode_model)
-    given.set_inputs(force_A=np.float32(1.0))
-    given.do_step(0, np.int64(1))
-    expected.set_inputs(force_A=1.0)
-    expected.do_step(0.0, 1.0)
-    assert given.outputs() == expected.outputs()
-    assert rom.Labels(node=[11, 12], direction=[3, 3]).dof(12, "z") == 1

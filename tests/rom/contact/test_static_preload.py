@@ -30,18 +30,6 @@ def quiet(structure, law, force):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize("gap", [0.0, 0.25])
-def test_a_mass_pressed_on_its_contact(gap):
-    found = quiet(block(), replace(SURFACE, gap=gap), {1: 5.0})
-    x = (5.0 + K_N * gap) / (10.0 + K_N)
-    N = K_N * (x - gap)
-    np.testing.assert_allclose(found.displacement, [0.0, x, 0.0], rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(found.normal_force, [N], rtol=1e-12)
-    assert found.state == [STUCK]
-    assert found.law == replace(SURFACE, preload=(found.normal_force[0],), gap=(0.0,))
-
-
-@pytest.mark.oracle
 @pytest.mark.parametrize(("push", "slips"), [(2.0, False), (20.0, True)])
 @pytest.mark.parametrize("along", [[1.0], [np.cos(0.6), np.sin(0.6)]], ids=["line", "plane"])
 def test_a_block_pressed_and_pushed(push, slips, along):
@@ -172,16 +160,6 @@ def loaded(law, force, static, Omega, t_end, steps, found=None):
 def shaken(law, force, times):
     excitation = full.Excitation.harmonic(beam(), (force,), (OMEGA,))
     return full.integrate(beam(), law, excitation, times, step=2e-3)
-
-
-@pytest.mark.oracle
-@pytest.mark.parametrize("mu", [0.4, 0.0])
-def test_the_equilibrium_stays_at_rest(mu):
-    law = replace(CLEARANCE, mu=mu)
-    found = quiet(beam(), law, STATIC)
-    assert set(found.state) == ({STUCK, OPEN} if mu else {SLIPPING, OPEN})
-    _, x = loaded(law, 0.0 * STATIC, STATIC, OMEGA, 15.0, 3000, found)
-    assert np.abs(x - found.displacement).max() < 1e-9 * np.abs(found.displacement).max()
 
 
 @pytest.mark.oracle

@@ -36,20 +36,6 @@ def rigid():
 
 
 @pytest.mark.oracle
-def test_without_friction_they_are_the_frequency_response():
-    structure, _, _ = rigid()
-    result = full.steady_amplitude(
-        structure, rom.Coulomb(0.0), excitation_of(structure), tolerance=1e-7
-    )
-    for row, (dof, F, Omega, phase) in enumerate(((0, 0.15, 0.98, 0.3), (1, 0.25, 1.65, -1.0))):
-        dynamic = structure.stiffness - Omega**2 * structure.mass + 1j * Omega * structure.damping
-        exact = np.linalg.solve(dynamic, F * np.eye(4)[dof]) * np.exp(1j * phase) / 2
-        difference = np.abs(result.amplitude[row] - exact)
-        assert np.all(difference < 1e-6 * np.abs(exact).max())
-        assert np.all(difference < result.error[row] + 1e-9)
-
-
-@pytest.mark.oracle
 @pytest.mark.parametrize(
     ("case", "force", "Omega"),
     [

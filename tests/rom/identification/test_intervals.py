@@ -89,22 +89,6 @@ def test_a_law_outside_the_set_is_not_claimed_and_its_bands_contain_the_truth():
 
 
 @pytest.mark.oracle
-def test_a_law_that_describes_one_of_two_modes_is_claimed_for_it():
-    """Mode B has constant rates, which a linear law has; the damping of mode A grows."""
-    modes = TRUE.copy()
-    modes[1, 2:4] = 1e-9
-    data = measurement(decays(4, modes=modes))
-    linear, power = (rom.identify(data, bands=BANDS, law=law, cross=False) for law in
-                     ("linear", "power"))  # fmt: skip
-    assert len(linear.deviations) == 1 and "mode A" in linear.deviations[0]
-    assert not power.deviations
-    width = {m: np.diff(linear.interval[f"delta_0_{m}"])[0] for m in "AB"}
-    assert width["A"] > 10.0 * width["B"]
-    bands = [found.backbone(0, [0.3]).damping_deviation[0] for found in (linear, power)]
-    assert bands[0] > 10.0 * bands[1]
-
-
-@pytest.mark.oracle
 def test_backbones_and_predictions_are_within_their_bands():
     found = rom.identify(measurement(decays(1, 7)), bands=BANDS, hold_out=[2], **POWER)
     for mode, (delta_0, omega_0, g, h, p) in enumerate(TRUE):

@@ -95,15 +95,6 @@ def test_text_of_all_dialects_has_its_values(dialect, comma, encoding, tmp_path)
     assert [note.replace("b is", "a is") for note in record.notes] == notes
 
 
-def test_columns_without_names_are_channels(tmp_path):
-    for name, row, rate in (("a.csv", PLAIN, None), ("b.csv", "{a:.5f} {b:.5f}", RATE)):
-        write(tmp_path / name, [], row)
-        found = read(tmp_path / name, sample_rate=rate)
-        assert found.channels == ("channel 0", "channel 1")
-        assert found[1].sample_rate == pytest.approx(RATE)
-        np.testing.assert_array_equal(found[1].signal, Y)
-
-
 def test_damage_of_text_is_named(tmp_path):
     path = tmp_path / "hit.csv"
     write(path, ["Samples,500", "time,a,b"], PLAIN, tail=["0.1000,0."])
@@ -177,13 +168,6 @@ def test_arrays_of_a_file_are_records_or_channels(case, ending, tmp_path):
     assert found.channels == channels
     np.testing.assert_array_equal(np.concatenate([record.signal for record in found]), Y)
     assert all(record.sample_rate == pytest.approx(RATE) for record in found)
-
-
-def test_given_values_override_the_file_with_a_note(tmp_path):
-    np.savez(tmp_path / "a.npz", hit=Y[0], fs=RATE)
-    found = read(tmp_path / "a.npz", sample_rate=1000.0)
-    assert found["hit"].sample_rate == 1000.0
-    assert found["hit"].notes == ("the sampling rate is 1000 Hz as given; the file has 2000 Hz",)
 
 
 def universal(path, signals):

@@ -113,33 +113,6 @@ def test_a_dof_that_only_the_force_moves_follows_it(law):
     np.testing.assert_allclose(curve.displacement(2)[-1], state.displacement(2), rtol=1e-6)
 
 
-@pytest.mark.oracle
-def test_a_mode_that_the_contacts_do_not_move_is_linear():
-    M, K = np.eye(3), np.diag([1.0, 4.0, 9.0])
-    K[1, 2] = K[2, 1] = -1.0
-    structure = rom.Structure(M, K, 0.01, contact=[2])
-    reduced = rom.reduce(structure, (0,), law=rom.Jenkins(1.0, 2.0))
-    state = rom.steady_state(reduced, rom.Jenkins(1.0, 2.0), [0.99], [{0: 0.3}])
-    assert state.amplitude[0] == pytest.approx(0.15 / (1.0 - 0.99**2 + 0.01j * 0.99), rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("key", "change"),
-    [
-        ("frequency", {"frequency": [1.0, 2.0]}),
-        ("frequency", {"frequency": [np.nan]}),
-        ("force", {"force": []}),
-        ("force", {"force": [{0: 0.0}]}),
-        ("tolerance", {"tolerance": 0.0}),
-    ],
-)
-def test_bad_arguments_are_named(key, change):
-    reduced = rom.reduce(rom.two_mass(), modes=(0,))
-    arguments = {"frequency": [1.0], "force": [{0: 0.1}], "tolerance": 1e-3} | change
-    with pytest.raises(rom.SlipmodeError, match=key if "nan" not in str(change) else "carrier"):
-        rom.steady_state(reduced, rom.Coulomb(2.0), **arguments)
-
-
 def nlvib_rms(frequencies, alpha=6e-7):
     """Beam with friction at a soft DOF, RMS tip displacement."""
     beam = scipy.io.loadmat(PUBLISHED / "nlvib08_beam.mat")

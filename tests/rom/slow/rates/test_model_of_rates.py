@@ -121,19 +121,6 @@ def test_steady_states_and_curves_have_their_closed_form(law, force):
 
 
 @pytest.mark.oracle
-def test_without_change_of_the_rates_it_is_the_linear_oscillator():
-    def rates(amplitudes):
-        return np.full_like(amplitudes, REST), np.full_like(amplitudes, NATURAL)
-
-    model = rom.model_of_rates(rates, (RANGE,), mode_shapes=[[SHAPE]])
-    Omega = np.linspace(0.7, 1.4, 29) * NATURAL
-    found = rom.steady(model, Omega[:, np.newaxis], [{0: 0.5}])[:, 0]
-    square = REST**2 + NATURAL**2
-    receptance = 1.0 / (square - Omega**2 + 2j * REST * Omega)
-    np.testing.assert_allclose(found, 0.5 * SHAPE * 0.5 * receptance, rtol=1e-9)
-
-
-@pytest.mark.oracle
 def test_damping_that_rises_from_below_zero_ends_in_its_limit_cycle():
     def rates(amplitudes):
         return -1.0 + 2.0 * amplitudes / RANGE, NATURAL - DROP * amplitudes / RANGE
