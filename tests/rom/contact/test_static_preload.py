@@ -216,9 +216,7 @@ GAPS = replace(SURFACE, gap=0.5)
 PULLED_ASIDE = np.array([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0])  # more than friction holds
 REFUSED = [
     (block(), rom.Jenkins(1.0, 2.0), {1: 1.0}, "law: has no normal direction for a s"),
-    (block(), rom.Tanh(1.0, 0.1), {1: 1.0}, "law: must be rom.FrictionalContact, or rom.Con"),
     (block(), SURFACE, {7: 1.0}, "static_force: DOF 7 is out of range, allowed: 0 to 2"),
-    (block(), SURFACE, [1.0, np.nan, 2.0], "static_force: must be 3 finite numbers"),
     (block(), SURFACE, {1: -1.0}, "static_force: all contacts are open under this force; "),
     (stack(), SURFACE, -bolt(0.0, 1.0), "static_force: no equilibrium was found"),
     (stack(), SURFACE, {1: 1.0}, "static_force: excites a rigid-body mode"),

@@ -171,17 +171,11 @@ def factors(*given):
     ("call", "message"),
     [
         (lambda: disks(deviation=np.zeros(11)), "deviation: must be 12 numbers between -1 and 1"),
-        (lambda: disks(deviation=np.full(12, -1.0)), "deviation: must be 12 numbers between -1"),
         (lambda: disks(rom.Coulomb(1.0)), "law: mistuned disks need contacts that slide"),
         (lambda: disks().response([1200.0], ORDER, [1.0]), "amplitude} or 3 finite numbers"),
-        (lambda: disks().response([0.0], ORDER, FORCE), "frequency: must be finite numbers > 0"),
         (lambda: factors(1.1, 1.2).quantile(1.0), r"probability: must be between 0 and 1"),
         (lambda: factors(1.1, 1.3).extreme_value, r"^factor: .* at least 3 factors"),
-        (lambda: factors(1.2, 1.2, 1.2).extreme_quantile(0.99), r"^factor: .* at least 3 factors"),
-        (lambda: rom.random_mistuning(0, 24, 0.04), "patterns: must be an integer >= 1, got 0"),
         (lambda: rom.random_mistuning(9, 24, 0.5), "deviation: must be above 0 and at most 0.2"),
-        (lambda: rom.stiffness_deviation([200.0, 0.0]), "frequency: must be finite numbers > 0"),
-        (lambda: rom.stiffness_deviation([200.0], -1.0), "nominal: must be a finite number > 0"),
     ],
 )
 def test_wrong_disks_and_factors_are_refused(call, message):
