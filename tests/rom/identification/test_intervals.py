@@ -16,7 +16,7 @@ def scattered(rng, modes, scatter):
     return own
 
 
-def inside(seed, noise, scatter, modes=2, records=9):
+def inside(seed, noise, scatter, modes, records=9):
     """Which true parameters of a drawn law are in their intervals."""
     rng = np.random.default_rng(seed)
     true = TRUE[:modes] * rng.uniform(0.7, 1.4, TRUE[:modes].shape)
@@ -27,22 +27,14 @@ def inside(seed, noise, scatter, modes=2, records=9):
     return [low <= values[name] <= high for name, (low, high) in found.interval.items()]
 
 
-KINDS = pytest.mark.parametrize(("noise", "scatter"), [(1e-2, 0.0), (1e-3, 0.03)])
-
-
 @pytest.mark.oracle
-@KINDS
-def test_intervals_of_95_percent_contain_the_true_parameters(noise, scatter):
-    hits = np.array([inside(seed, noise, scatter, 1) for seed in range(5)])
-    assert hits.mean() > 0.85
-
-
-@pytest.mark.slow
-@pytest.mark.oracle
-@KINDS
-def test_intervals_of_many_laws_contain_the_true_parameters(noise, scatter):
-    hits = np.array([inside(seed, noise, scatter) for seed in range(20)])
-    assert hits.mean() > 0.9
+@pytest.mark.parametrize(
+    ("seeds", "modes", "share"), [(5, 1, 0.85), pytest.param(20, 2, 0.9, marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize(("noise", "scatter"), [(1e-2, 0.0), (1e-3, 0.03)])
+def test_intervals_of_95_percent_contain_the_true_parameters(noise, scatter, seeds, modes, share):
+    hits = np.array([inside(seed, noise, scatter, modes) for seed in range(seeds)])
+    assert hits.mean() > share
 
 
 @pytest.mark.oracle

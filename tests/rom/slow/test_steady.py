@@ -62,7 +62,7 @@ def test_a_mass_on_a_jenkins_element_has_its_closed_form(frequency):
     q = jenkins_first_harmonic(abs(X), 0.02, 0.1) * X / abs(X)
     left = (1.0 - frequency**2 + 0.004j * frequency) * X + q - force
     assert abs(left) <= 0.01 * abs(q)
-    exact = balance(system_of(structure, law), frequency, np.array([force + 0j])).X[1, 0]
+    exact = balance(system_of(structure, law), frequency, np.array([force + 0j]))[1, 0]
     assert abs(X - exact) <= 1e-3 * abs(exact)
 
 
