@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 import scipy.linalg
 from beside_oracle import steady_amplitudes, system_of
-from elastic.family import blade, member
+from elastic.blade import blade
 from elastic.frictional_beam import LIFT_OFF, TIP, structure
 
 from slipmode import rom
@@ -69,31 +69,6 @@ def test_the_error_contains_the_effect_of_static_modes(length):
     )
     off = np.abs(few.amplitude - all_modes.amplitude)
     assert np.all((off > 0.0) & (off <= few.error))
-
-
-@pytest.mark.oracle
-def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
-    case = member(4)
-    reduced = rom.reduce(
-        *(case.structure, case.modes), law=case.law, carrier=case.frequency, smallest_response=1e-6
-    )
-    small = [1e-3 * f for f in case.force]
-    state = rom.steady_state(reduced, case.law, case.frequency, small)
-    D = reduced.frequency**2 - reduced.carrier**2 + 1j * reduced.modal_damping * reduced.carrier
-    F = np.array([reduced.modal_force(j, f) for j, f in enumerate(small)])
-    assert state.amplitude == pytest.approx(0.5 * F / D, rel=1e-9)
-    K, M, C = (getattr(case.structure, name) for name in ("stiffness", "mass", "damping"))
-    W, Omega = case.structure.directions, case.frequency[0]
-    stuck = K + (W * reduced.contacts.reference) @ W.T - Omega**2 * M + 1j * Omega * C
-    expected = np.linalg.solve(stuck, 0.5 * small[0])
-    x = state.displacement_harmonics()[0]
-    # modes that contacts do not see follow the force statically
-    assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
-    each = [state.displacement(dof)[0] for dof in range(reduced.n_dofs)]
-    np.testing.assert_allclose(each, 2.0 * np.abs(x), rtol=1e-12)
-    for dof in (reduced.n_dofs, -1, 1.5, None):
-        with pytest.raises(rom.SlipmodeError, match=f"^dof: must be 0 to {reduced.n_dofs - 1}"):
-            state.displacement(dof)
 
 
 @pytest.mark.oracle
