@@ -11,8 +11,6 @@ pytestmark = pytest.mark.quick
 
 TWO = rom.two_mass(beta=0.01)
 OMEGA, FORCE = (0.98, 1.65), ({0: 0.15}, {1: 0.25})
-NAN = float("nan")
-LAW = rom.Tanh(2.0, 0.02)
 MASS = np.diag([1.0, 2.0, 1.5])
 STIFFNESS = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
 FLOATING = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

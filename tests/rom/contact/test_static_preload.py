@@ -212,8 +212,6 @@ def test_the_slow_flow_about_it_is_the_loaded_structure():
 # Refusals
 
 
-GAPS = replace(SURFACE, gap=0.5)
-PULLED_ASIDE = np.array([1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0])  # more than friction holds
 REFUSED = [
     (block(), rom.Jenkins(1.0, 2.0), {1: 1.0}, "law: has no normal direction for a s"),
     (block(), SURFACE, {7: 1.0}, "static_force: DOF 7 is out of range, allowed: 0 to 2"),
