@@ -15,17 +15,6 @@ CYCLES, CYCLES_PER_STEP, STEPS_PER_BATCH = 10_000_000, 10, 10_000
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
 
 
-def test_there_is_no_motion_without_force_and_a_mode_at_rest_feels_no_friction(two_mode_model):
-    component = Component(two_mode_model)
-    component.do_step(0.0, 1000.0)
-    assert not any(component.outputs()[f"{m}_{part}"] for m in "AB" for part in ("re", "im"))
-    component = Component(two_mode_model, ({0: 1.0}, {1: 1.0}))
-    component.set_inputs(force_A=0.15, frequency_A=0.98)
-    component.do_step(0.0, 100.0)
-    outputs = component.outputs()
-    assert outputs["A_im"] < -1.0 and outputs["B_re"] == outputs["B_im"] == 0.0
-
-
 def test_a_decay_below_the_smallest_double_ends_at_the_absolute_tolerance(two_mode_model):
     """A step may err by its tolerance times |a| + 1e-3 of the range (dopri5.c, error_of)."""
     component = Component(two_mode_model, tolerance=FLOW)

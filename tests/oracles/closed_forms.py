@@ -19,21 +19,3 @@ def jenkins_first_harmonic(X: float, limit: float, stiffness: float) -> complex:
 def jenkins_dissipation(X: float, limit: float, stiffness: float) -> float:
     """Return the work that a Jenkins element dissipates per cycle, 4 mu N (X - mu N / k)."""
     return 4.0 * limit * max(0.0, X - limit / stiffness)
-
-
-def den_hartog_peak(force: float, limit: float, Omega: float) -> float:
-    """Return the peak displacement of x'' + x + limit sign(x') = force cos(Omega t), no stops.
-
-    Den Hartog, Trans. ASME 53 (1931), APM-107.
-    """
-    V = 1.0 / (1.0 - Omega**2)
-    U = np.sin(np.pi / Omega) / (Omega * (1.0 + np.cos(np.pi / Omega)))
-    return float(np.sqrt((force * V) ** 2 - (limit * U) ** 2))
-
-
-def whitehead_factor(blades: int) -> float:
-    """Return the largest amplification of a linear mistuned disk, (1 + sqrt(N)) / 2.
-
-    Whitehead, J. Mech. Eng. Sci. 8 (1966) 15-21.
-    """
-    return 0.5 * (1.0 + float(np.sqrt(blades)))

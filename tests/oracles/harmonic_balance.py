@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oracles.system import Law, Sliders, System
+from oracles.system import Law, System
 
 HARMONICS, PER_HARMONIC = 15, 32  # samples per period of the last harmonic
 MOST_STEPS, RESIDUAL = 60, 1e-9
@@ -20,21 +20,12 @@ class NotBalancedError(Exception):
 
 
 @dataclass(frozen=True)
-class Balance:
-    """Displacement harmonics (H + 1, n), and the residual relative to the force."""
-
-    X: np.ndarray
-    residual: float
-
-
-@dataclass(frozen=True)
 class NonlinearMode:
     """Damped nonlinear mode: frequency [rad/s], damping ratio [-], harmonics (H + 1, n)."""
 
     omega: float
     zeta: float
     X: np.ndarray
-    residual: float
 
 
 def _basis(H: int) -> tuple[np.ndarray, np.ndarray]:
@@ -44,14 +35,11 @@ def _basis(H: int) -> tuple[np.ndarray, np.ndarray]:
     h = np.arange(1, H + 1)
     angles = np.outer(theta, h)
     basis = np.hstack((np.ones((samples, 1)), np.cos(angles), -np.sin(angles)))
-    back = 2.0 * basis.T / samples
-    back[0] *= 0.5
-    return basis, back
+    return basis, np.linalg.pinv(basis)
 
 
 def _padded(laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
     """Return stiffnesses and reaches limit / stiffness (contacts, most sliders)."""
-    assert all(isinstance(law, Sliders) for law in laws)
     most = max(len(law.limits) for law in laws)
     k, reach = np.zeros((len(laws), most)), np.full((len(laws), most), np.inf)
     for i, law in enumerate(laws):
@@ -138,28 +126,19 @@ def _newton(missing, y: np.ndarray, size: float) -> np.ndarray:
     raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the forces")
 
 
-def balance(
-    system: System,
-    Omega: float,
-    F: np.ndarray,
-    start: Balance | None = None,
-    harmonics: int = HARMONICS,
-) -> Balance:
-    """Solve for the periodic motion under Re(F exp(i Omega t)). Raises NotBalancedError."""
+def balance(system: System, Omega: float, F: np.ndarray, harmonics: int = HARMONICS) -> np.ndarray:
+    """Return harmonics (H + 1, n) of the motion under Re(F exp(i Omega t)). NotBalancedError."""
     S = _stiffnesses(system, Omega, np.array((harmonics + 1) * [system.C]))
     X, force = np.zeros((2, harmonics + 1, len(F)), dtype=complex)
     force[1] = F
     X[1] = np.linalg.solve(S[1] + system.stuck() - system.K, F)
-    x = to_unknowns(X if start is None else start.X)
+    x = to_unknowns(X)
 
     def missing(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         r, J = _equations(system, y.reshape(x.shape), S)
         return (r - to_unknowns(force)).ravel(), J.reshape(y.size, -1)
 
-    y = _newton(missing, x.ravel(), np.abs(F).max())
-    X = to_complex(y.reshape(x.shape))
-    left = residuals(system, Omega, X, F)
-    return Balance(X, float(np.linalg.norm(left) / np.linalg.norm(F)))
+    return to_complex(_newton(missing, x.ravel(), np.abs(F).max()).reshape(x.shape))
 
 
 def residuals(system: System, Omega: float, X: np.ndarray, F: np.ndarray) -> np.ndarray:
@@ -216,5 +195,4 @@ def nonlinear_mode(
     y = _newton(missing, np.append(to_unknowns(X), [omega, turn]), force * amplitude)
     omega, turn = y[-2:]
     X = to_complex(y[:-2].reshape(n, -1))
-    left = np.linalg.norm(missing(y)[0]) / (force * amplitude)
-    return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X, float(left))
+    return NonlinearMode(float(omega), float(turn / (2.0 * omega)), X)

@@ -75,16 +75,11 @@ class System:
                 found += [law.tangential, law.normal]
             else:
                 found.append(law.stuck if isinstance(law, Sliders) else 0.0)
-        assert len(found) == self.W.shape[1]
         return np.array(found)
 
     def stuck(self) -> np.ndarray:
         """Return K with all elastic contacts in stick."""
         return self.K + (self.W * self.stuck_stiffness()) @ self.W.T
-
-    def dynamic_stiffness(self, omega: float) -> np.ndarray:
-        """Return K - omega^2 M + i omega C, without contacts."""
-        return self.K - omega**2 * self.M + 1j * omega * self.C
 
 
 @dataclass(frozen=True)

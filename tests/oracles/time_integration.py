@@ -141,10 +141,6 @@ class Integrator:
             raise ArithmeticError(f"the contacts of a step were not solved, status {status}")
         return out[:, : 2 * self.n], out[:, 2 * self.n :]
 
-    def start_from(self, other: "Integrator") -> None:
-        """Begin where another step size ended."""
-        self.z, self.u, self.memory = other.z.copy(), other.u.copy(), other.memory.copy()
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -162,7 +158,7 @@ def integrate(
     t_end: float,
     steps: int,
     every: int = 1,
-    start: np.ndarray | None = None,
+    start: np.ndarray | float = 0.0,
 ) -> Motion:
     """Integrate under columns (n, forces) @ signals(t) (s, forces), from rest or z = (x, v).
 
@@ -170,13 +166,8 @@ def integrate(
     """
     h = t_end / steps
     inner = Integrator(system, columns, h)
-    if start is not None:
-        inner.z[:] = start
-    block, parts = every * max(1, 200_000 // every), []
-    for first in range(0, steps - steps % every, block):
-        last = min(first + block, steps - steps % every)
-        parts.append(inner.advance(signals(h * np.arange(first, last + 1)), every)[0])
-    z, n = np.vstack(parts), inner.n
+    inner.z[:] = start
+    z, n = inner.advance(signals(h * np.arange(steps + 1)), every)[0], inner.n
     return Motion(h * every * np.arange(1, len(z) + 1), z[:, :n], z[:, n:])
 
 
@@ -217,7 +208,7 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
     h = 2.0 * np.pi / Omega.max() / steps
     inner = Integrator(system, columns, h)
     if start is not None:
-        inner.start_from(start)
+        inner.z, inner.u, inner.memory = start.z.copy(), start.u.copy(), start.memory.copy()
     nu = np.array(orders, dtype=float) @ Omega
     window = _window(Omega)
     every = max(1, steps // SAMPLES)
@@ -233,13 +224,9 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
     windows: list[np.ndarray] = []
     for done in range(window, most_periods + 1, window):
         first = (done - window) * steps
-        parts = []
-        for begin in range(first, first + window * steps, 64 * steps):
-            t = h * np.arange(begin, min(begin + 64 * steps, first + window * steps) + 1)
-            phases = np.outer(t, Omega)
-            signals = np.stack((np.cos(phases), -np.sin(phases)), axis=2).reshape(len(t), -1)
-            parts.append(inner.advance(signals, every)[0][:, : inner.n])
-        x = np.vstack(parts)
+        phases = np.outer(h * np.arange(first, first + window * steps + 1), Omega)
+        signals = np.stack((np.cos(phases), -np.sin(phases)), axis=2).reshape(len(phases), -1)
+        x = inner.advance(signals, every)[0][:, : inner.n]
         t = h * (first + every * np.arange(1, samples + 1))
         waves = np.exp(-1j * np.outer(nu, t)) * weight
         found = np.where(nu[:, np.newaxis] == 0.0, 1.0, 2.0) * (waves @ x)
@@ -252,8 +239,6 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
             # lines beside the lattice, or closer to each other than windows distinguish
             found = np.mean(windows, axis=0)
             error = np.abs(np.array(windows) - found).max(axis=0)
-            if error.max() > LARGEST_SPREAD * size:
-                break
             tolerance = LARGEST_SPREAD
         if error.max() <= tolerance * size:
             return Steady(nu, found, error), inner

@@ -120,13 +120,3 @@ def test_contacts_by_node_on_the_command_line(tmp_path, capsys):
     for wrong, message in (("99:x", "node 99: is not in the"), ("up", "--contact: must be DOFs")):
         assert main([*command, wrong]) == 1
         assert message in capsys.readouterr().err
-
-
-def test_swapped_mass_and_stiffness_are_named_once(tmp_path, capsys):
-    """Steel bars have 1 kHz; the inverse of the squares of their frequencies are below 1 mHz."""
-    swapped = rom.Structure(1e8 * np.asarray(chain().stiffness), np.eye(10), contact=[4])
-    swapped.save(tmp_path / "swapped.npz")
-    assert main(["modes", str(tmp_path / "swapped.npz")]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("slipmode: warning: mode 0 has an implausible frequency")
-    assert "whether mass and stiffness are swapped" in line

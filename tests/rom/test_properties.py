@@ -71,14 +71,6 @@ def test_force_and_limit_scale_together_under_coulomb_friction(coulomb_model, sc
     np.testing.assert_allclose(scaled / scale, plain, rtol=1e-7)
 
 
-@given(lengths=st.lists(st.floats(1e-3, 1.0), min_size=1, max_size=60))
-@few
-def test_the_pattern_of_steps_does_not_matter(coulomb_model, lengths):
-    durations = 200.0 * np.array(lengths) / np.sum(lengths)
-    split, whole = march(coulomb_model, durations), march(coulomb_model, [200.0])
-    np.testing.assert_allclose(split, whole, rtol=0, atol=1e-6 * np.abs(whole).max())
-
-
 @pytest.mark.oracle
 def test_units_do_not_matter():
     """A small stiff structure, in units of length, mass and rate far from 1."""

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.cases import many_contacts
 from slipmode import rom
-from slipmode.rom import ContactProblem, Coulomb, Discretisation, SlipmodeError, Tanh
+from slipmode.rom import ContactProblem, Coulomb, Discretisation, Tanh
 
 pytestmark = pytest.mark.quick
 
@@ -195,18 +195,3 @@ def test_harmonics_that_lines_cannot_distinguish_have_no_response():
     assert harmonics((*orders, (1, -12)), 64)[:, 3].any()
     alone = harmonics(orders, 16)
     np.testing.assert_allclose(beside[:, :3], alone, rtol=0, atol=1e-5 * np.abs(alone).max())
-
-
-@pytest.mark.parametrize(
-    ("amplitudes", "grid"),
-    [
-        ([(1.0, 1.0, 1.0)], (64, 8)),
-        ([(-1.0, 1.0)], (64, 8)),
-        ([(np.nan, 1.0)], (64, 8)),
-        ([(1.0, 1.0)], (64, 6)),
-        ([(1.0, 1.0)], (0, 8)),
-    ],
-)
-def test_refuses_points_and_grids_that_are_none(amplitudes, grid):
-    with pytest.raises(SlipmodeError):
-        solved(two_mode("paper"), RIGID[0], grid, amplitudes, 1e-5)

@@ -81,21 +81,6 @@ def test_the_receptance_is_within_its_bound(seed, modes):
     assert worst > 0.1 * small.receptance_error
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_as_few_modes_as_the_tolerance_allows(name):
-    structure, law = body(1), LAWS[name]
-    patterns, highest = [{N - 1: 1.0}], 4.0
-    small = full.component_modes(structure, law, patterns, highest, tolerance=1e-4)
-    count = small.frequency.size
-    assert small.receptance_error <= 1e-4
-    fewer = full.component_modes(structure, law, patterns, highest, modes=count - 1)
-    assert fewer.receptance_error > 1e-4
-    at_most = N - CONTACTS if name == "rigid" else N
-    whole = full.component_modes(structure, law, patterns, highest, modes=at_most)
-    assert whole.receptance_error == 0.0
-    assert whole.structure.n_dofs == N
-
-
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", LAWS)
 def test_half_as_many_modes_state_the_error_of_the_motion(seed, name):
@@ -127,19 +112,3 @@ def test_half_as_many_modes_state_the_error_of_the_motion(seed, name):
         stated = relative_rms(getattr(rough, signal), getattr(found, signal)).max()
         assert true <= stated, signal
         assert true < 5e-3, signal
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"highest": np.inf}, r"highest: must be a finite frequency > 0 \[rad/s\], got inf"),
-        ({"modes": N + 1}, f"modes: must be 1 to {N}, got {N + 1}"),
-        ({"tolerance": 1.0}, "tolerance: must be between 0 and 1, got 1"),
-        ({"forces": []}, "forces: must be at least one"),
-        ({"forces": [{N: 1.0}]}, f"forces: DOF {N} is out of range, allowed: 0 to {N - 1}"),
-    ],
-)
-def test_refuses_in_one_line(options, message):
-    arguments = {"forces": [{0: 1.0}], "highest": 5.0} | options
-    with pytest.raises(rom.SlipmodeError, match=message):
-        full.component_modes(body(0), LAWS["elastic"], **arguments)

@@ -36,15 +36,6 @@ def test_all_lines_of_a_window_are_found_and_the_rest_is_measured(even):
 
 
 @pytest.mark.oracle
-@pytest.mark.parametrize(("ratio", "periods"), [(3.0, 20.0), (3.004, 20.0), (3.004, 400.0)])
-def test_lines_that_a_window_does_not_distinguish_are_one(ratio, periods):
-    fit = HarmonicFit.over(periods, np.array([1.0, ratio]), harmonic_orders(7, 2))
-    assert ((3, 0) in fit.orders) == (ratio != 3.0 and periods > 1.0 / (ratio - 3.0))
-    lines = np.arange(1.0, len(fit.orders) + 1.0)[:, np.newaxis].astype(complex)
-    assert fit.lines(9.0, sampled(fit.times(9.0), fit, lines)) == pytest.approx(lines, abs=1e-8)
-
-
-@pytest.mark.oracle
 @pytest.mark.parametrize(("line", "share"), [(0.5, 0.05), (1.37, 0.02), (None, 0.0)])
 def test_lines_beside_the_harmonics_are_found_and_harmonics_projected_out(line, share):
     structure = rom.two_mass()

@@ -49,13 +49,11 @@ DATES = ["File;hit 4", "Date;01.03.2024", "Time;12:30:00", "Range;10,00"]
 MEAN = ["Maximum;1,5;1,7", "Mean;0,1;0,0"]
 DIALECTS = {  # first lines, each row, last lines, unit; also with decimal commas
     "plain": (["time,a,b"], PLAIN, [], None),
-    "semicolons": (["Zeit;a;b"], "{t:.5f};{a:.5f};{b:.5f}", [], None),
     "preamble": ([*KEYS, "time;a;b"], "{t:.5f};{a:.5f};{b:.5f};", ["", "End of data"], None),
     "dates": ([*DATES, "t;a;b", ""], "{t:.5f};{a:.5f};{b:.5f}", MEAN, None),
     "excel": (["sep=;", "time (s);a (mm/s);b (mm/s)"], "{t:.5f};{a:.6e};{b:.6e}", [], "mm/s"),
     "comments": (["# by hand", "# time [s]\ta [g]\tb [g]"], "{t:.5f}\t{a:+.6E}\t{b:.5f}", [], "g"),
     "row of units": (["Time,a,b", "s,g,g"], PLAIN, [], "g"),
-    "row in brackets": (["Time,a,b", "[s],[mm],[mm]"], PLAIN, [], "mm"),
     "slash": (["time/s;a/mm;b/mm"], "{t:.5f};{a:.5f};{b:.5f}", [], "mm"),
     "picoscope": (["Time,a,b", "(ms),(V),(V)", ""], "{m:.5f},{a:.5f},{b:.5f}", [], "V"),
     "quoted": (['"time","a","b"'], '"{t:.5f}","{a:.5f}","{b:.5f}"', [], None),
@@ -63,10 +61,8 @@ DIALECTS = {  # first lines, each row, last lines, unit; also with decimal comma
     "microseconds": (["t [µs];a;b"], "{u:.0f};{a:.5f};{b:.5f};", [], None),
     "times of day": (["Date\tTime\ta\tb"], "{c}\t{a:.5f}\t{b:.5f}", [], None),
     "index": (["Index\tt [ms]\ta\tb"], "{i}\t{m:.3f}\t{a:.5f}\t{b:.5f}", [], None),
-    "rate": (["Sample rate: 2000 Hz", "a;b"], "{a:.5f};{b:.5f}", [], None),
     "rate in kHz": (["Abtastrate: 2.0 kHz", "a;b"], "{a:.5f};{b:.5f}", [], None),
     "interval": (["Sample interval (ms)\t0.5", "a\tb"], "{a:.5f}\t{b:.5f}", [], None),
-    "blanks": (["dt = 0.0005", "a  b"], "{a:.5f}  {b:.5f}", [], None),
 }
 
 
@@ -93,15 +89,6 @@ def test_text_of_all_dialects_has_its_values(dialect, comma, encoding, tmp_path)
     if dialect == "index":
         notes = ["its first column, Index, numbers the samples"]
     assert [note.replace("b is", "a is") for note in record.notes] == notes
-
-
-def test_columns_without_names_are_channels(tmp_path):
-    for name, row, rate in (("a.csv", PLAIN, None), ("b.csv", "{a:.5f} {b:.5f}", RATE)):
-        write(tmp_path / name, [], row)
-        found = read(tmp_path / name, sample_rate=rate)
-        assert found.channels == ("channel 0", "channel 1")
-        assert found[1].sample_rate == pytest.approx(RATE)
-        np.testing.assert_array_equal(found[1].signal, Y)
 
 
 def test_damage_of_text_is_named(tmp_path):
@@ -177,13 +164,6 @@ def test_arrays_of_a_file_are_records_or_channels(case, ending, tmp_path):
     assert found.channels == channels
     np.testing.assert_array_equal(np.concatenate([record.signal for record in found]), Y)
     assert all(record.sample_rate == pytest.approx(RATE) for record in found)
-
-
-def test_given_values_override_the_file_with_a_note(tmp_path):
-    np.savez(tmp_path / "a.npz", hit=Y[0], fs=RATE)
-    found = read(tmp_path / "a.npz", sample_rate=1000.0)
-    assert found["hit"].sample_rate == 1000.0
-    assert found["hit"].notes == ("the sampling rate is 1000 Hz as given; the file has 2000 Hz",)
 
 
 def universal(path, signals):

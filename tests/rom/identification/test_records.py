@@ -121,11 +121,6 @@ def test_disturbed_records_are_used_in_part_and_say_so(name):
     assert_the_law_is_true(found)
 
 
-def test_a_small_blow_is_doubtful():
-    report = identified(blow(0.7, 0.03)).records[2]
-    assert report.use == "fitted" and "check it for disturbances" in report.notes[-1]
-
-
 def assert_sound(found):
     assert not [r for r in found.records if r.use != "fitted" or r.notes]
 

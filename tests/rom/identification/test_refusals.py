@@ -75,8 +75,8 @@ def folder(tmp_path_factory):
     (path / "b").mkdir()
     for name, text in {
         "table.csv": "1;2\n-3;4\n2;1\n", "b/table.csv": "1;2\n0;4\n",
-        "text.csv": "time,x\n0,1\n1,a", "times.csv": "time;x\n0.0;1\n1.0;2\n3.0;4\n", "e.csv": "",
-        "binary.csv": "time,a\n0,1\n\0\0\0", "e.uff": "nothing", "e.wav": "RIFF",
+        "times.csv": "time;x\n0.0;1\n1.0;2\n3.0;4\n", "e.csv": "",
+        "binary.csv": "time,a\n0,1\n\0\0\0", "e.wav": "RIFF",
         "torque.csv": "frequency,torque,amplitude,phase\n1,2,3,0.1\n2,2,3,0.2\n",
         "sine.csv": "frequency,force,amplitude,phase\n79,1,2,0\n80,1,2,-1\n",
         "volt.csv": "frequency,force [V],amplitude,phase\n79,1,2,0\n80,1,2,-1\n",
@@ -84,24 +84,18 @@ def folder(tmp_path_factory):
     }.items():  # fmt: skip
         (path / name).write_text(text)
     np.savez(path / "hit.npz", hit=np.stack([Y, Y]), fs=RATE)
-    np.savez(path / "lengths.npz", frequency=T, force=T, amplitude=T, phase=T[1:])
-    np.savez(path / "signals.npz", time=T, force=WAVE, response=WAVE)
     np.savez(path / "no_rate.npz", force=WAVE, response=WAVE)
     F, v, other = (1, FORCE, "N", WAVE), (1, VELOCITY, "m/s", WAVE), (2, VELOCITY, "m/s", WAVE)
     write_uff(path / "nodes.uff", [v, other, v], RATE)
     write_uff(path / "two.uff", [v, F, other], RATE)
-    write_uff(path / "no_force.uff", [v], RATE)
-    write_uff(path / "response.uff", [F, v], RATE, function=4)
     return path
 
 
 GIVEN = [  # a call, and what the message contains
     (lambda: identify(law="linear", cross=True), "cross: a linear law has no cross effects"),
     (lambda: identify(bands=BANDS[:1], law="quadratic"), "bands: cross effects and quadratic cou"),
-    (lambda: identify(hold_out=[1, "hit2"]), "all are held out"),
     (lambda: identify(bands=[(150, 200)]), "bands: 150 to 200 Hz has no decay of a mode"),
     (lambda: identify(bands=[(100, 260)]), "bands: 100 to 260 Hz has peaks at"),
-    (lambda: identify(bands=[(122, 140)]), "where the filter of the band"),
     (lambda: identify(bands=[(100, 140), (130, 260)]), "must not overlap"),
     (lambda: identify([decay(np.random.default_rng(1), t=times(rate=300.0))], BANDS[:1], 300.0),
      "bands: 140 Hz needs a sampling rate of at least 350"),
@@ -111,55 +105,37 @@ GIVEN = [  # a call, and what the message contains
                       cross=True), "law = quadratic with cross effects: has 16"),
     (lambda: found().predict(rom.Record("x", np.zeros((1, 5000)), RATE)), "the signal is constan"),
     (lambda: found().predict(rom.Record("loud", 9.0 * DATA[1].signal, RATE)), "loud: mode A star"),
-    (lambda: found().model(modal_mass=-1.0), "modal_mass = [-1.0, -1.0]: must be one number > 0"),
     (lambda: found().model(mode_shape=[0.0, 1.0]), "mode_shape = [0.0, 1.0]: must be one number"),
-    (lambda: found().model(amplitude=[0.1]), "amplitude = [0.1]: must be 2 finite numbers > 0 ["),
     (lambda: found("V").model(), "unit = 'V': must be m, m/s, m/s^2"),
-    (lambda: demodulate(response=np.nan * WAVE), "response of a must be finite and not constant"),
     (lambda: demodulate(WAVE[:200], WAVE[:200]), "a is too short. It is driven for 200 samples a"),
     (lambda: demodulate(*np.random.default_rng(2).standard_normal((2, 4000))), "a is not a sine"),
     (lambda: identify_sine(band=(83.0, 77.0)), "band = (83.0, 77.0): must be 0 < lower < upper e"),
     (lambda: identify_sine((10, 30, 50)), "must have at least 4 levels for a power law, got 3"),
     (lambda: predict_sine(200), "is beyond the largest measured"),
-    (lambda: predict_sine(30, 30), "tests: names a_30 occur more than once"),
     (lambda: fit(POINTS), "backbones: must be {mode: rom.IdentifiedBackbone}"),
-    (lambda: fit({9: POINTS}), "modes: must be 0 to 1"),
-    (lambda: fit({0: replace(POINTS, unit="V")}), "unit = 'V': must be m"),
     (lambda: fit({0: replace(POINTS, damping_deviation=np.full(2, np.inf))}), "three records"),
     (lambda: fit(adjust=("damping", "frequency"),
                  groups={"a": (rom.Iwan(1.0, 1e4, 0.0, 1.0), [0])}),
      "4 values do not determine 6 parameters"),
-    (lambda: fit(fixed=("a.limits",)), "fixed: 'a.limits' is not a parameter, allowed: a.limit"),
-    (lambda: fit(sensor=8), "sensor = 8: must be a DOF, 0 to 1"),
     (lambda: fit(sensor=1), "sensor = 1: mode 0 does not move this DOF"),
     (lambda: fit(groups={"a": (rom.Tanh(1.0, 1.0), [0])}), "groups: 'a' must be"),
     (lambda: fit(groups={"a": (rom.FrictionalContact(0.4, 0.5, tangential_stiffness=4e3,
                                                      normal_stiffness=5e3), [0])}), "rom.Jenkins"),
-    (lambda: fit(groups={"a": (rom.Iwan(1.0, 1e4, 0.0, 0.0), [0])}), "a.beta = 0: must be > 0, o"),
 ]  # fmt: skip
 FILES = [
     (read, "e.csv", {}, "e.csv"),
-    (read, "e.uff", {}, "e.uff"),
     (read, "e.wav", {}, "e.wav"),
-    (read, "text.csv", {}, "line 3 must have one number a column"),
     (read, "binary.csv", {}, "is damaged: line 3 has the control character"),
     (read, "times.csv", {}, "times must rise in equal steps"),
     (read, "table.csv", {"unit": None, "sample_rate": 1.0}, "give unit=, such as 'm/s'"),
-    (read, "table.csv", {}, "give sample_rate= [Hz]"),
     (read, "hit.npz", {"channels": ["tip"]}, "has channel 0, channel 1, not 'tip'"),
     (read, "nodes.uff", {}, "choose common ones by channels="),
-    (read_sine, "e.wav", {}, "the name must end in .csv, .txt, "),
     (read_sine, "torque.csv", {}, "got frequency, torque, amplitude, phase; the"),
-    (read_sine, "sine.csv", {"unit": None}, "does not state one; give unit="),
     (read_sine, "sine.csv", {"force_unit": None}, "does not state one; give force_unit="),
     (read_sine, "volt.csv", {"force_unit": None}, "force is in 'V': must be N"),
     (read_sine, "degrees.csv", {}, "phase reaches 170 and has no unit; write phase"),
-    (read_sine, "lengths.npz", {}, "frequency, force, amplitude, phase must have one"),
     (read_sine, "no_rate.npz", {}, "has neither a sampling rate nor times; give sample_rate="),
-    (read_sine, "signals.npz", {"channels": ("F", "x")}, "must have F, x, got time, force"),
     (read_sine, "two.uff", {}, "choose one"),
-    (read_sine, "no_force.uff", {}, "has the forces none and the responses 1:+3"),
-    (read_sine, "response.uff", {}, "has no time signals in data sets 58"),
 ]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from elastic.family import blade
+from elastic.blade import blade
 from oracles.system import System, Tanh, Tone
 from oracles.time_integration import steady_harmonics
 

@@ -62,22 +62,8 @@ def test_a_mass_on_a_jenkins_element_has_its_closed_form(frequency):
     q = jenkins_first_harmonic(abs(X), 0.02, 0.1) * X / abs(X)
     left = (1.0 - frequency**2 + 0.004j * frequency) * X + q - force
     assert abs(left) <= 0.01 * abs(q)
-    exact = balance(system_of(structure, law), frequency, np.array([force + 0j])).X[1, 0]
+    exact = balance(system_of(structure, law), frequency, np.array([force + 0j]))[1, 0]
     assert abs(X - exact) <= 1e-3 * abs(exact)
-
-
-@pytest.mark.oracle
-def test_coulomb_friction_of_one_mode_is_the_closed_form():
-    """Q of mode A alone, the other contact stuck; the contact is massless and undamped."""
-    reduced = rom.reduce(rom.two_mass(), modes=(0,), formulation="paper")
-    amplitude, grid = np.linspace(0.1, 4.0, 40), rom.Discretisation(4096, lines=1)
-    k, K = abs(reduced.coupling[0, 0]), reduced.stiffness[0, 0]
-    r = np.minimum(1.0 / (k * amplitude), 1.0)
-    real = np.pi / 2 + np.arcsin(1 - 2 * r) + 2 * (1 - 2 * r) * np.sqrt(r * (1 - r))
-    exact = k**2 / K * (real - 4j * r * (1 - r)) / np.pi
-    problem = rom.ContactProblem.of(reduced, rom.Coulomb(2.0)).on(grid, 1e-10)
-    found = problem.solve(amplitude[:, np.newaxis]).Q[:, 0]
-    assert np.abs(found - exact).max() <= 1e-6 * np.abs(exact).max()
 
 
 @pytest.mark.oracle
@@ -149,12 +135,9 @@ def test_an_unforced_mode_is_at_rest(two_mode_model):
 @pytest.mark.parametrize(
     ("frequency", "force", "message"),
     [
-        ((0.98,), BOTH, "frequency: must be finite and > 0"),
         ((0.98, np.nan), BOTH, "frequency: must be finite and > 0"),
         ((1.65, 1.65), BOTH, "must differ at each point"),
-        ((0.1, 1.65), BOTH, r"^frequency: must be 0\.62"),
         ((0.98, 1.65), BOTH[:1], "force: needs one entry per mode"),
-        ((0.98, 1.65), ({7: 0.1}, {1: 0.2}), "force: DOF 7 is out of range"),
         ((0.985, 1.65), ({0: 15.0}, {1: 0.25}), "outside the friction table"),
     ],
 )

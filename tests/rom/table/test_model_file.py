@@ -110,22 +110,6 @@ def test_the_same_model_has_the_same_hash_and_content_and_others_another(small_m
 # Damage
 
 
-def test_a_flipped_byte_anywhere_is_noticed_or_harmless(small_model, saved):
-    content, noticed = saved.read_bytes(), 0
-    for position in np.linspace(0, len(content) - 1, 300).astype(int).tolist():
-        damaged = bytearray(content)
-        damaged[position] ^= 0xFF
-        saved.write_bytes(damaged)
-        try:
-            loaded = Model.load(saved)
-        except SlipmodeError as refusal:
-            noticed += 1
-            assert "\n" not in str(refusal)
-        else:  # a byte of the archive's bookkeeping that nothing depends on
-            assert_same_model(loaded, small_model)
-    assert noticed > 200
-
-
 def rewritten(path, **changed):
     """The same archive with other entries; None leaves one out."""
     with np.load(path) as archive:

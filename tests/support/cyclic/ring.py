@@ -89,7 +89,7 @@ def in_time(system, periods, omega, force=None, start=None, phase=None, steps=25
         angle = omega * t if phase is None else phase(t)
         return np.column_stack((np.cos(angle), np.sin(angle)))
 
-    z = None if start is None else np.append(2.0 * start.real, -2.0 * omega * start.imag)
+    z = 0.0 if start is None else np.append(2.0 * start.real, -2.0 * omega * start.imag)
     end = 2.0 * np.pi * periods / omega
     return integrate(system, columns, signals, end, steps * periods, steps // samples, z)
 

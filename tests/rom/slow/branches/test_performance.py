@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from elastic.family import member
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
@@ -75,45 +74,3 @@ def test_what_has_no_such_curve_is_named(model):
         rom.performance_curve(model, FORCE, mode=1)
     with pytest.raises(SlipmodeError, match="force: does not excite mode A"):
         rom.performance_curve(model, {0: 0.0})
-
-
-def design(seed):
-    """Return a drawn structure, and a table as the design of a damper needs it."""
-    drawn = member(seed)
-    force, law = drawn.force[:1], drawn.law
-    reduced = rom.reduce(drawn.structure, drawn.modes[:1], law=law, force_patterns=force)
-    moved = 2.0 * np.abs(np.asarray(drawn.structure.directions).T @ reduced.mode_shapes).max()
-    furthest = max(law.limit / law.stiffness / moved, drawn.scale[0])
-    return drawn, rom.tabulate(reduced, law, (8.0 * furthest,), 1e-3, detuning=True)
-
-
-@pytest.mark.oracle
-@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
-@pytest.mark.parametrize("seed", [4, 12, 23])
-def test_no_peak_is_above_that_of_stuck_contacts(seed):
-    """Where the mode leaves the carrier of the table there were peaks 1.3 times as high."""
-    drawn, model = design(seed)
-    curve = rom.performance_curve(model, drawn.force[0])
-    reduced = model.reduced
-    F = abs(reduced.modal_force(0, drawn.force[0]))
-    stuck = F / (2.0 * reduced.modal_damping[0] * reduced.frequency[0])
-    assert curve.peak.max() <= (1.0 + 1e-5) * stuck
-    assert np.all(np.diff(curve.limit) > 0.0)
-    low, high = curve.optimum_range
-    assert low <= curve.optimum[0] <= high
-
-
-@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
-@pytest.mark.parametrize("seed", [4, 100])
-def test_peaks_include_the_action_of_the_force_on_the_contacts(seed):
-    """Peaks of response curves on the same table: within 5e-5, without that action 1 to 2 %."""
-    drawn, model = design(seed)
-    peaks = rom.performance_curve(model, drawn.force[0])
-    limit, peak = peaks.optimum
-    omega = np.interp(limit, peaks.limit, peaks.frequency)
-    curve = rom.response_curve(
-        *(model, [omega], [drawn.force[0] / limit], "frequency_A"),
-        (0.97 * omega, 1.03 * omega),
-        largest_step=0.005,
-    )
-    assert peak == pytest.approx(limit * np.abs(curve.amplitude).max(), rel=2e-4)

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 import scipy.linalg
 from beside_oracle import steady_amplitudes, system_of
-from elastic.family import blade, member
+from elastic.blade import blade
 from elastic.frictional_beam import LIFT_OFF, TIP, structure
 
 from slipmode import rom
@@ -72,31 +72,6 @@ def test_the_error_contains_the_effect_of_static_modes(length):
 
 
 @pytest.mark.oracle
-def test_under_a_small_force_it_is_the_linear_response_of_the_stuck_structure():
-    case = member(4)
-    reduced = rom.reduce(
-        *(case.structure, case.modes), law=case.law, carrier=case.frequency, smallest_response=1e-6
-    )
-    small = [1e-3 * f for f in case.force]
-    state = rom.steady_state(reduced, case.law, case.frequency, small)
-    D = reduced.frequency**2 - reduced.carrier**2 + 1j * reduced.modal_damping * reduced.carrier
-    F = np.array([reduced.modal_force(j, f) for j, f in enumerate(small)])
-    assert state.amplitude == pytest.approx(0.5 * F / D, rel=1e-9)
-    K, M, C = (getattr(case.structure, name) for name in ("stiffness", "mass", "damping"))
-    W, Omega = case.structure.directions, case.frequency[0]
-    stuck = K + (W * reduced.contacts.reference) @ W.T - Omega**2 * M + 1j * Omega * C
-    expected = np.linalg.solve(stuck, 0.5 * small[0])
-    x = state.displacement_harmonics()[0]
-    # modes that contacts do not see follow the force statically
-    assert np.abs(x - expected).max() <= 3e-3 * np.abs(expected).max()
-    each = [state.displacement(dof)[0] for dof in range(reduced.n_dofs)]
-    np.testing.assert_allclose(each, 2.0 * np.abs(x), rtol=1e-12)
-    for dof in (reduced.n_dofs, -1, 1.5, None):
-        with pytest.raises(rom.SlipmodeError, match=f"^dof: must be 0 to {reduced.n_dofs - 1}"):
-            state.displacement(dof)
-
-
-@pytest.mark.oracle
 @pytest.mark.parametrize("law", [rom.Coulomb(1e3), rom.Jenkins(1e3, 3.0)])
 def test_a_dof_that_only_the_force_moves_follows_it(law):
     """Displacements include the quasi-static response: DOF 2 is beside modes and contacts."""
@@ -111,33 +86,6 @@ def test_a_dof_that_only_the_force_moves_follows_it(law):
     model = rom.tabulate(reduced, law, (10.0,), warned=False)
     curve = rom.response_curve(model, [Omega], [force], "force", (0.5, 1.0))
     np.testing.assert_allclose(curve.displacement(2)[-1], state.displacement(2), rtol=1e-6)
-
-
-@pytest.mark.oracle
-def test_a_mode_that_the_contacts_do_not_move_is_linear():
-    M, K = np.eye(3), np.diag([1.0, 4.0, 9.0])
-    K[1, 2] = K[2, 1] = -1.0
-    structure = rom.Structure(M, K, 0.01, contact=[2])
-    reduced = rom.reduce(structure, (0,), law=rom.Jenkins(1.0, 2.0))
-    state = rom.steady_state(reduced, rom.Jenkins(1.0, 2.0), [0.99], [{0: 0.3}])
-    assert state.amplitude[0] == pytest.approx(0.15 / (1.0 - 0.99**2 + 0.01j * 0.99), rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("key", "change"),
-    [
-        ("frequency", {"frequency": [1.0, 2.0]}),
-        ("frequency", {"frequency": [np.nan]}),
-        ("force", {"force": []}),
-        ("force", {"force": [{0: 0.0}]}),
-        ("tolerance", {"tolerance": 0.0}),
-    ],
-)
-def test_bad_arguments_are_named(key, change):
-    reduced = rom.reduce(rom.two_mass(), modes=(0,))
-    arguments = {"frequency": [1.0], "force": [{0: 0.1}], "tolerance": 1e-3} | change
-    with pytest.raises(rom.SlipmodeError, match=key if "nan" not in str(change) else "carrier"):
-        rom.steady_state(reduced, rom.Coulomb(2.0), **arguments)
 
 
 def nlvib_rms(frequencies, alpha=6e-7):
