@@ -15,8 +15,8 @@ typedef struct {
     double elapsed, amplitude[4], d_amplitude[4], rate[RESULTS], *a, *result;
 } rate_call;
 
-static void new_call(rate_call *c, int modes, int paper, int rich) {
-    *c = (rate_call){.t = rich ? new_rich_table(4, 5, 2) : new_table(modes, 6, 5),
+static void new_call(rate_call *c, int rich) {
+    *c = (rate_call){.t = rich ? new_rich_table(4, 5, 2) : new_table(2, 6, 5),
                      .inputs = {.force = {0.15, 0.25}, .force_rate = {0.01, -0.02},
                                 .frequency = {0.98, 1.65}, .frequency_rate = {1e-3, -2e-3},
                                 .phase = {0.3, -1.2}, .phase_rate = {0.02, 0.01},
@@ -26,7 +26,6 @@ static void new_call(rate_call *c, int modes, int paper, int rich) {
     c->a = c->amplitude;
     c->result = c->rate;
     c->flow = flow_over(&c->t);
-    c->flow.paper = paper;
     if (!rich) return;
     c->flow.combination[0] = (sm_combination){1, 5, -2};
     c->flow.combination[1] = (sm_combination){0, -4, 3};
@@ -82,7 +81,7 @@ static sm_status table_check(void *arguments) {
 void check_slow_flow_refusals(void) {
     rate_call c;
     const entry calls[] = {rate, directional};
-    new_call(&c, 2, 0, 1);
+    new_call(&c, 1);
     for (int k = 0; k < 2; k++) {
         REFUSES_NULL(calls[k], &c, &c.a, &c.result);
         REFUSES_INTS(&c.flow.table.modes, calls[k], &c, 0, -1, 3, INT32_MIN, INT32_MAX);
@@ -100,7 +99,7 @@ void check_slow_flow_refusals(void) {
     REFUSES_NOT_FINITE(directional, &c, {(double *)&c.d_inputs, INPUTS}, {c.d_amplitude, 4});
     REFUSES_NOT_FINITE(rate, &c, {&c.elapsed, 1});
     REFUSES(&c.inputs.frequency_rate[0], rate, &c, -1.0);
-    new_call(&c, 2, 0, 0);
+    new_call(&c, 0);
     for (int j = 0; j < 2; j++) {
         c.amplitude[j] = 1.0;
         CHECK_WITH(&c.amplitude[j], nextafter(4.0, 5.0), look_up(&c), SM_OUTSIDE_TABLE);
