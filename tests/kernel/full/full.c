@@ -19,24 +19,12 @@ typedef struct {
     double *state, *contact;
 } full_call;
 
-static void set_step(full_call *p, double h) {
-    const double own = 0.5 * h;
-    p->full.step = h;
-    for (size_t k = 0; k < N; k++) {
-        p->own[k] = own;
-        p->inverse[k] = 1.0 / (1.0 / own + p->damping[k] + own * p->stiffness[k]);
-        if (k == CONTACTS) break;
-        const double D = own * p->inverse[k];
-        p->flexibility[k * (CONTACTS + 1)] = D / (1.0 + p->reference[k] * D);
-    }
-}
-
 static void new_full(full_call *p, size_t samples) {
     *p = (full_call){.inputs = resonant_inputs(),
                      .elastic = {CONTACTS, CONTACTS, p->element, p->slider, p->reference},
                      .output = {1.0}};
     p->full = (sm_full){.coordinates = N, .contacts = CONTACTS, .modes = 2, .outputs = 1,
-                        .law = SM_ELASTIC, .diagonal = 1, .stiffness = p->stiffness,
+                        .law = SM_ELASTIC, .diagonal = 1, .step = 0.05, .stiffness = p->stiffness,
                         .damping = p->damping, .directions = p->directions,
                         .patterns = p->patterns, .output = p->output, .inverse = p->inverse,
                         .elastic = &p->elastic, .own = p->own, .ahead = p->own,
@@ -45,6 +33,8 @@ static void new_full(full_call *p, size_t samples) {
         p->damping[k] = 0.1;
         p->patterns[k] = p->patterns[2 * N - 1 - k] = 1.0 + k;
         p->stiffness[k] = k; /* the first mass is free */
+        p->own[k] = 0.025;
+        p->inverse[k] = 1.0 / (1.0 / 0.025 + 0.1 + 0.025 * k);
     }
     for (int i = 0; i < CONTACTS; i++) {
         p->slider[2 * i] = 0.5 + i;
@@ -52,11 +42,12 @@ static void new_full(full_call *p, size_t samples) {
         p->directions[i * N + i] = 1.0;
         p->element[i] = (sm_element){.law = SM_SLIDERS, .column = {i}, .sliders = 1,
                                      .first_slider = i};
+        const double D = 0.025 * p->inverse[i];
+        p->flexibility[i * (CONTACTS + 1)] = D / (1.0 + 4.0 * D);
     }
     p->contact = new_doubles(samples * 3 * CONTACTS);
     p->samples = (sm_full_samples){samples, 5, new_doubles(samples), new_doubles(samples),
                                    p->contact, new_doubles(samples)};
-    set_step(p, 0.05);
     p->state = new_doubles(sm_full_state_count(&p->full));
 }
 
