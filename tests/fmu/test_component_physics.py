@@ -236,23 +236,3 @@ def test_a_staircase_tends_to_a_ramp_with_second_order(ramped, rate):
     coarse, fine = (np.abs(arrive(stairs) - arrive(0)).max() for stairs in (8, 16))
     assert 1e-7 < fine < 1e-2
     assert coarse / fine == pytest.approx(4.0, rel=0.1)
-
-
-def test_amplitudes_scale_with_friction_limits_and_forces():
-    """S(s a; s mu N) = s S(a; mu N): s times the limits and forces, s times the amplitudes.
-
-    Powers grow by s^2. The limits are an input of one model, and parameters of the other.
-    """
-    scale, tolerance = 1.5, 1e-2
-    reduced = rom.reduce(rom.two_mass(beta=0.01), formulation="paper")
-    patterns, forces = ({0: 1.0}, {1: 1.0}), {"force_A": 0.1, "force_B": 0.15}
-    rows = []
-    for s, inputs in ((1.0, forces | {"limit_scale": scale}), (scale, forces)):
-        of = rom.tabulate(reduced, rom.Coulomb(2.0 * s), (4.0 * s, 2.0 * s), tolerance)
-        stepped = fmu.Component(of, patterns)
-        stepped.set_inputs(**HELD | inputs)
-        rows.append(march(stepped, np.full(30, 10.0)))
-    columns = [stepped.output_names.index(n) for n in ("A_re", "A_im", "B_re", "B_im")]
-    columns += [stepped.output_names.index(n) for n in ("input_power", "dissipated_energy")]
-    found, expected = (each[:, columns] for each in rows)
-    assert (np.abs(found - expected).max(axis=0) < tolerance * np.abs(expected).max(axis=0)).all()

@@ -27,8 +27,6 @@ typedef struct {
     status (*terminate)(void *c);
     status (*reset)(void *c);
     status (*get_real)(void *c, const uint32_t *vr, size_t count, double *value);
-    /* likewise, of so many values; or NULL */
-    status (*get_floats)(void *c, const uint32_t *vr, size_t count, double *value, size_t values);
     status (*set_real)(void *c, const uint32_t *vr, size_t count, const double *value);
     status (*get_enumeration)(void *c, const uint32_t *vr, size_t count, int32_t *value);
     status (*get_boolean)(void *c, const uint32_t *vr, size_t count, int *value);
@@ -54,13 +52,11 @@ typedef struct {
     status (*directional)(void *c, const uint32_t *unknown, size_t unknowns,
                           const uint32_t *known, size_t knowns, const double *seed,
                           double *sensitivity);
-    /* likewise, or NULL */
+    /* or NULL */
     status (*adjoint)(void *c, const uint32_t *unknown, size_t unknowns, const uint32_t *known,
                       size_t knowns, const double *seed, double *sensitivity);
     status (*output_derivatives)(void *c, const uint32_t *vr, size_t count, const int32_t *order,
                                  double *value);
-    status (*absent)(void *c, int which); /* calls that are always refused */
-    int absent_count;
 } calls;
 
 extern const calls fmi2_calls, fmi3_calls;

@@ -80,26 +80,6 @@ static status get_indicators(void *c, size_t count) {
     return (status)fmi2GetEventIndicators(c, value, count);
 }
 
-static status absent(void *c, int which) {
-    const fmi2ValueReference vr = 1;
-    const fmi2Integer integer = 2;
-    fmi2Status pending;
-    fmi2Integer got;
-    fmi2String text = "text";
-    double value = 1.0;
-    switch (which) {
-    case 0: return (status)fmi2GetString(c, &vr, 1, &text);
-    case 1: return (status)fmi2SetString(c, &vr, 1, &text);
-    case 2: return (status)fmi2CancelStep(c);
-    case 3: return (status)fmi2SetRealInputDerivatives(c, &vr, 1, &integer, &value);
-    case 4: return (status)fmi2GetRealOutputDerivatives(c, &vr, 1, &integer, &value);
-    case 5: return (status)fmi2SetInteger(c, &vr, 1, &integer);
-    case 6: return fmi2GetStatus(c, fmi2DoStepStatus, &pending) == fmi2OK ? OK : ERROR;
-    case 7: return fmi2GetIntegerStatus(c, fmi2DoStepStatus, &got) == fmi2OK ? OK : ERROR;
-    default: return fmi2GetStringStatus(c, fmi2PendingStatus, &text) == fmi2OK ? OK : ERROR;
-    }
-}
-
 #define AS(type, function) ((type)(function))
 const calls fmi2_calls = {
     .version = "FMI 2.0",
@@ -136,6 +116,4 @@ const calls fmi2_calls = {
                                  const double *, double *),
                       fmi2GetDirectionalDerivative),
     .output_derivatives = output_derivatives,
-    .absent = absent,
-    .absent_count = 9,
 };

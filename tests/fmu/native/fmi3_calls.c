@@ -155,34 +155,6 @@ static status directional(void *c, const uint32_t *unknown, size_t unknowns,
                                                 sensitivity, unknowns);
 }
 
-/* Types that there are no variables of, clocks, and values that are not as many as references. */
-static status absent(void *c, int which) {
-    const fmi3ValueReference vr = 1;
-    fmi3Clock clock = true;
-    fmi3IntervalQualifier qualifier;
-    fmi3Float32 narrow = 0.0f;
-    fmi3Int32 integer = 1;
-    fmi3String text = "text";
-    size_t size = 1;
-    double wide[2] = {0.0};
-    switch (which) {
-    case 0: return (status)fmi3GetClock(c, &vr, 1, &clock);
-    case 1: return (status)fmi3SetClock(c, &vr, 1, &clock);
-    case 2: return (status)fmi3GetIntervalDecimal(c, &vr, 1, wide, &qualifier);
-    case 3: return (status)fmi3SetShiftDecimal(c, &vr, 1, wide);
-    case 4: return (status)fmi3ActivateModelPartition(c, vr, 0.0);
-    case 5: return (status)fmi3EvaluateDiscreteStates(c);
-    case 6: return (status)fmi3GetFloat32(c, &vr, 1, &narrow, 1);
-    case 7: return (status)fmi3SetInt32(c, &vr, 1, &integer, 1);
-    case 8: return (status)fmi3GetString(c, &vr, 1, &text, 1);
-    case 9: return (status)fmi3EnterConfigurationMode(c);
-    case 10: return (status)fmi3GetNumberOfVariableDependencies(c, vr, &size);
-    case 11: return (status)fmi3GetOutputDerivatives(c, &vr, 1, &integer, wide, 2);
-    case 12: return (status)fmi3GetAdjointDerivative(c, &vr, 1, &vr, 1, wide, 1, wide, 2);
-    default: return (status)fmi3GetFloat64(c, &vr, 1, wide, 2);
-    }
-}
-
 #define AS(type, function) ((type)(function))
 const calls fmi3_calls = {
     .version = "FMI 3.0",
@@ -194,7 +166,6 @@ const calls fmi3_calls = {
     .terminate = AS(status (*)(void *), fmi3Terminate),
     .reset = AS(status (*)(void *), fmi3Reset),
     .get_real = get_real,
-    .get_floats = AS(status (*)(void *, const uint32_t *, size_t, double *, size_t), fmi3GetFloat64),
     .set_real = set_real,
     .get_enumeration = get_enumeration,
     .get_boolean = get_boolean,
@@ -221,6 +192,4 @@ const calls fmi3_calls = {
     .enter_steps = AS(status (*)(void *), fmi3EnterStepMode),
     .adjoint = adjoint,
     .output_derivatives = output_derivatives,
-    .absent = absent,
-    .absent_count = 14,
 };

@@ -51,7 +51,6 @@ double good_value(const fmu_variable *v);
 /* Random calls about variables: sequence_variables.c; */
 void set_reals(instance *i);
 void get_reals(instance *i);
-void get_floats(instance *i);
 void call_directional(instance *i);
 void call_output_derivatives(instance *i);
 void other_types(instance *i);

@@ -74,26 +74,6 @@ void get_reals(instance *i) {
     for (size_t k = 0; got == OK && k < count; k++) CHECK(isfinite(value[k]), "get real");
 }
 
-/* Arrays and reals in one call; as many values as they have, or not. */
-void get_floats(instance *i) {
-    uint32_t vr[4];
-    const size_t count = (size_t)below(5), size = (size_t)model->contact.contacts;
-    size_t values = 0;
-    int legal = !in(i, INSTANTIATED);
-    for (size_t k = 0; k < count; k++) {
-        vr[k] = (uint32_t)(model->variables - 1 - below(8));
-        const int array = model->variable[vr[k]].type == FMU_ARRAY;
-        if (!array && model->variable[vr[k]].type != FMU_REAL) legal = 0;
-        values += array ? size : 1;
-    }
-    const size_t given = below(4) ? values : (size_t)below(6);
-    double value[64] = {0.0};
-    const long before = messages.count;
-    const status got = fmi->get_floats(i->c, vr, count, value, given);
-    judge(got, legal && given == values, 1, before, "get floats");
-    for (size_t k = 0; got == OK && k < given; k++) CHECK(isfinite(value[k]), "get floats");
-}
-
 /* Any unknowns by any knowns. Where there is none, as of a modulus at zero, is not known here. */
 void call_directional(instance *i) {
     uint32_t unknown[3], known[3];

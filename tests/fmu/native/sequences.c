@@ -98,15 +98,14 @@ static void refused(instance *i) {
     const long before = messages.count;
     size_t size;
     double reached;
-    switch (below(8)) {
+    switch (below(7)) {
     case 0: judge(fmi->set_logging(i->c, 1, 2, categories), 0, 0, before, "logging"); break;
     case 1: judge(fmi->get_state(i->c, NULL), 0, 0, before, "get state"); break;
     case 2: judge(fmi->set_state(i->c, NULL), 0, 0, before, "set state"); break;
     case 3: judge(fmi->serialized_size(i->c, NULL, &size), 0, 0, before, "size"); break;
     case 4: judge(fmi->deserialize(i->c, NULL, 9, NULL), 0, 0, before, "deserialize"); break;
     case 5: CHECK(fmi->step(NULL, 0.0, 1.0, &reached) == ERROR, "no instance"); break;
-    case 6: CHECK(fmi->get_real(NULL, NULL, 0, NULL) == ERROR, "no instance"); break;
-    default: CHECK(fmi->absent(i->c, below(fmi->absent_count)) != OK, "absent");
+    default: CHECK(fmi->get_real(NULL, NULL, 0, NULL) == ERROR, "no instance");
     }
 }
 
@@ -122,8 +121,7 @@ static void random_call(instance *i, const char *folder, const char *token) {
     const unsigned state = i->state;
     unsigned char *bytes = traced ? bytes_of(i, &size) : NULL;
     const long before = messages.count;
-    if (call < 4 && fmi->get_floats) get_floats(i);
-    else if (call < 13) get_reals(i);
+    if (call < 13) get_reals(i);
     else if (call < 16) call_output_derivatives(i);
     else if (call < 20) call_directional(i);
     else if (call < 24) other_types(i);

@@ -89,36 +89,6 @@ static void check_motion(void) {
     free_doubles();
 }
 
-/* One Jenkins element on a structure: in terms of u, elastic and perfectly plastic, df = k du. */
-static void check_jenkins_element(void) {
-    joints j;
-    motion_call c;
-    new_joints(&j, 1);
-    j.element[0] = (sm_element){.law = SM_SLIDERS, .sliders = 1};
-    j.elastic.elements = j.contact.contacts = 1;
-    j.reference[0] = j.slider[1];
-    j.stiffness[0] = -1.0 / (j.slider[1] + 2.0);
-    j.slider[0] = 0.1 * j.slider[1];
-    j.coupling[0] = 0.5;
-    new_motion(&c, &j.contact, SAMPLES);
-    c.steps_per_period = 4096;
-    CHECK_STATUS(march(&c), SM_OK);
-    double f = 0.0, last = 0.0, least = 0.0, most = 0.0;
-    for (int step = 0, k = 0; k < SAMPLES; step++) {
-        const double u = forcing(&c, 0, 3.0 + 28.0 * step / (SAMPLES * 2000.0));
-        f = fmax(-j.slider[0], fmin(f + j.slider[1] * (u - last), j.slider[0]));
-        last = u;
-        if (step > 0 && step % 2000 == 0) {
-            CHECK_NEAR(c.f[k], f, 1e-5 * j.slider[0]);
-            least = fmin(least, c.f[k]);
-            most = fmax(most, c.f[k++]);
-        }
-    }
-    CHECK_NEAR(least, -j.slider[0], 1e-9 * j.slider[0]);
-    CHECK_NEAR(most, j.slider[0], 1e-9 * j.slider[0]);
-    free_doubles();
-}
-
 /* Statics in one step from rest: in balance, under the forces of the law. */
 static void check_equilibrium(void) {
     joints j;
@@ -142,7 +112,6 @@ static void check_equilibrium(void) {
 
 void check_elastic(int times) {
     (void)times;
-    check_jenkins_element();
     for (int k = 0; k < 60; k++) {
         check_motion();
         check_equilibrium();

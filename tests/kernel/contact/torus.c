@@ -57,85 +57,6 @@ static double complex coupling(const torus_call *c, int mode, int i) {
     return L[0] + I * L[1];
 }
 
-/* A light mass, and modes that respond to the contacts: 0 is neither. */
-enum { MASSLESS, MASSIVE, RESPONDING, LINEAR_CASES };
-
-static const double MASS[9] = {0.5, 0.1, 0.0, 0.1, 0.7, 0.1, 0.0, 0.1, 0.6};
-
-/* H of contacts i and k at the carrier of a mode: the response of the other mode. */
-static double complex dynamic_stiffness(double nu, int other, int i, int k) {
-    const double spring[6] = {-1.0, 0.5, 0.3, 0.8, -1.2, 0.4};
-    const double damper[6] = {0.1, 0.0, 0.05, 0.0, 0.1, -0.1};
-    const double natural = other ? 1.7 : 1.0, damping = other ? 0.03 : 0.01;
-    const double complex of_i = spring[3 * other + i] + I * nu * damper[3 * other + i];
-    const double complex of_k = spring[3 * other + k] + I * nu * damper[3 * other + k];
-    return of_i * of_k / (natural * natural - nu * nu + I * damping * nu);
-}
-
-/* Without friction, (K + i nu D [- nu^2 M] [- H(nu)]) P + L a = 0 at each carrier: its error. */
-static double linear_error(int32_t steps, int what) {
-    double H[ORDERS * 9 * 2] = {0.0}, worst = 0.0;
-    problem p = new_problem(3, 2, SM_TANH);
-    torus_call c;
-    new_call(&c, &p.contact, 4, 1);
-    c.grid.steps = steps;
-    c.grid.tolerance = 1e-12;
-    c.amplitudes[0] = 1.3;
-    c.amplitudes[1] = 0.7;
-    if (what == MASSIVE) p.contact.mass = MASS;
-    for (int k = 0; k < 18; k++) {
-        const double complex h = dynamic_stiffness(c.rates[k / 9], 1 - k / 9, k % 9 / 3, k % 3);
-        H[2 * k] = creal(h);
-        H[2 * k + 1] = cimag(h);
-    }
-    const sm_modal_response response = {
-        .orders_count = ORDERS, .orders = c.orders, .dynamic_stiffness = H};
-    if (what == RESPONDING) p.contact.response = &response;
-    memset(p.limit, 0, 3 * sizeof(double));
-    memcpy(p.damping, p.stiffness, 9 * sizeof(double)); /* time constant 1 s */
-    CHECK_STATUS(solve(&c), SM_OK);
-    for (int k = 0; k < 6; k++) {
-        const int mode = k / 3, i = k % 3;
-        const double nu = c.rates[mode];
-        double complex rest = coupling(&c, mode, i) * c.amplitudes[mode];
-        for (int j = 0; j < 3; j++) {
-            double complex stiffness = p.stiffness[3 * i + j] * (1.0 + I * nu);
-            if (what == MASSIVE) stiffness -= nu * nu * MASS[3 * i + j];
-            if (what == RESPONDING) stiffness -= dynamic_stiffness(nu, 1 - mode, i, j);
-            rest += stiffness * harmonic(&c, 0, mode, j);
-        }
-        worst = fmax(worst, cabs(rest));
-    }
-    free_doubles();
-    return worst;
-}
-
-/* Stiffness under 2 X cos t of a spring k in series with a slider that slips at |x| = X c: the
- * describing function of Jenkins' element (Iwan 1961). */
-static double complex describing_function(double k, double c) {
-    if (c >= 1.0) return k;
-    const double theta = acos(1.0 - 2.0 * c);
-    return k * (theta - 0.5 * sin(2.0 * theta) + 4.0 * I * c * (1.0 - c)) / PI;
-}
-
-/* One undamped Coulomb contact on a spring K: under L a the slider adds to the spring. */
-static void check_coulomb_contact(void) {
-    const double amplitudes[] = {0.5, 0.99, 1.05, 1.3, 2.0, 4.0, 50.0};
-    problem p = new_problem(1, 1, SM_COULOMB);
-    torus_call c;
-    new_call(&c, &p.contact, 1, 7);
-    c.grid.steps = 8192;
-    p.damping[0] = p.coupling[1] = 0.0;
-    p.coupling[0] = -1.0;
-    memcpy(c.amplitudes, amplitudes, sizeof amplitudes);
-    CHECK_STATUS(solve(&c), SM_OK);
-    for (size_t k = 0; k < 7; k++) {
-        const double a = amplitudes[k], K = p.stiffness[0], limit = p.limit[0];
-        const double complex x = a * (1.0 - describing_function(1.0, limit / (2.0 * a))) / K;
-        CHECK_NEAR(cabs(harmonic(&c, k, 0, 0) - x), 0.0, a < 1.0 ? 0.0 : 1e-7 * a);
-    }
-}
-
 /* One Jenkins element that is moved by 2 Re(a exp(i t)), without flexibility. */
 static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elastic *elastic,
                         const double *slider) {
@@ -150,10 +71,11 @@ static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elast
     for (int k = 0; k < 3; k++) c->amplitudes[k] = 0.2 + 0.3 * k;
 }
 
-/* Its force deficit is k x - N x. While |x| = 2 a grows by r per second, a reversal that lies tau
+/* While |x| = 2 a grows by r per second, a reversal that lies tau
  * back was at an amplitude 2 r tau smaller, and while the slider sticks the force is by k 2 r tau
  * off that of steady motion; it sticks until cos tau = 1 - 2 c. */
-static void check_jenkins_element(void) {
+void check_torus(int times) {
+    (void)times;
     const double slider[] = {1.5, 3.0}, by = 1e-3; /* slips from |x| = 0.5 on; growth per period */
     torus_call c;
     problem p;
@@ -161,12 +83,6 @@ static void check_jenkins_element(void) {
     sm_elastic elastic;
     double complex P[3];
     new_jenkins(&c, &p, &element, &elastic, slider);
-    CHECK_STATUS(solve(&c), SM_OK);
-    for (size_t k = 0; k < 3; k++) {
-        const double a = c.amplitudes[k];
-        const double complex lost = slider[1] - describing_function(slider[1], 0.25 / a);
-        CHECK_NEAR(cabs(harmonic(&c, k, 0, 0) - lost * a), 0.0, 1e-6);
-    }
     for (int sign = 1; sign >= -1; sign -= 2) {
         for (size_t k = 0; k < 3; k++) c.growth[k] = sign * by;
         CHECK_STATUS(grow(&c), SM_OK);
@@ -181,16 +97,6 @@ static void check_jenkins_element(void) {
         CHECK_NEAR(cabs(P[k] - (k == 0 ? 0.0 : late)), 0.0, 2e-3);
         CHECK(k == 0 || cabs(late) > 0.1);
     }
-}
-
-void check_torus(int times) {
-    (void)times;
-    for (int what = 0; what < LINEAR_CASES; what++) { /* of second order */
-        CHECK_NEAR(log2(linear_error(64, what) / linear_error(128, what)), 2.0, 0.1);
-        CHECK_NEAR(linear_error(512, what), 0.0, 2e-4);
-    }
-    check_coulomb_contact();
-    check_jenkins_element();
 }
 
 static void *solve_in_thread(void *call) {

@@ -1,9 +1,8 @@
-/* The step-able component: runs in closed form, outputs, states. */
+/* The step-able component: contact outputs in equilibrium, time and angles of long runs. */
 #include "component.h"
 
 void check_component(int times);
 void check_long_run(int times);
-void check_trace(int times);
 
 /* Harmonics of `width` signals at the nodes that a linear surface holds exactly. */
 static double response_at(double a, double b, int order, int part, int signal) {
@@ -55,58 +54,6 @@ void new_model(model *m, int modes, int contacts, int wanted) {
     m->motion = (sm_motion){wanted, ELASTIC, m->modes_out, m->forces_out, m->contacts_out, ORDERS,
                             m->orders, m->reaction, m->response, 32, 4.0};
     CHECK_STATUS(create_again(m), SM_OK);
-}
-
-/* Without friction q'' + d q' + natural^2 q = 0 beside the steady motion: the mode vibrates as it
- * does by itself, a(t) = a_s + (a_0 - a_s) exp(s t), s = -d / 2 + i (sqrt(natural^2 - d^2 / 4) -
- * Omega). Returns the error of the amplitudes. Steps take no memory. */
-static double linear_error(double tolerance, double *steps) {
-    model m;
-    const double start[4] = {0.5, 0.1, -0.3, 0.2};
-    const sm_inputs inputs = {.force = {0.01, 0.02}, .frequency = {0.98, 1.65},
-                              .phase = {0.4, -1.0}, .limit_scale = 1.0};
-    double out[SM_OUTPUTS_FIXED], worst = 0.0;
-    uint64_t accepted;
-    new_model(&m, 2, 1, 0);
-    memset(m.t.values, 0, COUNT_A * COUNT_B * 16 * sizeof(double));
-    m.tolerance = tolerance;
-    CHECK_STATUS(create_again(&m), SM_OK);
-    CHECK_STATUS(sm_component_reset(m.component, 100.0, start), SM_OK);
-    CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
-    allocations_left = 0;
-    for (double time = 140.0; time < 400.0; time += 140.0) {
-        CHECK_STATUS(sm_component_step(m.component, 140.0), SM_OK);
-        CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
-        CHECK_NEAR(out[0], 100.0 + time, 1e-12);
-        for (int j = 0; j < 2; j++) {
-            const double Omega = inputs.frequency[j], d = m.flow.damping[j];
-            const double square = m.flow.natural[j] * m.flow.natural[j];
-            const double complex slow = -0.5 * d + I * (sqrt(square - 0.25 * d * d) - Omega);
-            const double complex steady = 0.5 * inputs.force[j] * cexp(I * inputs.phase[j])
-                                          / (square - Omega * Omega + I * d * Omega);
-            const double complex from = start[2 * j] + I * start[2 * j + 1] - steady;
-            const double complex a = steady + from * cexp(slow * time);
-            worst = fmax(worst, cabs(out[1 + 2 * j] + I * out[2 + 2 * j] - a));
-            CHECK_NEAR(cos(out[5 + j] - time * Omega), 1.0, 1e-15);
-            CHECK(out[5 + j] >= 0.0 && out[5 + j] < TWO_PI);
-        }
-        CHECK(out[8] == 0.0 && out[9] == 0.0);
-    }
-    allocations_left = -1;
-    sm_component_work(m.component, &accepted, NULL);
-    *steps = (double)accepted;
-    free_model(&m);
-    return worst;
-}
-
-/* Steps are controlled by the error of fourth order in h of a fifth-order step: their number grows
- * as tolerance^(-1/5), and the error stays within the tolerance times the amplitudes, which are
- * below 0.6. */
-static void check_linear_response(void) {
-    double steps[2];
-    const double coarse = linear_error(1e-5, &steps[0]), fine = linear_error(1e-10, &steps[1]);
-    CHECK(coarse <= 0.6 * 1e-5 && fine <= 0.6 * 1e-10);
-    CHECK_NEAR(log10(steps[1] / steps[0]), 1.0, 0.1);
 }
 
 /* Re sum c_nm exp(i (n theta_A + m theta_B)), what the modes respond at a signal, from the
@@ -173,61 +120,11 @@ static void check_motion_outputs(int modes, int contacts) {
     free_model(&m);
 }
 
-/* A jump of the force, a step shorter than an internal one, a sweep, a ramp. */
-enum { STEPS = 4, ROWS = 4000 };
-static const double DURATION[STEPS] = {50.0, 1e-6, 700.0, 200.0};
-
-static void script(sm_inputs *inputs) {
-    for (int k = 0; k < STEPS; k++) inputs[k] = resonant_inputs();
-    inputs[2].force[0] = 0.05;
-    inputs[2].frequency_rate[0] = 2e-5;
-    inputs[3].force_rate[1] = -2e-4;
-}
-
 void check_component(int times) {
     (void)times;
-    check_linear_response();
     for (int modes = 1; modes <= 2; modes++) {
         check_motion_outputs(modes, 1);
         check_motion_outputs(modes, 3);
-    }
-}
-
-/* A trace in calls of few rows ends in the same state as in one call, to the bit, and its last row
- * is what outputs are there. From that state another component takes the same steps. */
-void check_trace(int times) {
-    (void)times;
-    for (int wanted = 0; wanted <= 1; wanted++) {
-        model m, other;
-        sm_inputs inputs[STEPS];
-        const double rest[4] = {0.0};
-        size_t done;
-        script(inputs);
-        new_model(&m, 2, 2, wanted);
-        new_model(&other, 2, 2, wanted);
-        const size_t size = m.outputs * sizeof(double);
-        double *rows = new_doubles(ROWS * m.outputs), *out = new_doubles(STEPS * m.outputs);
-        double *again = new_doubles(STEPS * m.outputs), *states[2];
-        for (int k = 0; k < 2; k++) {
-            sm_trace t = {.capacity = k ? 7 : ROWS, .outputs = rows};
-            states[k] = new_doubles(m.state);
-            CHECK_STATUS(sm_component_reset(m.component, 0.0, rest), SM_OK);
-            while (t.done < STEPS) {
-                CHECK_STATUS(sm_component_trace(m.component, STEPS, DURATION, inputs, &t), SM_OK);
-                CHECK(t.count == t.capacity || (t.count < t.capacity && t.done == STEPS));
-            }
-            CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
-            CHECK(memcmp(out, rows + (t.count - 1) * m.outputs, size) == 0);
-            CHECK_STATUS(sm_component_get_state(m.component, states[k]), SM_OK);
-        }
-        CHECK(memcmp(states[0], states[1], m.state * sizeof(double)) == 0);
-        CHECK_STATUS(sm_component_set_state(other.component, states[0]), SM_OK);
-        CHECK_STATUS(sm_component_run(m.component, STEPS, DURATION, inputs, out, &done), SM_OK);
-        CHECK_STATUS(sm_component_run(other.component, STEPS, DURATION, inputs, again, &done),
-                     SM_OK);
-        CHECK(memcmp(out, again, STEPS * size) == 0);
-        free_model(&m);
-        free_model(&other);
     }
 }
 

@@ -1,7 +1,6 @@
-/* Solution curves of functions that are known, and their stability. */
+/* Calls along a curve that is known. */
 #include "fixtures.h"
 
-void check_curves(int times);
 void check_curves_refusals(void);
 
 #define ROW(unknowns) (2 * ((size_t)(unknowns) + 1) + (size_t)((unknowns) * (unknowns)))
@@ -18,8 +17,8 @@ static sm_status circle(const void *of, const double *z, double *F, double *J) {
 /* All arguments of the entries on a curve; arrays of exactly the size that they need. */
 typedef struct {
     sm_curve curve, *of;
-    double start[SM_CURVE_UNKNOWNS + 1], *z, *points, *first;
-    size_t most, count;
+    double start[SM_CURVE_UNKNOWNS + 1], *z, *points;
+    size_t most;
     sm_branch branch;
 } call;
 
@@ -32,55 +31,7 @@ static void new_call(call *c, sm_curve curve, size_t most) {
 
 static sm_status branch(void *arguments) {
     call *c = arguments;
-    const sm_status status = sm_curve_branch(c->of, c->z, c->most, c->points, &c->branch);
-    c->count = c->branch.before + 1 + c->branch.after;
-    c->first = c->points + (c->most - 1 - c->branch.before) * ROW(c->curve.unknowns);
-    return status;
-}
-
-static void check_circle(void) {
-    call c;
-    new_call(&c, (sm_curve){1, 0.02, circle, NULL}, 200);
-    CHECK_STATUS(branch(&c), SM_OK);
-    CHECK(c.branch.closed && c.branch.before == 0);
-    int folds = 0;
-    for (size_t i = 0; i < c.count; i++) {
-        const double *row = c.first + i * ROW(1);
-        CHECK_NEAR(hypot(row[0], row[1] - 0.5), 0.4, 1e-9);
-        CHECK_NEAR(row[4], 2.0 * row[0], 1e-6);
-        CHECK(sm_curve_is_stable(1, row) == (row[0] < 0.0));
-        folds += i + 1 < c.count && row[3] * row[ROW(1) + 3] < 0.0; /* the tangent turns back */
-    }
-    CHECK(folds == 2);
-    const double on[] = {0.4 * sin(1.0), 0.5 + 0.4 * cos(1.0)}, off[] = {0.3, 0.5};
-    CHECK(sm_curve_passes(1, c.count, ROW(1), c.first, on));
-    CHECK(!sm_curve_passes(1, c.count, ROW(1), c.first, off));
-}
-
-/* Stable if all eigenvalues are on the left: of blocks [d -w; w d] in random coordinates. */
-static void check_stability(void) {
-    for (int k = 0; k < 200; k++) {
-        double A[4][4] = {{0.0}}, row[ROW(4)] = {0.0}, d[2] = {random_sign(), random_sign()};
-        const double w[2] = {3.0 * random_number(), random_number()};
-        for (int i = 0; i < 4; i++) {
-            A[i][i] = d[i / 2];
-            A[i][i ^ 1] = i % 2 ? w[i / 2] : -w[i / 2];
-        }
-        for (int shear = 0; shear < 12; shear++) { /* (1 + s E_ij) A (1 - s E_ij) */
-            const int i = shear % 4, j = (i + 1 + shear / 4) % 4;
-            const double s = random_sign();
-            for (int m = 0; m < 4; m++) A[i][m] += s * A[j][m];
-            for (int m = 0; m < 4; m++) A[m][j] -= s * A[m][i];
-        }
-        memcpy(row + 10, A, sizeof A);
-        CHECK(sm_curve_is_stable(4, row) == (d[0] < 0.0 && d[1] < 0.0));
-    }
-}
-
-void check_curves(int times) {
-    (void)times;
-    check_circle();
-    check_stability();
+    return sm_curve_branch(c->of, c->z, c->most, c->points, &c->branch);
 }
 
 void check_curves_refusals(void) {

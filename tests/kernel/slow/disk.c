@@ -1,7 +1,6 @@
-/* Slow flow of a disk whose blades differ, under contacts of constant secants. */
+/* Calls of the slow flow of a disk whose blades differ, under contacts of constant secants. */
 #include "fixtures.h"
 
-void check_disk(int times);
 void check_disk_refusals(void);
 
 #define MODES 3
@@ -48,36 +47,6 @@ static void new_disk(disk_call *p) {
 static sm_status march(void *arguments) {
     disk_call *p = arguments;
     return sm_disk_march(&p->disk, &p->inputs, p->amplitude, p->deficit, p->step);
-}
-
-/* Contacts change the pole, a' = (lambda - i Omega(t)) a + b F(t), with the integral over a ramp
- * by the midpoint rule: in closed form Fresnel integrals. */
-static void check_linear(double swept, double rising) {
-    disk_call p;
-    new_disk(&p);
-    p.inputs.frequency[1] += swept;
-    p.inputs.force[1] += rising;
-    CHECK_STATUS(march(&p), SM_OK);
-    CHECK(p.first > 0.0);
-    for (int m = 0; m < MODES; m++) {
-        const int touching = (CONTACTS - m + MODES - 1) / MODES, parts = 20000;
-        const double complex lambda = p.pole[m] + I * p.pole[MODES + m]
-                                      + 0.2 * I * (0.3 + 0.1 * I) * 0.1 * touching;
-        const double complex b = p.excitation[m] + I * p.excitation[MODES + m];
-        double complex a = 0.0;
-        for (int k = 0; k < parts; k++) {
-            const double T = p.inputs.duration, t = (k + 0.5) * T / parts, left = T - t;
-            const double turned = 1.05 * left + 0.5 * swept * (T * T - t * t) / T;
-            a += b * (1.0 + rising * t / T) * cexp(lambda * left - I * turned) * T / parts;
-        }
-        CHECK_NEAR(cabs(p.start[m] + I * p.start[MODES + m] - a), 0.0, 2e-5 * cabs(a));
-    }
-}
-
-void check_disk(int times) {
-    (void)times;
-    check_linear(0.0, 0.0);
-    check_linear(0.1, -0.7);
 }
 
 void check_disk_refusals(void) {

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 import scipy.sparse
-from written.matrices import WRITERS, Drawn, abaqus_substructure, calculix, dmig, pyyeti_dmig
+from written.matrices import WRITERS, Drawn, abaqus_substructure, calculix, dmig
 
 from slipmode import rom
 
 pytestmark = pytest.mark.quick
 
 FILES = 66  # the seed of each is its number
-LABELLED = (pyyeti_dmig, dmig, abaqus_substructure, calculix)
+LABELLED = (dmig, abaqus_substructure, calculix)
 
 
 def dense(matrix):

@@ -8,13 +8,6 @@ import numpy as np
 MIB = 1024 * 1024
 
 
-def npy(array):
-    """Bytes of an .npy file."""
-    file = io.BytesIO()
-    np.save(file, array)
-    return file.getvalue()
-
-
 def claiming(shape, kind="<f8"):
     """Bytes of an .npy file whose header claims a shape, with a kilobyte of zeros."""
     file = io.BytesIO()

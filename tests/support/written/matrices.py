@@ -1,7 +1,7 @@
 """Structures, drawn and stated, and writers of their matrices in the files of programs.
 
-Writers are pyyeti (OUTPUT4, DMIG), scipy.io (Matrix Market, Harwell-Boeing, MATLAB 4 and 5), h5py
-(MATLAB 7.3), NumPy, and functions here that follow the manuals: Harwell-Boeing with Fortran
+Writers are pyyeti (OUTPUT4), scipy.io (Matrix Market, MATLAB 4 and 5), h5py (MATLAB 7.3), NumPy,
+and functions here that follow the manuals: Harwell-Boeing with Fortran
 formats, DMIG in small, large and free fields, OUTPUT4 with words of 64 bits, Abaqus, CalculiX.
 Each returns the file and arguments of `load_structure`.
 """
@@ -98,19 +98,6 @@ def op4_of_64_bits(drawn, folder):
     return folder / "long.op4", {}
 
 
-def pyyeti_dmig(drawn, folder):
-    bulk = pytest.importorskip("pyyeti.nastran.bulk")
-    pandas = pytest.importorskip("pandas")
-    index = pandas.MultiIndex.from_tuples(drawn.labels, names=["id", "dof"])
-    names = drawn.draw(("KAAX", "MAAX"), ("KAA01", "MAA01"))
-    frames = {
-        name: pandas.DataFrame(matrix, index=index, columns=index)
-        for name, matrix in zip(names, (drawn.K, drawn.M), strict=True)
-    }
-    bulk.wtdmig(str(folder / "p.pch"), frames)
-    return folder / "p.pch", {}
-
-
 def nastran_number(value, width):
     """The most digits that fit in a field; in small fields without the letter of the exponent."""
     for digits in range(width, 0, -1):
@@ -170,12 +157,6 @@ def matrix_market(drawn, folder):
         encoding = drawn.draw("utf-8", "utf-8-sig", "utf-16", "latin-1")
         path.write_bytes(text.encode(encoding, "replace"))
     return folder / "k.mtx", {"mass": folder / "m.mtx"}
-
-
-def scipy_harwell_boeing(drawn, folder):
-    for name, matrix in (("k", drawn.K), ("m", drawn.M)):
-        scipy.io.hb_write(folder / f"{name}.hb", scipy.sparse.csc_array(matrix))
-    return folder / "k.hb", {"mass": folder / "m.hb"}
 
 
 def harwell_boeing(drawn, folder):
@@ -324,7 +305,6 @@ def calculix(drawn, folder):
 
 
 WRITERS = (
-    pyyeti_op4, op4_of_64_bits, pyyeti_dmig, dmig, matrix_market, scipy_harwell_boeing,
-    harwell_boeing, matlab, matlab_73, numpy_files, abaqus_generated, abaqus_substructure,
-    calculix,
+    pyyeti_op4, op4_of_64_bits, dmig, matrix_market, harwell_boeing, matlab, matlab_73,
+    numpy_files, abaqus_generated, abaqus_substructure, calculix,
 )  # fmt: skip
