@@ -52,23 +52,6 @@ def test_both_motions_are_within_their_stated_errors(one_mode):
     assert errors["energy dissipated by friction"].error < 1e-3
 
 
-def test_the_compared_times_and_errors_are_printed_and_recorded(one_mode, tmp_path, capsys):
-    found, recording = one_mode
-    window = load_scene("one-mode").contact[0]
-    line = f"compared: slow time and full order, t = {window.start:g} to {window.end:g} s"
-    assert found.compared() == line
-    events = [event.message for event in recording.events]
-    assert line in events
-    (force,) = (each for each in found.comparisons if each.subject == "friction force")
-    assert f"friction force: {100 * force.error:.2g} % from full order" in events
-    text = SCENE.format(structure='model = "two-mass"', limit=2.0, frequency=1.66)
-    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
-    assert main(["validate", str(tmp_path / "own.toml"), "-o", str(tmp_path)]) == 0
-    # without a window, the last periods
-    said = capsys.readouterr().out.splitlines()[0]
-    start, end = (float(x) for x in re.findall(r"t = (\S+) to (\S+) s", said)[0])
-    assert end == 200.0 and start == pytest.approx(200.0 - 20 * 2 * np.pi / 0.99, rel=0.02)
-
 
 def test_a_scene_without_a_table_is_compared_on_its_reduced_coordinates(tmp_path):
     text = shipped_scenes()["one-mode"].read_text(encoding="utf-8")

@@ -85,20 +85,6 @@ def test_inputs_start_as_the_scene_ends_and_cover_its_frequencies(written):
     assert [each["name"] for each in content["dofs"]] == ["DOF 0"]  # where the force is
 
 
-def test_frequencies_and_displacements_are_in_the_units_of_the_scene(written):
-    units = '\n[units]\nfrequency = "Hz"\ndisplacement = "mm"\n'
-    content = json.loads(
-        written(
-            "one-mode",
-            ("frequency = 0.9825", f"frequency = {0.9825 / 2 / np.pi}"),
-            ("[[contact]]", f"{units}[[contact]]"),
-        ).scripts["content"]
-    )
-    frequency = next(each for each in content["inputs"] if each["name"] == "frequency_A")
-    assert frequency["unit"] == "Hz" and frequency["per"] == pytest.approx(2.0 * np.pi)
-    assert frequency["start"] == pytest.approx(0.9825)
-    assert content["displacement"] == {"unit": "mm", "per": 1e-3}
-
 
 def test_a_title_is_shown_and_not_run(written):
     title = "</title><script>alert(1)</script> & co"
@@ -123,14 +109,3 @@ def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_p
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"slipmode: {message}")
 
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table = "none": must be'),
-        (("frequency = 0.9825", "frequency = 50.0"), "forcing.A.frequency: "),
-    ],
-)
-def test_scenes_that_no_page_can_show_are_refused(written, change, message):
-    with pytest.raises(SlipmodeError, match=re.escape(message)):
-        written("one-mode", change)

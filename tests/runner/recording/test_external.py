@@ -135,26 +135,6 @@ def test_numbers_of_json_and_protobuf_are_shown(tmp_path, capsys, compression, c
     assert (f"t = 0 is {start}" in text.stdout) == (begin == WALL)
 
 
-def rubbish_messages(path):
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        schema = writer.register_schema("Arm", "jsonschema", b"{}")
-        arm = writer.register_channel("/arm", "json", schema)
-        text = writer.register_channel("/text", "json", schema)
-        schema = writer.register_schema("plant.Robot", "protobuf", b"\xff\xff\xff")
-        robot = writer.register_channel("/robot", "protobuf", schema)
-        for number in range(3):
-            writer.add_message(arm, number, b"{'x': ", number)
-            writer.add_message(text, number, b'{"name": "arm"}', number)
-            writer.add_message(robot, number, protobuf_message(number), number)
-        writer.finish()
-    return path, (
-        "has no numbers to show (3 of /arm (json Arm): not JSON; 3 of /text (json Arm): no "
-        "numbers; "
-        "3 of /robot (protobuf plant.Robot): their schema cannot be read"
-    )
-
 
 def clocks_of_channels(path):
     times = {"/modes": WALL, "/contact/0": 0}
@@ -177,11 +157,3 @@ def test_nothing_to_show_is_said_in_one_line(tmp_path, capsys, prepare):
     assert path.read_bytes() == before
     assert not (tmp_path / "out.rrd").exists()
 
-
-def test_flipped_bits_never_end_in_a_traceback(tmp_path, capsys):
-    whole = written(tmp_path / "whole.mcap")
-    positions = np.random.default_rng(8).integers(8, whole.stat().st_size, 30)
-    for position in positions:
-        path = damaged(whole, tmp_path, flip(position))
-        main(["replay", str(path), "--save", str(tmp_path / "out.rrd")])
-        assert "Traceback" not in capsys.readouterr().err

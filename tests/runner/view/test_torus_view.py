@@ -14,10 +14,6 @@ TURN = 2 * np.pi
 COARSE = load_scene("two-mode").text.replace("tolerance = 1e-3", "tolerance = 1e-2")
 
 
-@pytest.fixture(scope="module")
-def two_mode(tmp_path_factory):
-    return run("two-mode", tmp_path_factory.mktemp("logs"))
-
 
 def on_surface(recorded, field):
     """Values of a field of /torus at the phases of the contact window, by linear interpolation."""
@@ -69,11 +65,3 @@ def test_phases_are_the_integrals_of_the_swept_frequencies(tmp_path):
         apart = recorded.column(f"{mode}_phase") - angle
         assert np.abs((apart + np.pi) % TURN - np.pi).max() < 1e-9
 
-
-def test_replay_draws_the_surface_only_with_its_samples(two_mode, tmp_path):
-    out = tmp_path / "out.rrd"
-    for options, drawn in (([], True), (["--end", "1430"], False)):
-        assert main(["replay", str(two_mode.mcap), "--save", str(out), *options]) == 0
-        show = [RERUN, "rrd", "print", "-vvv", out]
-        text = subprocess.run(show, capture_output=True, check=True, text=True).stdout
-        assert ("/torus/surface" in text) == drawn

@@ -73,9 +73,6 @@ class BrowserCore:
         at = references.ctypes.data, len(names), rows.ctypes.data
         return rows[: self.call("play", duration, steps, *at)]
 
-    def restart(self):
-        return bool(self.call("restart"))
-
     def perturb(self, part):
         return bool(self.call("perturb", part))
 
