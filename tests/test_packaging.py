@@ -77,7 +77,6 @@ def test_make_run_sets_up_a_fresh_clone_once(clone, home):
     assert changes == ""
 
 
-
 def test_a_source_distribution_builds(clone, home, tmp_path):
     builder = tmp_path / "env"
     venv.create(builder, with_pip=True)

@@ -58,7 +58,6 @@ def test_links_within_the_site_lead_somewhere(site):
     assert not broken
 
 
-
 def test_pages_need_no_network(site):
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")

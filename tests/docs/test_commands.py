@@ -35,4 +35,3 @@ def test_a_command_has_its_arguments_and_an_example(name, capsys):
     for row in section.splitlines():
         if row.startswith("| `"):
             assert len(row.split(" | ")[1]) > 8
-

@@ -71,7 +71,6 @@ TUTORIALS = [page for page in PAGES if any(b.language == "python" for b in block
 NOT_OURS = ("make", "pip", ".venv/bin/python", "cp", "rerun")
 
 
-
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] * (page in SLOW)) for page in TUTORIALS],
@@ -110,6 +109,3 @@ def test_commands_of_a_page_are_there_with_their_options(page):
                         assert re.search(rf"^{name} = \[", project, re.MULTILINE), line
             else:
                 assert words[0] in NOT_OURS, line
-
-
-

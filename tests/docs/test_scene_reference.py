@@ -1,13 +1,8 @@
 """The scene reference: every key that the reader takes, with what the reader says and does."""
 
-import tomllib
-from dataclasses import replace
-
-import numpy as np
 import pytest
 from runs import TANH_ON_BOTH_MODES
 
-from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.runner import parse_scene
 from slipmode.runner.scene.keys import scene_reference
@@ -139,7 +134,3 @@ def test_the_reader_takes_no_other_key(header, tmp_path):
     tables = {title.strip("[]").split(".")[0] for title in SECTIONS if title}
     named = {key.name for key in SECTIONS[header].keys}
     assert set(allowed) == named | (tables if header == "" else set())
-
-
-
-

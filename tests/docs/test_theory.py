@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom import ContactProblem, Discretisation
 
 ROOT = Path(__file__).parents[2]
 THEORY = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -93,4 +92,3 @@ def test_the_dual_problem_has_the_matrices_of_the_page(structure):
     np.testing.assert_allclose(reduced.contact_shapes, X, atol=1e-12)
     np.testing.assert_allclose(reduced.stiffness, -W.T @ X, atol=1e-12)
     np.testing.assert_allclose(reduced.spring, -(phi.T @ W), atol=1e-12)
-

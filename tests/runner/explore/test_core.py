@@ -171,4 +171,3 @@ def test_a_run_ends_inside_the_friction_table(two_mode, core):
     assert not core.perturb(1.0) and "perturb: " in core.message()
     assert np.array_equal(core.get("time", "A_abs"), (time, size))
     assert core.set(force_A=0.1) and len(core.play(500.0, 50, "time")) == 50
-

@@ -1,11 +1,9 @@
-"""What a plan states beside what the run does: amplitude range, carriers, cost of long scenes."""
-
-import tracemalloc
+"""What a plan states beside what the run does: amplitude range and carriers."""
 
 import numpy as np
 import pytest
 
-from slipmode import rom, runner
+from slipmode import runner
 from slipmode.runner import make_plan, parse_scene
 
 # The force acts on the contact: what it moves past the mode is half of the effective amplitude.
@@ -87,7 +85,6 @@ def test_carriers_are_natural_frequencies_or_those_of_the_forces(formulation, mo
     np.testing.assert_allclose(plan.excited.reduced.carrier, carrier, rtol=1e-12)
 
 
-
 LONG = """
 [structure]
 model = "two-mass"
@@ -141,4 +138,3 @@ def test_the_planned_range_of_a_long_scene_holds_its_run(events, tmp_path):
     for planned, mode in zip(recording.plan.amplitude, "AB", strict=True):
         peak = modes.column(f"{mode}_abs").max()
         assert peak < planned < 1.3 * peak
-

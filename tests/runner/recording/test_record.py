@@ -1,19 +1,17 @@
 """Recordings of runs, read by the packages of MCAP, Protobuf and Rerun."""
 
-import resource
 import subprocess
-import sys
 
 import numpy as np
 import pytest
 from google.protobuf import descriptor_pool, message_factory
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.reader import make_reader
-from rrd import RERUN, verified
+from rrd import RERUN
 
 from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner import doctor, load, read, shipped_scenes
+from slipmode.runner import doctor, load, shipped_scenes
 
 
 def decoded(schema, data):
@@ -93,7 +91,6 @@ def test_rerun_plots_the_modes_of_the_bare_mcap_file(run, reader, tmp_path):
     assert "Scalars:scalars" in curves
 
 
-
 def test_a_channel_that_is_not_there_is_refused_with_the_present_ones(run):
     channels = load(run.mcap)
     with pytest.raises(SlipmodeError) as refusal:
@@ -102,7 +99,6 @@ def test_a_channel_that_is_not_there_is_refused_with_the_present_ones(run):
     assert isinstance(refusal.value, KeyError)
     with pytest.raises(SlipmodeError, match="/modes has no field C_abs: A_re"):
         channels["/modes"].column("C_abs")
-
 
 
 @pytest.mark.parametrize("there", [True, False])
@@ -115,4 +111,3 @@ def test_a_link_is_replaced_and_its_target_stays(tmp_path, there):
     assert not path.is_symlink() and doctor(path) == []
     assert target.exists() == there
     assert not there or target.read_text() == "precious"
-

@@ -43,7 +43,6 @@ def test_info_tells_what_is_there(whole):
     assert "  /contact/0          20000  x [m], v [m/s], f [N]\n" in found.text()
 
 
-
 # doctor
 
 
@@ -104,7 +103,6 @@ def test_recovered_from_any_cut(whole, tmp_path, seed):
     in_each = total(whole) / len(chunks(whole))
     assert not hit or 0.5 * in_each < found.lost < 2 * in_each
     assert (found.lost > 0) == (found.lost_seconds > 0) == bool(hit)
-
 
 
 def test_nothing_is_left_where_nothing_can_be_recovered(whole, tmp_path):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.__main__ import main
 from slipmode.runner import parse_scene, plan_scene, shipped_scenes
 
 SCENES = shipped_scenes()
@@ -76,7 +75,6 @@ def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
     np.testing.assert_array_equal(plan.excited.force_patterns, expected.excited.force_patterns)
 
 
-
 WRONG_WAVES = [
     ([(ORDER, "frequency = 197.0")], "forcing.A.rotor_speed: needs engine_order, which is"),
     ([("rotor_speed", "# rotor_speed")], "forcing.A.rotor_speed: is missing"),
@@ -107,4 +105,3 @@ def test_refuses_in_one_line_that_names_the_key(text, changes, line, sector):
         plan_scene(parse_scene(changed(text, *changes), sector))
     (said,) = str(refused.value).splitlines()
     assert said.startswith(line)
-

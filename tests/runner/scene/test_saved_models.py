@@ -146,7 +146,6 @@ def test_two_modes_become_steady_as_written_out(folder, tmp_path):
     assert supplied == pytest.approx(lost + by_damping, rel=1e-5)  # measured 6.8e-7
 
 
-
 RIGID = '[friction]\nlaw = "coulomb"\nlimit = 2.0\n'
 
 

@@ -1,4 +1,4 @@
-"""A study that is killed, loses its scheduler or meets a full disk goes on later."""
+"""A study that is killed, loses its scheduler or cannot write goes on later."""
 
 import os
 import shutil
@@ -116,7 +116,6 @@ def test_a_recording_that_cannot_be_written_is_written_by_the_next_run(
     done = run_study(path, tmp_path, scheduler=scheduler)
     assert (done.found, done.failed) == (5, 0)
     assert (done.dataset()["status"].values == 1).all()
-
 
 
 def test_results_of_another_study_are_left_alone(study_file, tmp_path, scheduler):

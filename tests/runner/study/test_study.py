@@ -1,7 +1,5 @@
 """Studies from file to results: the numbers, what fails, what the command says."""
 
-import re
-
 import numpy as np
 import pytest
 from oracles.system import System, Tone, jenkins
@@ -137,7 +135,6 @@ def test_peaks_are_those_of_curves(study_file, tmp_path, scheduler):
     highest = data["curve_displacement"].sel(mode="A", dof=0).max("frequency")
     found = data["resonance_displacement"].sel(mode="A", dof=0)
     np.testing.assert_allclose(found, highest, rtol=3e-3)
-
 
 
 def test_sensitivity_is_to_the_force_and_not_to_its_phase(study_file, tmp_path, scheduler, capsys):

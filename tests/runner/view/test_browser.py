@@ -1,18 +1,13 @@
-"""slipmode replay --web: the recording in the viewer for browsers, seen by a real one."""
+"""slipmode replay --web: the viewer for browsers is served."""
 
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
 import sys
-import time
-from io import BytesIO
 from pathlib import Path
 
-import matplotlib.image
-import numpy as np
 import pytest
 
 from slipmode.__main__ import main
@@ -59,4 +54,3 @@ def test_what_cannot_be_served_is_refused_in_one_line(options, complaint, shippe
     assert main(["replay", str(shipped_scene("two-mode").mcap), *options]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert complaint in line
-

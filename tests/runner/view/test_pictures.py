@@ -13,9 +13,6 @@ from slipmode.runner import replay, shipped_scenes
 WORDS_ALONE = ("How to read this", "Events")
 LEGEND = 350  # coloured points that a plot has without its curves, at most
 PLANES = {"Mode A": 50, "Mode B": 50}  # likewise drawings without a legend, of one short curve
-PLOTS, MOTION, PORTRAITS = ((0, 675), (680, 1240), (1245, 1920))  # from left to right
-EVENTS, WORDS = ((0, 1150), (1155, 1920))  # beneath them
-PARTS += [(*sides, 885, 1045) for sides in (EVENTS, WORDS)]
 
 
 def pictures(viewer, rrd, end):
@@ -23,7 +20,7 @@ def pictures(viewer, rrd, end):
     viewer.open(str(rrd))
     viewer.set_time("time", duration=end, play_state="paused")
     viewer.take_screenshot(max_size=64)
-    time.sleep(SETTLING)
+    time.sleep(1.5)  # until it is drawn
     found, behind = {}, set()
     for view in viewer.get_state().views:
         try:
@@ -46,8 +43,6 @@ def coloured(picture):
 
 def written(picture):
     return int(np.count_nonzero(picture.min(axis=2) > 0.6))
-
-
 
 
 @pytest.mark.slow

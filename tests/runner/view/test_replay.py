@@ -3,17 +3,15 @@
 import re
 import struct
 import subprocess
-import time
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
-from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, flip, samples, write
+from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, samples, write
 from rrd import RERUN, verified
 
 from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner import load, read, replay
+from slipmode.runner import read, replay
 
 OVERVIEW = len(CHANNELS) + 2  # number of the channel that is thinned and not read back
 
@@ -65,7 +63,6 @@ def test_every_whole_chunk_of_a_truncated_file_is_read(whole, tmp_path):
         found = sum(len(each.time) for each in left.channels.values()) + len(left.events) - 1
         survivors = [chunk for chunk in chunks(whole) if chunk_end(chunk) <= cut]
         assert found == messages_in(data, survivors)
-
 
 
 def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path):
@@ -124,5 +121,3 @@ def test_a_replay_without_a_display_says_what_to_do(whole, capsys, monkeypatch, 
     with pytest.raises(SlipmodeError, match=r"apt-get install .*mesa-vulkan-drivers"):
         replay(whole, screenshot=tmp_path / "views.png")
     assert not (tmp_path / "views.png").exists()
-
-

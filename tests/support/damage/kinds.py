@@ -74,17 +74,6 @@ def removed(opcode, number, offset, size):
     return change
 
 
-def end_twice(data):
-    """The end of the file, from the end of its data section on, written twice."""
-    return data + data[places(data)[Opcode.DATA_END][0][0] :]
-
-
-def chunk_twice(data):
-    """A chunk written twice, one after the other."""
-    start, end = places(data)[Opcode.CHUNK][1]
-    return data[:end] + data[start:]
-
-
 O = Opcode  # noqa: E741
 
 # Damage to a recording in three chunks: its construction, and how many chunks it may cost.
@@ -121,7 +110,6 @@ CHUNKED = {
     "zeros over the first metadata and channels": (zeroed(O.HEADER, 0, 20, 1500), 0),
     "zeros across two chunks": (zeroed(O.CHUNK, 2, -100_000, 150_000), 2),
     "zeros at the end": (lambda data: data + bytes(5000), 0),
-    "end written twice": (end_twice, 0),
     "two recordings in one file": (lambda data: data + data, 0),
     "chunk missing": (removed(O.CHUNK, 1, 0, None), 1),
     "bytes missing in a chunk": (removed(O.CHUNK, 1, 3000, 100), 1),

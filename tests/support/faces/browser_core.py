@@ -22,7 +22,6 @@ _TYPES = {  # result and arguments after the instance
     "browser_get": (c_int, (c_void_p, c_size_t, c_void_p)),
     "browser_set": (c_int, (c_void_p, c_size_t, c_void_p)),
     "browser_play": (c_size_t, (c_double, c_size_t, c_void_p, c_size_t, c_void_p)),
-    "browser_restart": (c_int, ()),
     "browser_perturb": (c_int, (c_double,)),
     "browser_beat": (c_size_t, (c_size_t, c_size_t, c_void_p)),
     "browser_curve": (c_size_t, (c_int, c_double, c_double, c_size_t, c_void_p)),
