@@ -57,10 +57,6 @@ def test_the_runner_loads_no_viewer_until_one_is_wanted(statement):
     assert loaded_by(statement) <= {"mcap", "google.protobuf"}
 
 
-def test_the_check_sees_what_is_loaded():
-    assert {"rerun", "pyarrow"} <= loaded_by("import slipmode.runner.view.rerun_sink")
-
-
 def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
     recording = tmp_path / "one-mode.mcap"
     commands = (
@@ -78,7 +74,6 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
     [
         ("fmpy", "fmu", ("run", "one-mode", "--fmu", "one-mode.fmu")),
         ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
-        ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.parquet")),
         ("matplotlib", "pictures", ("curve", "one-mode")),
         pytest.param(
             *("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),

@@ -35,9 +35,3 @@ def test_a_command_has_its_arguments_and_an_example(name, capsys):
     for row in section.splitlines():
         if row.startswith("| `"):
             assert len(row.split(" | ")[1]) > 8
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_page_for_readers_uses_the_command(name):
-    pages = [*(DOCS / "guide").glob("*.md"), *(DOCS / "tutorials").glob("*.md")]
-    assert any(f"slipmode {name}" in page.read_text(encoding="utf-8") for page in pages)

@@ -71,10 +71,6 @@ TUTORIALS = [page for page in PAGES if any(b.language == "python" for b in block
 NOT_OURS = ("make", "pip", ".venv/bin/python", "cp", "rerun")
 
 
-def test_there_are_pages_with_code():
-    assert len(TUTORIALS) >= 6
-
-
 @pytest.mark.parametrize(
     "page",
     [pytest.param(page, marks=[pytest.mark.slow] * (page in SLOW)) for page in TUTORIALS],
@@ -113,31 +109,3 @@ def test_commands_of_a_page_are_there_with_their_options(page):
                         assert re.search(rf"^{name} = \[", project, re.MULTILINE), line
             else:
                 assert words[0] in NOT_OURS, line
-
-
-def lines_of_code():
-    """Where it is, and each line of code that the pages show."""
-    for page in PAGES:
-        text = (DOCS / page).read_text(encoding="utf-8")
-        fenced = [line for block in blocks(page) for line in block.text.splitlines()]
-        yield from ((page, line) for line in fenced)
-        unfenced = re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
-        yield from ((page, line) for line in re.findall(r"^    (?! )(.*)", unfenced, re.M))
-    for path in (DOCS.parent / "examples" / "gallery").glob("*.py"):
-        code = path.read_text(encoding="utf-8").split('"""', 2)[2]
-        yield from ((path.name, line) for line in code.splitlines())
-
-
-def test_code_is_as_wide_as_a_page():
-    lines = list(lines_of_code())
-    assert len(lines) > 500
-    assert len({where for where, _ in lines}) > 20
-    assert not [(where, line) for where, line in lines if len(line) > 90]
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_commands_in_the_text_of_a_page_are_there(page):
-    text = re.sub(r"^```.*?^```$", "", (DOCS / page).read_text(), flags=re.M | re.S)
-    (subcommands,) = (a.choices for a in _parser()._actions if a.dest != "help" and a.choices)
-    for command in re.findall(r"`slipmode ([a-z]+)", text):
-        assert command in subcommands

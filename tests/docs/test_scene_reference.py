@@ -1,13 +1,8 @@
 """The scene reference: every key that the reader takes, with what the reader says and does."""
 
-import tomllib
-from dataclasses import replace
-
-import numpy as np
 import pytest
 from runs import TANH_ON_BOTH_MODES
 
-from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.runner import parse_scene
 from slipmode.runner.scene.keys import scene_reference
@@ -139,36 +134,3 @@ def test_the_reader_takes_no_other_key(header, tmp_path):
     tables = {title.strip("[]").split(".")[0] for title in SECTIONS if title}
     named = {key.name for key in SECTIONS[header].keys}
     assert set(allowed) == named | (tables if header == "" else set())
-
-
-WITHOUT_DEFAULT = ("required", "-", '""')
-BY_DEFAULT = [case for case in KEYS if case[1].shown_default not in WITHOUT_DEFAULT]
-
-
-def plain(scene):
-    """Of a scene what it says, without the text that says it."""
-    return replace(scene, text="")
-
-
-@pytest.mark.parametrize("case", BY_DEFAULT, ids=ids)
-def test_leaving_a_key_out_is_its_default(case, tmp_path):
-    header, key = case
-    left_out = parse_scene(scene_for(header, key.name), tmp_path)
-    written = parse_scene(with_value(header, key.name, key.shown_default), tmp_path)
-    value = tomllib.loads(f"value = {key.shown_default}")["value"]
-    if header == "[structure]":
-        assert written.structure.parameters == {key.name: value}
-        same = written.structure.build(), left_out.structure.build()
-        for matrix in ("mass", "stiffness"):
-            np.testing.assert_allclose(*(getattr(each, matrix) for each in same), rtol=1e-15)
-    else:
-        assert plain(written) == plain(left_out)
-
-
-def test_the_command_prints_the_keys_of_a_table(capsys):
-    assert main(["scenes", "--keys", "forcing.A"]) == 0
-    printed = capsys.readouterr().out
-    assert "amplitude: number, or breakpoints [[t, value], ...] >= 0" in printed
-    assert "    Force amplitude over time." in printed
-    assert main(["scenes", "--keys", "forces"]) == 1
-    assert capsys.readouterr().err.startswith("slipmode: --keys: must be one of structure, mist")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.rom import ContactProblem, Discretisation
 
 ROOT = Path(__file__).parents[2]
 THEORY = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
@@ -93,26 +92,3 @@ def test_the_dual_problem_has_the_matrices_of_the_page(structure):
     np.testing.assert_allclose(reduced.contact_shapes, X, atol=1e-12)
     np.testing.assert_allclose(reduced.stiffness, -W.T @ X, atol=1e-12)
     np.testing.assert_allclose(reduced.spring, -(phi.T @ W), atol=1e-12)
-
-
-@pytest.mark.oracle
-def test_steady_states_and_backbones_balance_as_the_page_says():
-    law = rom.Tanh(limit=2.0, alpha=0.02)
-    reduced = rom.reduce(rom.two_mass(), modes=(0,), carrier=(0.98,))
-    model = rom.tabulate(reduced, law, amplitude=(4.0,))
-    F, Omega = 0.15, 0.98
-    (a,) = rom.steady(model, (Omega,), ({0: F},))
-    (Q,) = ContactProblem.of(reduced, law).on(Discretisation(512, 1)).solve([[abs(a)]]).Q[0]
-    omega, gamma = reduced.frequency[0], reduced.modal_damping[0]
-    D = omega**2 - Omega**2 + 1j * gamma * Omega
-    assert (D - Q) * a == pytest.approx(0.5 * F, rel=5e-3)
-    phase = np.arctan2(Q.imag - gamma * Omega, omega**2 - Omega**2 - Q.real)
-    assert np.angle(a) == pytest.approx(phase, abs=5e-3)
-
-    curve = rom.backbone(model, amplitude=[2.0])
-    (Omega,), (zeta,) = curve.frequency, curve.damping
-    (Q,) = ContactProblem.of(reduced, law).on(Discretisation(512, 1)).solve([[2.0]]).Q[0]
-    left = omega**2 - Omega**2 + 1j * gamma * Omega - Q
-    assert left == pytest.approx(2j * zeta * Omega**2, abs=1e-4)
-    (a,) = rom.steady(model, (Omega,), ({0: 4.0 * zeta * Omega**2 * 2.0},))
-    assert abs(a) == pytest.approx(2.0, rel=5e-3)

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 from oracles.system import Tanh
-from runs import column, independent_reader, times_in, verified
+from rrd import verified
+from runs import column, independent_reader, times_in
 from scene_motion import Force, integrated, relative_rms, system_of
 
 from slipmode import rom

@@ -1,8 +1,5 @@
 """Scenes that several tests run, and readings of what they record."""
 
-import shutil
-import subprocess
-import sysconfig
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -20,7 +17,6 @@ alpha = 0.02
 A = 0
 B = 1
 """
-RERUN = shutil.which("rerun", path=sysconfig.get_path("scripts"))
 
 SCENE = f"""
 title = "A scene for tests"
@@ -71,8 +67,3 @@ def independent_reader(path):
 def times_in(path, topic):
     with independent_reader(path) as reader:
         return [message.log_time / 1e9 for _, _, message in reader.iter_messages(topic)]
-
-
-def verified(path):
-    done = subprocess.run([RERUN, "rrd", "verify", path], capture_output=True, text=True)
-    return done.returncode == 0

@@ -1,4 +1,4 @@
-"""Curves, backbones and designs of a scene: numbers, files, units, and what is refused."""
+"""Curves, backbones and designs of a scene: numbers, files and units."""
 
 import re
 
@@ -12,7 +12,6 @@ from scene_motion import system_of
 
 from slipmode import rom, runner
 from slipmode.__main__ import main
-from slipmode.rom import SlipmodeError
 from slipmode.runner import (
     load_scene,
     parse_scene,
@@ -166,17 +165,3 @@ def test_files_are_in_units_of_the_scene_and_recordings_keep_theirs(tmp_path, ca
         scale = np.abs(signals.values).max(axis=0)
         error = np.abs(recorded[1][topic].values - signals.values).max(axis=0)
         assert np.all(error <= 1e-6 * scale)
-
-
-@pytest.mark.parametrize(
-    ("vary", "span", "key"),
-    [
-        ("force", None, "span: is missing; give the first and last value of force"),
-        ("frequency_B", None, "vary: the scene does not force mode B"),
-        ("force", (1.0, 1.0), "span: must be two different values"),
-        ("frequency_A", (0.1, 1.0), "frequency: must be"),
-    ],
-)
-def test_what_makes_no_curve_is_named(vary, span, key):
-    with pytest.raises(SlipmodeError, match=key):
-        scene_response_curve(load_scene("one-mode"), vary, span)

@@ -171,11 +171,3 @@ def test_a_run_ends_inside_the_friction_table(two_mode, core):
     assert not core.perturb(1.0) and "perturb: " in core.message()
     assert np.array_equal(core.get("time", "A_abs"), (time, size))
     assert core.set(force_A=0.1) and len(core.play(500.0, 50, "time")) == 50
-
-
-@pytest.mark.parametrize(
-    "damage", [lambda b: b[:-8], lambda b: b"", lambda b: b[:9999] + b"x" + b[10000:]]
-)
-def test_damaged_files_are_refused(two_mode, browser_library, damage):
-    opened = BrowserCore(browser_library, damage(two_mode.files), two_mode.variables)
-    assert not opened.is_open and opened.message() != ""

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import re
 import zlib
 from html.parser import HTMLParser
 
@@ -11,7 +10,6 @@ import pytest
 
 from slipmode import runner
 from slipmode.__main__ import main
-from slipmode.rom import SlipmodeError
 from slipmode.runner import shipped_scenes
 from slipmode.runner.explore import explore as exploring
 
@@ -48,14 +46,14 @@ def no_compiler(monkeypatch):
 def written(no_compiler, tmp_path):
     """Writes a page of a scene, whose text may be changed, and returns its elements."""
 
-    def write(name, *changes, **options):
+    def write(name, *changes):
         scene = tmp_path / f"{name}.toml"
         text = shipped_scenes()[name].read_text(encoding="utf-8")
         for before, after in changes:
             assert before in text
             text = text.replace(before, after)
         scene.write_text(text, encoding="utf-8")
-        path = runner.explore(scene, tmp_path / "page.html", **options)
+        path = runner.explore(scene, tmp_path / "page.html")
         return Elements(path.read_text(encoding="utf-8"))
 
     return write
@@ -85,21 +83,6 @@ def test_inputs_start_as_the_scene_ends_and_cover_its_frequencies(written):
     assert [each["name"] for each in content["dofs"]] == ["DOF 0"]  # where the force is
 
 
-def test_frequencies_and_displacements_are_in_the_units_of_the_scene(written):
-    units = '\n[units]\nfrequency = "Hz"\ndisplacement = "mm"\n'
-    content = json.loads(
-        written(
-            "one-mode",
-            ("frequency = 0.9825", f"frequency = {0.9825 / 2 / np.pi}"),
-            ("[[contact]]", f"{units}[[contact]]"),
-        ).scripts["content"]
-    )
-    frequency = next(each for each in content["inputs"] if each["name"] == "frequency_A")
-    assert frequency["unit"] == "Hz" and frequency["per"] == pytest.approx(2.0 * np.pi)
-    assert frequency["start"] == pytest.approx(0.9825)
-    assert content["displacement"] == {"unit": "mm", "per": 1e-3}
-
-
 def test_a_title_is_shown_and_not_run(written):
     title = "</title><script>alert(1)</script> & co"
     page = written("one-mode", ('title = "One mode near resonance"', f"title = '{title}'"))
@@ -122,15 +105,3 @@ def test_what_is_refused_is_named(arguments, message, no_compiler, capsys, tmp_p
     assert main(["explore", *arguments]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith(f"slipmode: {message}")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (("[[contact]]", '[model]\ntable = "none"\n[[contact]]'), 'model.table = "none": must be'),
-        (("frequency = 0.9825", "frequency = 50.0"), "forcing.A.frequency: "),
-    ],
-)
-def test_scenes_that_no_page_can_show_are_refused(written, change, message):
-    with pytest.raises(SlipmodeError, match=re.escape(message)):
-        written("one-mode", change)

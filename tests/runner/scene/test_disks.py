@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from slipmode import rom
-from slipmode.__main__ import main
 from slipmode.runner import parse_scene, plan_scene, shipped_scenes
 
 SCENES = shipped_scenes()
@@ -14,7 +13,6 @@ DISK, MISTUNED = (
 ORDER, SPEED, MODEL = "engine_order = 3", "[[0, 3780], [4, 4040]]", 'model = "lumped-disk"'
 DRAWN = "standard_deviation = 0.02\nseed = 3\n"
 FILE = 'matrices = "sector.npz"\nnext_contacts = [[0, 13, "z"]]\n'
-WAVE_B = "\n[forcing.B]\ndof = 2\namplitude = 20.0\nengine_order = 21\nrotor_speed = 2157\n"
 
 
 def changed(text, *changes):
@@ -77,49 +75,23 @@ def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
     np.testing.assert_array_equal(plan.excited.force_patterns, expected.excited.force_patterns)
 
 
-def test_the_plan_of_a_mistuned_disk_says_what_responds(capsys):
-    assert main(["plan", "mistuned-disk"]) == 0
-    said = capsys.readouterr().out
-    assert "nodal diameters  0 to 12 respond" in said
-    assert "with equal blades engine order 3 excites nodal diameter 3 alone" in said
-    assert "DOF 2 of every blade in [2.1 to 2.14 s]" in said
-    # the second family of the default disk is at three times the frequency of the first
-    text = changed(MISTUNED, ("blade_stiffnesses = [1e6, 4e6]", ""))
-    (line,) = plan_scene(parse_scene(text, ".")).warnings
-    assert line.startswith("internal resonance 1:3")
-
-
 WRONG_WAVES = [
-    ([(ORDER, "engine_order = 0")], "forcing.A.engine_order: must be an integer (> 0), got 0"),
     ([(ORDER, "frequency = 197.0")], "forcing.A.rotor_speed: needs engine_order, which is"),
     ([("rotor_speed", "# rotor_speed")], "forcing.A.rotor_speed: is missing"),
     ([("A = 0", "A = 0\nnodal_diameters = [5]")], "forcing.A.engine_order = 3: excites nodal dia"),
     ([("A = 0", "A = 0\nnodal_diameters = [13]")], "modes.nodal_diameters: must be -12 to 12 of"),
-    ([("A = 0", "A = 0\nB = 1")], "modes.nodal_diameters: is missing, and no engine order gi"),
-    (
-        [("A = 0", "A = 0\nB = 0"), ("[units]", WAVE_B + "[units]")],
-        "modes.B: must be another mode",
-    ),
-    ([("A = 0", "A = 7")], "modes: must be 0 to 2, got 7; modes of a nodal"),
-    ([("sectors = 24", "sectors = 2")], "structure.sectors: must be an integer (>= 3), got 2"),
     ([(MODEL, 'model = "two-mass"')], "structure.sectors: must be left out; it is for model"),
     ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: must be left out with structu"),
-    ([("[run]", '[model]\ntable = "none"\n[run]')], 'model.table: must be "whole" with struct'),
     ([(SPEED, "300")], "forcing.A.engine_order * rotor_speed: must be 123 to 1960 Hz, because"),
     ([(MODEL, FILE + "interface = [[11, 99]]")], "structure.interface: nodes 11 and 99 have no"),
-    ([(MODEL, FILE + "left = [0, 1]\nright = [3]")], "structure: left, right: must be as many DO"),
-    ([(MODEL, FILE + "interface = [[11, 21]]\nleft = [0]")], "structure.interface: give either l"),
     ([(MODEL, FILE), ("sectors = 24", "")], "structure.next_contacts: needs matrices of one sect"),
 ]
 WRONG_BLADES = [
     ([(DRAWN, "")], "mistuning.deviation: give exactly one of deviation and standard_dev"),
-    ([(DRAWN, "deviation = [0.1]\n")], "mistuning.deviation: must be 24 numbers, one per sec"),
     ([("0.02", "0.3")], "mistuning.standard_deviation: must be 1e-06 to 0.2, got 0.3"),
-    ([("sectors = 24", "sectors = 201")], "structure.sectors: must be at most 200 with [mis"),
     ([("[run]", "[modes]\nA = 0\n[run]")], "modes: must be left out, because all modes of a"),
     ([("[[elastic]]", "[[contact]]")], "contact: must be left out, because a mistuned disk "),
     ([(ORDER, "frequency = 200.0"), ("rotor_speed", "# ")], "forcing.A.engine_order: is missing"),
-    ([("elastic = [2]", "elastic = [1, 2]")], "output.elastic: must be one DOF, which is"),
     ([("3780", "3000")], "forcing.A.engine_order * rotor_speed: must stay within 10 % of the mid"),
 ]
 
@@ -133,16 +105,3 @@ def test_refuses_in_one_line_that_names_the_key(text, changes, line, sector):
         plan_scene(parse_scene(changed(text, *changes), sector))
     (said,) = str(refused.value).splitlines()
     assert said.startswith(line)
-
-
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [
-        ("modes bladed-disk", "slipmode: structure.sectors: this needs a whole structure"),
-        ("curve mistuned-disk", "leave [mistuning] out, or use slipmode run, study, "),
-        ("fmu mistuned-disk", "leave [mistuning] out, or use slipmode run, study, "),
-    ],
-)
-def test_commands_that_need_another_structure_say_so(command, said, capsys):
-    assert main(command.split()) == 1
-    assert said in capsys.readouterr().err

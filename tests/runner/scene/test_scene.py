@@ -44,13 +44,8 @@ def written(value, key):
     ("key", "value", "read"),
     [
         ("title", '"Größe: μN = 2 N, 振動"', lambda scene: scene.title),
-        ("limit", "[0, 3]", lambda scene: list(scene.friction.limit)),
-        ("alpha", "0.5", lambda scene: scene.friction.alpha),
-        ("duration", "1200.0", lambda scene: scene.run.duration),
         ("step", "2.5", lambda scene: scene.run.step),
         ("window", "[100.0, 200.0]", lambda s: [s.contact[0].start, s.contact[0].end]),
-        ("samples_per_period", "32", lambda scene: scene.contact[0].samples_per_period),
-        ("mcap", "false", lambda scene: scene.log.mcap),
         ("rerun", "true", lambda scene: scene.log.rerun),
     ],
 )

@@ -1,4 +1,4 @@
-"""A study that is killed, loses its scheduler or meets a full disk goes on later."""
+"""A study that is killed, loses its scheduler or cannot write goes on later."""
 
 import os
 import shutil
@@ -116,21 +116,6 @@ def test_a_recording_that_cannot_be_written_is_written_by_the_next_run(
     done = run_study(path, tmp_path, scheduler=scheduler)
     assert (done.found, done.failed) == (5, 0)
     assert (done.dataset()["status"].values == 1).all()
-
-
-@pytest.mark.slow
-def test_a_full_disk_is_one_line(study_file, tmp_path):
-    resource = pytest.importorskip("resource")
-    path = study_file(FORCES + "[outputs]\nsteady = true\n")
-
-    def full_disk():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (16, 16))
-
-    done = subprocess.run(
-        command(path, tmp_path), capture_output=True, text=True, preexec_fn=full_disk
-    )
-    assert done.returncode == 1
-    assert "cannot be written: File too large" in done.stderr.splitlines()[-1]
 
 
 def test_results_of_another_study_are_left_alone(study_file, tmp_path, scheduler):

@@ -36,11 +36,6 @@ def test_factors_are_those_of_the_disks(study_file, tmp_path, scheduler, capsys)
 @pytest.mark.parametrize(
     ("points", "text", "said"),
     [
-        (
-            3,
-            "[outputs]\nsteady = true\n",
-            "outputs: of a mistuned disk must be curve alone, got s",
-        ),
         (3, "", "outputs: of a mistuned disk must be curve alone, got none"),
         (4, CURVE, r"vary\[0\].points: must give integers"),
     ],

@@ -10,7 +10,6 @@ from oracles.system import Frictional, jenkins
 from scene_motion import Force, integrated, relative_rms, system_of
 
 from slipmode import rom, runner
-from slipmode.__main__ import main
 from slipmode.runner import make_plan, parse_scene
 
 SCENE = """
@@ -141,24 +140,6 @@ def test_stretches_at_full_order_keep_the_run_within_what_is_allowed(l_frame_run
     assert recording.plan.full_order
     assert np.all(error <= ALLOWED + TABLE_TOLERANCE + own)
     assert l_frame_run("slow")[1][0] > 5.0 * error[0]
-
-
-def test_the_plan_lists_the_stretches_and_their_cost(tmp_path, l_frame_run, capsys):
-    recording, *_ = l_frame_run("auto")
-    scene = recording.plan.scene
-    ((start, end),) = recording.plan.full_order
-    (line,) = [e.message for e in recording.read().events if e.message.startswith("full order fr")]
-    begun, ended = (float(each) for each in re.findall(r"from (\S+) to (\S+) s", line)[0])
-    assert abs(start - begun) <= scene.run.step and abs(end - ended) <= 0.2 * ended
-    CASES["l-frame"][0].save(tmp_path / "structure.npz")
-    (tmp_path / "l.toml").write_text(scene.text)
-    assert main(["plan", str(tmp_path / "l.toml")]) == 0
-    shown = capsys.readouterr().out
-    assert f"full order from {start:.4g} to {end:.4g} s" in shown
-    (cost,) = [each for each in shown.splitlines() if each.startswith("full order ")]
-    share = float(re.search(r"integrates ([\d.]+) % of the scene", cost)[1])
-    assert share == pytest.approx(100.0 * (end - start) / scene.run.duration, rel=0.05)
-    assert "s of processor time" in cost
 
 
 @pytest.mark.parametrize(

@@ -3,17 +3,15 @@
 import re
 import struct
 import subprocess
-import time
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
-from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, flip, samples, write
+from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, samples, write
 from rrd import RERUN, verified
 
 from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
-from slipmode.runner import load, read, replay
+from slipmode.runner import read, replay
 
 OVERVIEW = len(CHANNELS) + 2  # number of the channel that is thinned and not read back
 
@@ -65,29 +63,6 @@ def test_every_whole_chunk_of_a_truncated_file_is_read(whole, tmp_path):
         found = sum(len(each.time) for each in left.channels.values()) + len(left.events) - 1
         survivors = [chunk for chunk in chunks(whole) if chunk_end(chunk) <= cut]
         assert found == messages_in(data, survivors)
-
-
-def test_files_that_are_no_recordings(tmp_path):
-    empty, text, external = (tmp_path / name for name in ("empty.mcap", "text.mcap", "other.mcap"))
-    empty.touch()
-    text.write_text("not a recording at all")
-    with external.open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        writer.finish()
-    complaints = {
-        tmp_path: "Is a directory",
-        tmp_path / "missing.mcap": "No such file",
-        empty: "an empty file",
-        text: "not an MCAP file",
-        external: ": not a recording of slipmode",
-    }
-    for path, complaint in complaints.items():
-        with pytest.raises(SlipmodeError, match=complaint) as refusal:
-            read(path)
-        assert str(path) in str(refusal.value)
-    with pytest.raises(SlipmodeError, match=r"^path: must be a string or a path, got 3$"):
-        load(3)
 
 
 def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path):
@@ -146,32 +121,3 @@ def test_a_replay_without_a_display_says_what_to_do(whole, capsys, monkeypatch, 
     with pytest.raises(SlipmodeError, match=r"apt-get install .*mesa-vulkan-drivers"):
         replay(whole, screenshot=tmp_path / "views.png")
     assert not (tmp_path / "views.png").exists()
-
-
-@pytest.mark.parametrize("kind", ["ends early", "flipped"])
-def test_a_damaged_recording_is_shown_up_to_the_damage(whole, tmp_path, capsys, kind):
-    third = chunks(whole)[2].chunk_start_offset
-    change = (lambda data: data[: third + 100]) if kind == "ends early" else flip(third + 80)
-    path = damaged(whole, tmp_path, change)
-    before = path.read_bytes()
-    assert main(["replay", str(path), "--save", str(tmp_path / "out.rrd")]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
-    assert float(line.split("shown up to t = ")[1].split(" s")[0]) > 0.0
-    assert path.read_bytes() == before
-
-
-@pytest.mark.slow
-def test_the_viewer_plays_a_part_again_and_again_at_the_requested_speed(whole, tmp_path, viewer):
-    """Without a window a frame is 0.1 s of the viewer's time, however long the machine takes."""
-    out = tmp_path / "part.rrd"
-    options = ["--speed", "200", "--loop", "--start", "100", "--end", "300"]
-    assert main(["replay", str(whole), *options, "--save", str(out)]) == 0
-    viewer.open(str(out))
-    frames = [0.0]
-    deadline = time.monotonic() + 120.0
-    while time.monotonic() < deadline and min(np.diff([0.0, *frames])) >= 0.0:
-        for recording in viewer.get_state().recordings:
-            if recording.current_time is not None:
-                frames.append((recording.current_time / 1e9 - 100.0) / (0.1 * 200.0))
-    np.testing.assert_allclose(frames, np.round(frames), atol=1e-6)
-    assert max(frames) == 10.0 and min(np.diff(frames)) < 0.0

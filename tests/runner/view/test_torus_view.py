@@ -1,22 +1,13 @@
 """Motion of a contact over the phases of both carriers, as it is recorded."""
 
-import subprocess
-
 import numpy as np
 import pytest
-from rrd import RERUN
 from scipy.interpolate import griddata
 
-from slipmode.__main__ import main
 from slipmode.runner import load, load_scene, parse_scene, run
 
 TURN = 2 * np.pi
 COARSE = load_scene("two-mode").text.replace("tolerance = 1e-3", "tolerance = 1e-2")
-
-
-@pytest.fixture(scope="module")
-def two_mode(tmp_path_factory):
-    return run("two-mode", tmp_path_factory.mktemp("logs"))
 
 
 def on_surface(recorded, field):
@@ -68,12 +59,3 @@ def test_phases_are_the_integrals_of_the_swept_frequencies(tmp_path):
         angle = first * time + 0.5 * (last - first) / 60.0 * time**2
         apart = recorded.column(f"{mode}_phase") - angle
         assert np.abs((apart + np.pi) % TURN - np.pi).max() < 1e-9
-
-
-def test_replay_draws_the_surface_only_with_its_samples(two_mode, tmp_path):
-    out = tmp_path / "out.rrd"
-    for options, drawn in (([], True), (["--end", "1430"], False)):
-        assert main(["replay", str(two_mode.mcap), "--save", str(out), *options]) == 0
-        show = [RERUN, "rrd", "print", "-vvv", out]
-        text = subprocess.run(show, capture_output=True, check=True, text=True).stdout
-        assert ("/torus/surface" in text) == drawn

@@ -22,7 +22,6 @@ _TYPES = {  # result and arguments after the instance
     "browser_get": (c_int, (c_void_p, c_size_t, c_void_p)),
     "browser_set": (c_int, (c_void_p, c_size_t, c_void_p)),
     "browser_play": (c_size_t, (c_double, c_size_t, c_void_p, c_size_t, c_void_p)),
-    "browser_restart": (c_int, ()),
     "browser_perturb": (c_int, (c_double,)),
     "browser_beat": (c_size_t, (c_size_t, c_size_t, c_void_p)),
     "browser_curve": (c_size_t, (c_int, c_double, c_double, c_size_t, c_void_p)),
@@ -72,9 +71,6 @@ class BrowserCore:
         references, rows = self._of(names), np.empty((steps, len(names)))
         at = references.ctypes.data, len(names), rows.ctypes.data
         return rows[: self.call("play", duration, steps, *at)]
-
-    def restart(self):
-        return bool(self.call("restart"))
 
     def perturb(self, part):
         return bool(self.call("perturb", part))
