@@ -29,7 +29,7 @@ FLOORS = {
 MOST_FILES, MOST_LINES = 12, 500
 # What keeps tests valid when the inside is rewritten.
 INTERNAL = re.compile(r"slipmode\.\w+\.")  # below the public packages
-LEAST_SHARE_OF_ORACLES, MOST_INTERNAL_TEST_FILES, MOST_TEST_LINES = 0.4, 30, 28_500
+LEAST_SHARE_OF_ORACLES, MOST_INTERNAL_TEST_FILES, MOST_TEST_LINES = 0.4, 30, 26_000
 
 
 def sources(*endings):
