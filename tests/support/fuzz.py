@@ -101,7 +101,7 @@ def mutated_model(data, random):
     for _ in range(random.integers(1, 3)):
         name, other = (str(name) for name in random.choice(list(entries), 2))
         inside = header[str(random.choice(["accuracy", "law"]))]
-        owner = inside if isinstance(inside, dict) and random.random() < 0.5 else header
+        owner = inside if inside and isinstance(inside, dict) and random.random() < 0.5 else header
         match random.integers(5):
             case 0:
                 entries[name], entries[other] = entries[other], entries[name]
