@@ -55,7 +55,7 @@ SLOW = {
     "Coulomb": Case(rom.Coulomb(2.0), steps=512),
     "Jenkins": Case(rom.Jenkins(2.0, 50.0)),
     "alpha 1e-4": Case(rom.Tanh(2.0, 1e-4), steps=512),
-    "weak B under strong A": Case(TANH, (0.3, 0.01), reach=(8.0, 0.5)),
+    "weak B under strong A": Case(TANH, (0.3, 0.01), reach=(14.0, 0.8)),
     "1 : 3": Case(TANH, frequency=(0.98, 2.94), reach=(6.0, 3.0), stiffness={"k2": 9.0}),
 }
 
