@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from oracles.harmonic_balance import balance
+from oracles.system import System, jenkins
 
 from slipmode import rom
 from slipmode.rom import SlipmodeError
@@ -40,6 +42,26 @@ def test_a_jenkins_damper_on_one_mass_has_its_closed_form():
     # The dampers take the more, the higher the limit.
     assert 0.8 * np.pi * F / 2.0 <= factor * L <= np.pi * F / 2.0
     assert 2.0 * peak <= np.pi * F / k_t
+
+
+@pytest.mark.oracle
+def test_a_force_on_the_contact_itself_has_the_peaks_of_harmonic_balance():
+    K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
+    C, W, F, limit, k_t = 0.01 * K, np.eye(3)[:, [1]], 0.02, 0.02, 0.15
+    law = rom.Jenkins(limit, k_t)
+    force = {1: F}
+    reduced = rom.reduce(rom.Structure(np.eye(3), K, C, contact=W), (0,), law=law,
+                         force_patterns=(force,))  # fmt: skip
+    model = rom.tabulate(reduced, law, (0.8,), 1e-3, detuning=True, warned=False)
+    curve = rom.performance_curve(model, force)
+    (at,) = np.flatnonzero(curve.limit == curve.optimum[0])
+    for k in (at - 20, at, at + 20):
+        system = System(np.eye(3), C, K, W, [jenkins(curve.limit[k] * limit, k_t)])
+        size = [
+            abs(0.5 * reduced.mode_shapes[:, 0] @ balance(system, Omega, F * W[:, 0] + 0j)[1])
+            for Omega in curve.frequency[k] * np.linspace(0.98, 1.02, 41)
+        ]
+        assert curve.peak[k] == pytest.approx(max(size), rel=5e-3)
 
 
 @pytest.mark.oracle
