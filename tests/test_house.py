@@ -103,9 +103,7 @@ def test_tests_are_evidence_through_public_names():
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 functions += 1
                 oracles += has_oracle(node) or has_oracle(module)
-            if isinstance(node, ast.ImportFrom) and re.match(
-                r"slipmode\.\w+\.", node.module or ""
-            ):
+            if isinstance(node, ast.ImportFrom) and INTERNAL.match(node.module or ""):
                 internal.add(path)
     assert oracles / functions >= LEAST_SHARE_OF_ORACLES, (oracles, functions)
     assert len(internal) <= MOST_INTERNAL_TEST_FILES, internal

@@ -41,7 +41,7 @@ def observed(folder, at, required=READ, **allowed):
 
 
 def test_internal_steps_are_read_as_communication_points_are(unzipped):
-    """In order, up to the end of the step; amplitudes are those of other steps of this length."""
+    """In order, up to the end of the step, with the amplitudes of other steps of this length."""
     seen = {}
 
     def read(made, time, may_return):

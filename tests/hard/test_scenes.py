@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from beside_oracle import system_of
 from oracles.time_integration import integrate
+from scene_motion import Force
 
 from slipmode import rom, runner
 
@@ -55,34 +56,12 @@ STEPS = {
 JUMPS = {"phase_A": [[0, 0.0], [200, 0.0], [200, 3.1416], [400, 3.1416], [400, 1.0]]}
 RAMPS = {"force_A": [[0, 0.0], [600, 0.3]], "phase_A": [[0, 0.0], [600, 6.0]]}
 STUCK = {"limit": 1e9}
+KEYS = ("force", "frequency", "phase")
 PER_SECOND = 64  # steps of the integration
 USUAL = {
     **{"force_A": 0.15, "force_B": 0.25, "frequency_A": 0.98, "frequency_B": 1.65},
     **{"limit": 2.0, "phase_A": 0.0, "duration": 600.0},
 }
-
-
-def scheduled(values, t):
-    """Return a schedule at times, before jumps."""
-    if not isinstance(values, list):
-        return np.full_like(t, values)
-    at, value = np.array(values, dtype=float).T
-    found = np.interp(t, at, value)
-    for k in np.flatnonzero(np.diff(at) == 0.0):
-        found[t == at[k]] = value[k]
-    return found
-
-
-def signals(given, t):
-    """Return both forces at times (s, 2)."""
-    found = []
-    for mode in "AB":
-        frequency = given[f"frequency_{mode}"]
-        first = frequency[0][1] if isinstance(frequency, list) else frequency
-        slope = (frequency[1][1] - first) / frequency[1][0] if isinstance(frequency, list) else 0.0
-        angle = (first + 0.5 * slope * t) * t + scheduled(given.get(f"phase_{mode}", 0.0), t)
-        found.append(scheduled(given[f"force_{mode}"], t) * np.cos(angle))
-    return np.column_stack(found)
 
 
 @pytest.mark.oracle
@@ -103,8 +82,12 @@ def test_displacements_of_a_scene(changed, bound, tmp_path):
     path.write_text(SCENE.format(**given))
     found = runner.load(runner.run(path, tmp_path).mcap)["/elastic"]
     system = system_of(rom.two_mass(beta=0.01), rom.Tanh(given["limit"], 0.02))
+    forces = [
+        Force(np.eye(4)[j], *(given.get(f"{key}_{mode}", 0.0) for key in KEYS))
+        for j, mode in enumerate("AB")
+    ]
     motion = integrate(
-        *(system, np.eye(4)[:, :2], lambda t: signals(given, t)),
+        *(system, np.eye(4)[:, :2], lambda t: np.column_stack([f.signal(t) for f in forces])),
         *(end, round(end * PER_SECOND)),
     )
     exact = np.column_stack([np.interp(found.time, motion.t, x) for x in motion.x[:, :2].T])

@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
 from rrd import verified
 from runs import column, independent_reader, times_in
-from scene_motion import Force, integrated, relative_rms, system_of
+from scene_motion import Force, integrated
 
 from slipmode import rom
 from slipmode.runner import load_scene, shipped_scenes
@@ -84,7 +85,7 @@ def test_the_motion_of_two_masses_is_the_independent_one(name, shipped_scene):
     scene, data = shipped.plan.scene, shipped.read()
     law = 2 * [Tanh(scene.friction.limit, scene.friction.alpha)]
     beta = float(re.search(r"^damping = (\S+)", scene.text, re.MULTILINE)[1])
-    system = system_of(rom.two_mass(beta=beta), law)
+    system = with_laws(rom.two_mass(beta=beta), law)
     exact = integrated(system, forces_of(scene), scene.run.duration, 512)
     contact = data.channels["/contact/0"]
     error = relative_rms(contact.column("x"), exact.at(contact.time)[:, 2])

@@ -4,8 +4,9 @@ import re
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
-from scene_motion import Force, integrated, relative_rms, system_of
+from scene_motion import Force, integrated
 
 from slipmode import rom
 from slipmode.runner import load_scene, make_plan, parse_scene, read, shipped_scenes, validate
@@ -32,7 +33,7 @@ def test_both_motions_are_within_their_stated_errors(one_mode):
         *([1.0, 0.0, 0.0, 0.0], script.amplitude.values[0], script.frequency.values[0]),
     )
     law = scene.friction
-    system = system_of(rom.two_mass(beta=0.01), 2 * [Tanh(law.limit, law.alpha)])
+    system = with_laws(rom.two_mass(beta=0.01), 2 * [Tanh(law.limit, law.alpha)])
     exact, coarse = (
         integrated(system, [force], scene.run.duration, n, samples=512) for n in (1024, 512)
     )

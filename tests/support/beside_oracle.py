@@ -1,9 +1,9 @@
 """Structures and laws of slipmode as systems of the oracles; runs of both."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from oracles.system import Coulomb, Frictional, Sliders, System, Tanh, Tone, jenkins
+from oracles.system import Coulomb, Frictional, Law, Sliders, System, Tanh, Tone, jenkins
 from oracles.time_integration import Integrator, steady_harmonics
 
 from slipmode import fmu, rom
@@ -13,8 +13,7 @@ PER_PERIOD = 32  # samples of a demodulated signal
 
 def system_of(structure: rom.Structure, law: rom.Friction) -> System:
     """Return the matrices of a structure with its contacts as the oracles describe them."""
-    W = np.asarray(structure.directions)
-    contacts = W.shape[1]
+    contacts = structure.directions.shape[1]
 
     def each(value):
         return np.broadcast_to(value, contacts).astype(float).tolist()
@@ -30,8 +29,21 @@ def system_of(structure: rom.Structure, law: rom.Friction) -> System:
     else:
         stiffnesses = law.tangential_stiffness, law.normal_stiffness
         laws = [Frictional(law.mu, law.preload, *stiffnesses)] * (contacts // 2)
-    M, C, K = (np.asarray(m) for m in (structure.mass, structure.damping, structure.stiffness))
+    return with_laws(structure, laws)
+
+
+def with_laws(structure: rom.Structure, laws: Sequence[Law]) -> System:
+    """Return the matrices of a structure with laws in the order of its contact DOFs."""
+    M, C, K, W = (
+        each.toarray() if hasattr(each, "toarray") else np.array(each, dtype=float)
+        for each in (structure.mass, structure.damping, structure.stiffness, structure.directions)
+    )
     return System(M, C, K, W, laws)
+
+
+def relative_rms(found: np.ndarray, exact: np.ndarray) -> np.ndarray:
+    """Return the RMS of each column's error, relative to the RMS of its exact values."""
+    return np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0)
 
 
 def fluttering(system: System, shape: np.ndarray, coefficient: complex) -> System:

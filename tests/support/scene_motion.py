@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from oracles.system import Law, System
+from oracles.system import System
 from oracles.time_integration import Integrator
 from scipy.interpolate import CubicSpline
 
@@ -80,15 +80,6 @@ class Exact:
         return np.column_stack([np.interp(times, self.t, each) for each in self.contact.T])
 
 
-def system_of(structure, laws: Sequence[Law]) -> System:
-    """Return the matrices of a structure with laws in the order of its contact DOFs."""
-    M, C, K, W = (
-        each.toarray() if hasattr(each, "toarray") else np.array(each, dtype=float)
-        for each in (structure.mass, structure.damping, structure.stiffness, structure.directions)
-    )
-    return System(M, C, K, W, laws)
-
-
 def integrated(
     system: System,
     forces: Sequence[Force],
@@ -122,8 +113,3 @@ def integrated(
     t = h * every * np.arange(1, len(z) + 1)
     forces_at = np.array([f.signal(t) for f in forces]).T @ columns.T
     return Exact(system, t, z[:, :n], z[:, n:], contact, forces_at)
-
-
-def relative_rms(ours: np.ndarray, exact: np.ndarray) -> np.ndarray:
-    """Return the RMS of each column's error, relative to the RMS of its exact values."""
-    return np.linalg.norm(ours - exact, axis=0) / np.linalg.norm(exact, axis=0)

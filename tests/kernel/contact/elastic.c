@@ -62,7 +62,7 @@ static double deviation(const joints *j, int i, const double *x, const double *f
 }
 
 /* Along a trajectory the contacts are in equilibrium with the structure, and no force is beyond
- * its law: that of sliders side by side, no tension, or the cone of friction. */
+ * its law: sliders side by side, no tension, or the cone of friction. */
 static void check_motion(void) {
     joints j;
     motion_call c;

@@ -72,8 +72,8 @@ static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elast
 }
 
 /* While |x| = 2 a grows by r per second, a reversal that lies tau
- * back was at an amplitude 2 r tau smaller, and while the slider sticks the force is by k 2 r tau
- * off that of steady motion; it sticks until cos tau = 1 - 2 c. */
+ * back was at an amplitude 2 r tau smaller, and while the slider sticks the force differs by
+ * k 2 r tau from the force of steady motion; it sticks until cos tau = 1 - 2 c. */
 void check_torus(int times) {
     (void)times;
     const double slider[] = {1.5, 3.0}, by = 1e-3; /* slips from |x| = 0.5 on; growth per period */

@@ -93,7 +93,7 @@ def test_limit_cycles_are_those_of_all_sectors(own, stiffness, k):
 
 @pytest.mark.oracle
 def test_a_wave_with_lift_off_breaks_into_another():
-    """The growth of the pair is that of all sectors; the wave loses to the other."""
+    """The pair grows as all sectors do; the wave loses to the other."""
     law, k, N = rom.FrictionalContact(0.3, 1.0, 2e5, 2e5), 2, 12
     disk = rom.lumped_disk(N, 1e-5, **SHROUD)
     wave, other = (rom.travelling_wave(disk, law, n) for n in (k, -4))

@@ -22,8 +22,8 @@ def cyclic(solid, contact=None, next_contact=None):
 
 
 def whole_disk(solid):
-    """Return stiffness and mass of the whole disk, and the motion of each sector in its own
-    directions by that of the whole disk: meshes of sectors, turned and joined where nodes meet."""
+    """Return stiffness and mass of the whole disk, and matrices from the motion of the whole disk
+    to each sector in its own directions: meshes of sectors, turned and joined where nodes meet."""
     nodes, directions = np.nonzero(solid.mesh.dofs >= 0)
     order = np.argsort(solid.mesh.dofs[nodes, directions])
     nodes, directions = nodes[order], directions[order]

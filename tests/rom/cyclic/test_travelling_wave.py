@@ -1,4 +1,4 @@
-"""A travelling wave from one sector is that of all sectors, integrated independently."""
+"""A travelling wave from one sector equals the motion of all sectors, integrated independently."""
 
 import numpy as np
 import pytest

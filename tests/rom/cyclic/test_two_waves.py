@@ -1,4 +1,4 @@
-"""Two waves at two frequencies are those of all sectors, integrated independently."""
+"""Two waves at two frequencies equal the motion of all sectors, integrated independently."""
 
 import numpy as np
 import pytest

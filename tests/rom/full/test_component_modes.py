@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse
+from beside_oracle import relative_rms
 
 from slipmode import rom
 from slipmode.rom import full
@@ -25,10 +26,6 @@ def body(seed):
     M = scipy.sparse.diags_array(rng.uniform(0.05, 0.15, N))
     contact = np.sort(rng.choice(np.arange(20, N), CONTACTS, replace=False))
     return rom.Structure(M, scipy.sparse.csr_array(K), 2e-2, contact=tuple(contact.tolist()))
-
-
-def relative_rms(found, exact):
-    return np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0)
 
 
 def reduced(structure, law):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
+from beside_oracle import relative_rms
 from oracles.system import Coulomb, System
 from oracles.time_integration import integrate
 from scipy.integrate import solve_ivp, trapezoid
@@ -76,10 +77,6 @@ def harmonic_force(structure):
         return f
 
     return force
-
-
-def relative_rms(found, exact):
-    return np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0)
 
 
 def orders(errors):

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from oracles.system import Frictional, System, Tanh, Tone, jenkins
+from beside_oracle import with_laws
+from oracles.system import Frictional, Tanh, Tone, jenkins
 from oracles.time_integration import integrate, steady_harmonics
 
 from slipmode import rom
@@ -14,11 +15,6 @@ FREQUENCY = (0.98, 1.65)
 
 def excitation_of(structure):
     return full.Excitation.harmonic(structure, FORCE, FREQUENCY, phase=(0.3, -1.0))
-
-
-def system_of(structure, laws):
-    matrices = structure.mass, structure.damping, structure.stiffness, structure.directions
-    return System(*map(np.asarray, matrices), laws)
 
 
 def joined():
@@ -54,7 +50,7 @@ def test_they_agree_with_the_oracle_within_both_stated_errors(case, force, Omega
     tones = [Tone(*each) for each in zip(Omega, columns, strict=True)]
     orders = np.eye(len(Omega), dtype=int).tolist()
     tolerance, steps = (1e-5, 512) if len(Omega) == 1 else (1e-3, 128)
-    exact = steady_harmonics(system_of(structure, laws), tones, orders, tolerance, steps)
+    exact = steady_harmonics(with_laws(structure, laws), tones, orders, tolerance, steps)
     off = np.abs(found.amplitude - 0.5 * exact.amplitude)
     assert np.all(off <= found.error + exact.error)
     assert np.all(found.error.max(axis=1) < 1e-2 * np.abs(found.amplitude).max(axis=1))
@@ -91,7 +87,7 @@ def test_converged_bounds_its_error(case):
 
     columns = np.eye(n)[:, :2] * [0.15, 0.25] * (4.0 if case is joined else 1.0)
     exact, rough = (
-        integrate(system_of(structure, laws), columns, signals, t_end, each * points, each)
+        integrate(with_laws(structure, laws), columns, signals, t_end, each * points, each)
         for each in (400, 200)
     )
     excitation = full.Excitation.harmonic(structure, list(columns.T), FREQUENCY, phase=(0.3, -1.0))

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 import scipy.linalg
+from beside_oracle import vector
 from elastic.cantilever import cantilever
 from oracles.harmonic_balance import balance
 from oracles.system import System, Tanh, Tone, jenkins
@@ -18,13 +19,6 @@ from slipmode.rom.reduction.force_response import AppliedForces
 LAW = rom.Jenkins(limit=(0.2, 0.2, 0.02, 0.05), stiffness=(60.0, 40.0, 10.0, 30.0))
 BODY = cantilever(LAW)
 DASHPOT = 0.1  # what the contacts of the linear chain are [N s/m]
-
-
-def vector(force, n):
-    """Force amplitudes (n,) of {DOF: amplitude}."""
-    f = np.zeros(n)
-    f[list(force)] = list(force.values())
-    return f
 
 
 @pytest.mark.oracle
@@ -133,7 +127,7 @@ def test_modes_go_on_as_they_were_where_forces_jump():
     assert np.all(np.abs(a) > 1e-3)
     gamma, omega = reduced.modal_damping, reduced.frequency
     D = omega**2 - nu[:, np.newaxis] ** 2 + 1j * nu[:, np.newaxis] * gamma  # [force, mode]
-    on_modes = np.array([vector(f, 20) @ reduced.mode_shapes for f in force])
+    on_modes = np.array([vector(f, 20).real @ reduced.mode_shapes for f in force])
     turned = on_modes * (jump / applied.modal * np.exp(1j * angle))[:, np.newaxis]
     response = turned / D
     slow = 2.0 * a * np.exp(1j * angle) - np.diag(response)  # the amplitude has its own force
@@ -187,7 +181,7 @@ def test_a_table_knows_what_its_force_does_past_the_mode(case):
     laws = [jenkins(*pair) for pair in zip(LAW.limit, LAW.stiffness, strict=True)]
     arrays = (BODY.mass, BODY.damping, BODY.stiffness, BODY.directions)
     system = System(*map(np.asarray, arrays), laws)
-    force, project = vector({dof: size}, 24) + 0j, given[0].mode_shapes[:, 0] @ BODY.mass
+    force, project = vector({dof: size}, 24), given[0].mode_shapes[:, 0] @ BODY.mass
     few, exact = (0.5 * project @ balance(system, float(carrier[0]), force, harmonics=H)[1]
                   for H in (5, 9))  # fmt: skip
     model, ignorant = (
@@ -208,7 +202,7 @@ def test_forces_on_rigid_contacts_move_the_mode(dof, size):
     arrays = (structure.mass, structure.damping, structure.stiffness, structure.directions)
     system = System(*map(np.asarray, arrays), [Tanh(2.0, 0.02)] * 2)
     force = {0: 0.1, 2 + dof: size}
-    exact = steady_harmonics(system, [Tone(0.98, vector(force, 4) + 0j)], [[1]], 1e-4, 256)
+    exact = steady_harmonics(system, [Tone(0.98, vector(force, 4))], [[1]], 1e-4, 256)
     reduced = rom.reduce(structure, (0,), carrier=(0.98,), force_patterns=(force,))
     model = rom.tabulate(reduced, law, (4.0,), tolerance=1e-3)
     found = rom.steady(model, (0.98,), (force,))[0] * reduced.mode_shapes[0, 0]

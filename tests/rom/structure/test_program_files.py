@@ -65,7 +65,7 @@ def op4(folder, **matrices):
 
 
 def labelled(folder, stiffness=SPRING):
-    """As Abaqus does with FORMAT=MATRIX INPUT, the order not that of the numbers."""
+    """As Abaqus does with FORMAT=MATRIX INPUT, in another order than the numbers."""
     for name, matrix in (("STIF2", stiffness), ("MASS2", MASS)):
         lines = ["** MATRIX", "*MATRIX"] + [
             f"{NODES[r]}, {DIRECTIONS[r]}, {NODES[c]}, {DIRECTIONS[c]}, {matrix[r, c]:.16e}"

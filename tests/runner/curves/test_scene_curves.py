@@ -4,11 +4,11 @@ import re
 
 import numpy as np
 import pytest
+from beside_oracle import with_laws
 from oracles.harmonic_balance import nonlinear_mode
 from oracles.system import Coulomb, Tanh, Tone, jenkins
 from oracles.time_integration import steady_harmonics
 from recordings import table
-from scene_motion import system_of
 
 from slipmode import rom, runner
 from slipmode.__main__ import main
@@ -52,7 +52,7 @@ def coulomb_scene(folder, limit):
 )
 def test_a_curve_is_the_independent_steady_motion(contacts, laws):
     curve = scene_response_curve(parse_scene(a_scene(contacts), "."), "frequency_A", (0.94, 1.0))
-    system = system_of(rom.two_mass(beta=0.05), laws)
+    system = with_laws(rom.two_mass(beta=0.05), laws)
     assert np.all(curve.growth < 0.0)
     for k in (10, int(np.abs(curve.amplitude).argmax())):
         tone = Tone(curve.parameter[k], np.array([0.15 + 0j, 0.0, 0.0, 0.0]))
@@ -65,7 +65,7 @@ def test_a_curve_is_the_independent_steady_motion(contacts, laws):
 @pytest.mark.oracle
 def test_a_backbone_is_that_of_the_independent_harmonic_balance():
     found = scene_backbone(parse_scene(a_scene(JENKINS), "."))
-    system = system_of(rom.two_mass(beta=0.05), 2 * [jenkins(0.1, 2.0)])
+    system = with_laws(rom.two_mass(beta=0.05), 2 * [jenkins(0.1, 2.0)])
     law = rom.Jenkins(0.1, 2.0)
     shape = rom.reduce(rom.two_mass(beta=0.05), (0,), law=law).mode_shapes[:, 0]
     mode = coarse = None
@@ -89,7 +89,7 @@ def test_the_best_limit_is_a_minimum_of_the_independent_peak(tmp_path):
     assert curve.motion.model.reduced.carrier == pytest.approx([0.9825])
     best = int(curve.peak.argmin())
     law = 2 * [Coulomb(2000.0 * float(curve.limit[best]))]
-    system = system_of(rom.two_mass(beta=0.01), law)
+    system = with_laws(rom.two_mass(beta=0.01), law)
     tone = Tone(float(curve.frequency[best]), np.array([0.15 + 0j, 0.0, 0.0, 0.0]))
     exact = steady_harmonics(system, [tone], [[1]], 1e-3, steps=1024)
     row = 0.5 * curve.mode_shape @ system.M

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from runs import TANH_ON_BOTH_MODES
 
 from slipmode import runner
 from slipmode.runner import make_plan, parse_scene
@@ -46,17 +47,10 @@ def test_runs_stay_in_the_range_where_limits_change(tmp_path, scale):
     assert 10.0 < small.amplitude[0] / constant.amplitude[0] < 20.0
 
 
-FORMULATION = """
+FORMULATION = f"""
 [structure]
 model = "two-mass"
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+{TANH_ON_BOTH_MODES}[forcing.A]
 dof = 0
 amplitude = 0.05
 frequency = 0.97
@@ -64,7 +58,7 @@ frequency = 0.97
 duration = 800
 step = 4
 [model]
-formulation = "{}"
+formulation = "{{}}"
 [log]
 rerun = false
 """

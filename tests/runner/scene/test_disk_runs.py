@@ -1,4 +1,4 @@
-"""Runs of bladed disks through resonance are those of all sectors, integrated independently."""
+"""Runs of bladed disks through resonance beside all sectors, integrated independently."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def changed(text, changes):
 
 
 def recorded(text, folder):
-    """Channels of a run; the folder has a file of one sector whose contacts are those of TWO."""
+    """Channels of a run; the folder has a file of one sector with the contacts of TWO."""
     np.savez(
         folder / "sector.npz",
         mass=np.diag([0.6, 0.35, 0.25, 0.6]),

@@ -4,8 +4,9 @@ import re
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
-from scene_motion import Force, integrated, relative_rms, system_of
+from scene_motion import Force, integrated
 
 from slipmode import rom, runner
 from slipmode.runner import load_scene, make_plan, parse_scene
@@ -24,7 +25,7 @@ def test_weak_modes_are_within_1_percent_between_steps_of_the_force(tmp_path):
     for dof, script in enumerate(scene.forcing.values()):
         points = np.transpose((script.amplitude.times, script.amplitude.values)).tolist()
         forces.append(Force(np.eye(4)[dof].tolist(), points, script.frequency.values[0]))
-    system = system_of(rom.two_mass(beta=0.01), 2 * [Tanh(2.0, 0.02)])
+    system = with_laws(rom.two_mass(beta=0.01), 2 * [Tanh(2.0, 0.02)])
     exact = integrated(system, forces, 1600.0, 512).at(moved.time)
     for start in range(0, 1600, 200):
         part = (moved.time >= start) & (moved.time < start + 200.0)

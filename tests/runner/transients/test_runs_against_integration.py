@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from oracles.closed_forms import jenkins_dissipation
 from oracles.system import Coulomb, Frictional, Law, Sliders, Tanh, jenkins
-from scene_motion import Exact, Force, integrated, relative_rms, system_of
+from scene_motion import Exact, Force, integrated
 
 from slipmode import rom, runner
 from slipmode.runner import parse_scene
@@ -85,7 +86,7 @@ class Given:
     def exact(self, steps: int) -> Exact:
         """Return the independent motion."""
         structure = rom.two_mass(beta=self.damping, contact_mass=self.contact_mass)
-        system = system_of(structure, OF_LAW[self.contacts])
+        system = with_laws(structure, OF_LAW[self.contacts])
         return integrated(system, self.forces, self.end, steps, self.limits)
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
-from scene_motion import Force, integrated, relative_rms, system_of
+from scene_motion import Force, integrated
 
 from slipmode import rom, runner
 from slipmode.__main__ import main
@@ -68,7 +69,7 @@ def test_a_forced_self_excited_mode_moves_as_the_independent_motion(table, tmp_p
     given = scene("A = [0.0, -0.015]", "", more, alpha=0.02, end=300)
     moved = runner.run(given, tmp_path).read().channels["/elastic"]
     structure = rom.two_mass(beta=0.01)
-    system = system_of(structure, 2 * [Tanh(2.0, 0.02)])
+    system = with_laws(structure, 2 * [Tanh(2.0, 0.02)])
     row = system.M @ rom.reduce(structure, (0,)).mode_shapes[:, 0]
     system.C[:] += np.outer(row, row) * -0.015 / 1.0
     force = Force([1.0, 0.0, 0.0, 0.0], 0.15, 0.98)

@@ -5,9 +5,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from beside_oracle import relative_rms, with_laws
 from elastic import frictional_beam, l_frame
 from oracles.system import Frictional, jenkins
-from scene_motion import Force, integrated, relative_rms, system_of
+from scene_motion import Force, integrated
 
 from slipmode import rom, runner
 from slipmode.runner import make_plan, parse_scene
@@ -89,7 +90,7 @@ def from_rest(folder, case, transients="auto", model=""):
 def true_errors(case, recording, forces, shapes):
     """Return relative RMS errors of the retained modes, then of the tip; and the oracle's own."""
     moved = recording.read().channels["/elastic"]
-    system = system_of(case[0], case[2])
+    system = with_laws(case[0], case[2])
     rows = np.vstack((shapes.T @ system.M, np.eye(len(system.M))[case[4]]))
     end = recording.plan.scene.run.duration
     fine, coarse = (

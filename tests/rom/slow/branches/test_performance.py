@@ -48,10 +48,9 @@ def test_a_jenkins_damper_on_one_mass_has_its_closed_form():
 def test_a_force_on_the_contact_itself_has_the_peaks_of_harmonic_balance():
     K = 2.0 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     C, W, F, limit, k_t = 0.01 * K, np.eye(3)[:, [1]], 0.02, 0.02, 0.15
-    law = rom.Jenkins(limit, k_t)
-    force = {1: F}
-    reduced = rom.reduce(rom.Structure(np.eye(3), K, C, contact=W), (0,), law=law,
-                         force_patterns=(force,))  # fmt: skip
+    law, force = rom.Jenkins(limit, k_t), {1: F}
+    structure = rom.Structure(np.eye(3), K, C, contact=W)
+    reduced = rom.reduce(structure, (0,), law=law, force_patterns=(force,))
     model = rom.tabulate(reduced, law, (0.8,), 1e-3, detuning=True, warned=False)
     curve = rom.performance_curve(model, force)
     (at,) = np.flatnonzero(curve.limit == curve.optimum[0])
