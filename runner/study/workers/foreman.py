@@ -150,7 +150,10 @@ class Foreman:
         work = self._at_work.pop(future.key)
         outside: list[int] = []
         if future.status == "finished":
-            noted = future.result()
+            try:
+                noted = future.result()
+            except OSError as reason:  # the connection broke after the task was finished
+                raise _lost_connection() from reason
             found, may_grow = noted.value
             work.batch.put(work.places, found)
             outside = [place for place in work.places if work.batch.outside[place]]
@@ -169,8 +172,7 @@ class Foreman:
             for place in work.places:
                 work.batch.reason[place] = one_line(error)
         else:
-            goes_on = "repeat the command to continue; the samples computed so far are kept"
-            raise SlipmodeError(f"scheduler: the connection is lost; {goes_on}")
+            raise _lost_connection()
         if outside:
             completed.add(self._submit(replace(work, places=outside, step=work.step + 1)))
         else:
@@ -181,6 +183,11 @@ class Foreman:
         for kind, line in {each.split(": ")[0]: each for each in sorted(warnings)}.items():
             first, count = self._warned.get(kind, (line, 0))
             self._warned[kind] = first, count + samples
+
+
+def _lost_connection() -> SlipmodeError:
+    goes_on = "repeat the command to continue; the samples computed so far are kept"
+    return SlipmodeError(f"scheduler: the connection is lost; {goes_on}")
 
 
 def _noted(function: Callable[..., Any], *arguments: Any) -> _Noted:
