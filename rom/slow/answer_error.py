@@ -21,27 +21,25 @@ error at the other points is interpolated.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.error_norm import smallest_scale
-from slipmode.rom.contact.problem import TorusProblem
-from slipmode.rom.contact.torus.march import ContactForces
-from slipmode.rom.errors import Finding, SlipmodeError
+from slipmode.rom.errors import Finding
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.slow.direct.contact_friction import (
+    ContactFriction,
+    ContactPoints,
+    changed_reaction,
+    has_contact_problem,
+)
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.validity import reference_frequency_finding
 
-# Estimate of the error by forcing off the carriers, relative to the tolerance, above which the
-# error is measured. The estimate scales trials of the table at other amplitudes.
-_WORTH_MEASURING = 0.1
 # Points of a curve at which delta S_j is measured, by modes: about as many contact problems as a
 # quarter of the contact problems of a table with one mode.
 _MEASURED = {1: 64, 2: 16}
@@ -61,54 +59,44 @@ class TableError:
     stated: Floats  # (points, modes), the part that is not measured [N kg^-1/2]
     at: NDArray[np.intp]  # (some,), points at which the error is measured
     measured: Complexes  # (some, modes), delta S_j; NaN where the motion does not converge
-    off_carriers: Complexes  # (some, modes), the part of it due to forcing off the carriers
 
     @classmethod
     def of(
-        cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None = None
+        cls,
+        flow: ForcedFlow,
+        amplitude: Complexes,
+        applied: AppliedForces | None = None,
+        used: ContactFriction | None = None,
     ) -> Self:
         """Return the error of S_j at amplitudes (points, modes) of a slow flow.
 
-        `applied` are the forces of the flow. Without them, the forces act as in the table.
+        `applied` are the forces of the flow. Without them, the forces act as in the table. `used`
+        is the friction of the flow if it is not the friction of the table.
         """
         model = flow.model
         factor = flow.inputs["limit_scale"][:, np.newaxis]
         effective = flow.effective(amplitude) / factor
         size = np.minimum(np.abs(effective), model.table.amplitude_range)
         scale, accuracy = factor * model.error_scale(size), model.accuracy
-        at = _measured_points(size, model.table.axes)
-        friction = flow.balance(amplitude).friction[at]
-        inside = np.isfinite(friction).all(axis=1)
-        at, friction = at[inside], friction[inside]
-        if model.reduced.formulation == "paper" or not model.reduced.n_contacts or not at.size:
+        if not has_contact_problem(model):
             share = np.full(len(size), accuracy.total)
             if not model.reduced.n_contacts and accuracy.detuning is not None:
                 away = np.abs(flow.frequency / model.reduced.carrier - 1.0).max(axis=1)
                 share += model.detuning_error(away)  # of waves it is stated
             nothing = np.zeros((0, model.modes), dtype=complex)
-            return cls(scale, share[:, np.newaxis] * scale, at[:0], nothing, nothing)
-        torus = model.finer_contact_problem(
-            smallest_scale(model.reduced, model.table.amplitude_range)
-        )
-        force = None if applied is None else (applied, flow.force[at] / factor[at])
-        points = flow.frequency[at], amplitude[at] / factor[at]
-        exact = _exact_friction(torus, *points, force)
-        measured = factor[at] * exact - friction
-        known = torus.on_more_lines(torus.solve(size[at]))
-        at_carriers = np.where(known.is_periodic[:, np.newaxis], known.S, np.nan)
-        rotated = coupling_factor(model.reduced, flow.frequency[at]) * np.exp(
-            1j * np.angle(effective[at])
-        )
-        interpolation = factor[at] * rotated * (at_carriers - model.table(size[at]))
-        off_carriers = measured - interpolation
-        if model.combinations:  # the modes respond to them, and steady states leave this out
-            responding = replace(torus, problem=replace(torus.problem, combinations=()))
-            measured = factor[at] * _exact_friction(responding, *points, force) - friction
-        # The finer contact problem repeats to a hundredth of the tolerance. Steps are of second
-        # order: four times as many leave 1 / 12 of the change by doubling.
+            return cls(scale, share[:, np.newaxis] * scale, np.zeros(0, np.intp), nothing)
+        at = _measured_points(size, model.table.axes)
+        if used is None:  # an internal resonance may be narrow
+            at = np.union1d(at, changed_reaction(model, flow.frequency).argmax())
+        points = ContactPoints.of(flow, amplitude, at)
+        friction = flow.balance(amplitude).friction[at] if used is None else used(points)
+        measured = ContactFriction.of(model, applied, finer=True)(points) - friction
+        inside = np.isfinite(friction).all(axis=1)
+        # Steps are of second order: four times as many as the table has leave 1 / 12 of the change
+        # by doubling.
         finer = accuracy.resolution / 12.0 + 0.01 * accuracy.tolerance
         stated = accuracy.neglected + finer
-        return cls(scale, stated * scale, at, measured, off_carriers)
+        return cls(scale, stated * scale, at[inside], measured[inside])
 
     def between(self, share: Floats) -> Floats:
         """Return errors at all points (points, ...) from those at measured points (some, ...).
@@ -147,43 +135,6 @@ def _measured_points(size: Floats, axes: tuple[Floats, ...]) -> NDArray[np.intp]
     share = np.divide(cells, cells.mean(), out=np.zeros_like(cells), where=cells > 0.0)
     distance = np.concatenate(([0.0], np.cumsum(1.0 + share)))
     return np.unique(np.searchsorted(distance, np.linspace(0.0, distance[-1], count)))
-
-
-def _exact_friction(
-    torus: TorusProblem,
-    frequency: Floats,
-    amplitude: Complexes,
-    force: tuple[AppliedForces, Complexes] | None,
-) -> Complexes:
-    """Return the force of the contacts on the modes, each (points, modes).
-
-    With forcing at `frequency`, by forces with the modal amplitudes F_j exp(i phase_j); without
-    them the forces act as the force patterns. NaN where the contact motion does not converge.
-    """
-    found = np.full(amplitude.shape, np.nan, dtype=complex)
-    size = np.abs(amplitude)
-    guess = None
-    for k, (Omega, a) in enumerate(zip(frequency, amplitude, strict=True)):
-        try:
-            problem = torus.problem.at_carriers(Omega)
-            if force is not None:
-                applied, excitation = force
-                bare = replace(problem.reduced, force_patterns=None)
-                per_amplitude = np.divide(
-                    0.5 * excitation[k], a, out=np.zeros_like(a), where=a != 0.0
-                )
-                direct = replace(applied, reduced=bare).past_mode * per_amplitude[:, np.newaxis]
-                reaction = replace(problem, reduced=bare).forces.reaction
-                forces = ContactForces(bare.coupling - direct, reaction)
-                problem = replace(problem, reduced=bare, given_forces=forces)
-            there = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
-            terms = there.on_more_lines(there.solve(size[k : k + 1], guess))
-        except SlipmodeError:
-            continue
-        if terms.is_periodic[0]:
-            guess = terms.P
-            found[k] = terms.S[0] * np.exp(1j * np.angle(a))
-    return found
 
 
 def off_carrier_findings(
@@ -288,10 +239,10 @@ def amplitude_error(flow: ForcedFlow, amplitude: Complexes, friction: Complexes)
     """
     factor = coupling_factor(flow.model.reduced, flow.frequency)
     turned = np.exp(1j * np.angle(flow.effective(amplitude)))
-    return _amplitude_error(flow, amplitude, factor * turned * friction)
+    return force_error(flow, amplitude, factor * turned * friction)
 
 
-def _amplitude_error(flow: ForcedFlow, amplitude: Complexes, force: Complexes) -> Floats:
+def force_error(flow: ForcedFlow, amplitude: Complexes, force: Complexes) -> Floats:
     """Return |delta a_j| / |a_j| by modal forces (points, modes), as `amplitude_error`."""
     size = np.abs(amplitude)
     _, jacobian = flow.rate_and_jacobian(amplitude)
@@ -299,39 +250,3 @@ def _amplitude_error(flow: ForcedFlow, amplitude: Complexes, force: Complexes) -
     moved = np.linalg.pinv(jacobian) @ change.view(float)[..., np.newaxis]
     moved = np.abs(np.ascontiguousarray(moved[..., 0]).view(complex))
     return np.asarray(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))
-
-
-def error_at_points(flow: ForcedFlow, amplitude: Complexes) -> Callable[[int, Complexes], float]:
-    """Return the function of a point and an error of S_j (modes,) for the error of amplitudes.
-
-    It is the largest relative error. The error of S_j is relative to the scale of the limits.
-    """
-
-    def error_of(point: int, friction: Complexes) -> float:
-        at = flow.with_inputs(flow.inputs[[point]])
-        scaled: Complexes = at.inputs["limit_scale"][:, np.newaxis] * friction
-        return float(amplitude_error(at, amplitude[[point]], scaled).max())
-
-    return error_of
-
-
-def detuning_findings(
-    flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces
-) -> list[Finding]:
-    """Report steady states (points, modes) whose error by forcing off the carriers is large."""
-    model, forced = flow.model, (flow.force != 0.0).any(axis=0)
-    stated, apart = model.accuracy, flow.frequency / model.reduced.carrier - 1.0
-    if stated.detuning is None:
-        return model.detuning_findings(flow.frequency, forced)
-    apart = np.where(forced, apart, 0.0)
-    effective = np.abs(flow.effective(amplitude))
-    part = stated.detuning_at(np.abs(apart).max(axis=1), model.table.detuning is not None)
-    friction = part[:, np.newaxis] * model.error_scale(effective)
-    estimate = amplitude_error(flow, amplitude, friction.astype(complex)).max(axis=1)
-    if np.all(estimate <= _WORTH_MEASURING * stated.tolerance):
-        return []
-    found = TableError.of(flow, amplitude, applied)
-    at = flow.with_inputs(flow.inputs[found.at])
-    error = _amplitude_error(at, amplitude[found.at], found.off_carriers)
-    largest = float(np.nan_to_num(error, nan=np.inf).max(initial=0.0))
-    return off_carrier_findings(stated.tolerance, largest, apart, "the amplitudes")

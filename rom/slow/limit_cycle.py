@@ -21,7 +21,7 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
+from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
@@ -140,13 +140,15 @@ def limit_cycles(
         check_force_patterns(model, applied, amplitude, every)
         warn(friction_findings(model.reduced, model.law, largest))
         Omega = np.array([cycle.frequency for cycle in found])
-        warn(model.detuning_findings(Omega))
-
-        def error_of(point: int, friction: Complexes) -> float:  # of the forces in the balance
-            balance = np.abs(model.reduced.modal_damping * Omega[point] * amplitude[point])
-            return float((np.abs(friction) / np.where(balance > 0.0, balance, np.inf)).max())
-
-        warn(neglected_resonance_findings(model, Omega, amplitude, error_of))
+        cycles = ForcedFlow.of(model, Omega, every, applied.shift)
+        change = TableError.of(cycles, amplitude, applied)
+        balance = np.abs(model.reduced.modal_damping * Omega * amplitude)[change.at]
+        off = np.abs(change.measured)
+        off = np.where(off <= model.accuracy.total * change.scale[change.at], 0.0, off)
+        share = np.divide(off, balance, out=np.zeros_like(off), where=balance > 0.0)
+        worst = float(np.nan_to_num(share, nan=np.inf).max(initial=0.0))
+        apart = Omega / model.reduced.carrier - 1.0
+        warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
     return tuple(sorted(found, key=lambda cycle: np.abs(cycle.amplitude[excited]).max()))
 
 

@@ -13,14 +13,12 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.answer_error import detuning_findings, error_at_points
-from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
+from slipmode.rom.slow.direct.contact_friction import has_contact_problem
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
     can_carry,
     forcing_findings,
@@ -220,6 +218,9 @@ def steady(
 
     Notes
     -----
+    Where the error of the friction table changes an amplitude by more than the tolerance of the
+    model, the contact problem is solved at the forcing frequencies instead.
+
     The amplitudes solve (omega_j^2 - Omega_j^2 + i gamma_j Omega_j - Q_j) a_j = F_j exp(i psi_j) /
     2, see "Steady states" in docs/theory.md.
 
@@ -247,12 +248,9 @@ def steady(
         raise found.refusals[min(found.refusals)]
     amplitude = found.amplitude
     warn(forcing_findings(model.reduced, points, excitation != 0.0))
-    check_force_patterns(model, applied, amplitude, every)
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
-    flow = ForcedFlow.of(model, points, every, applied.shift)
-    warn(detuning_findings(flow, amplitude, applied))
-    error_of = error_at_points(flow, amplitude)
-    warn(neglected_resonance_findings(model, points, amplitude, error_of))
+    if not has_contact_problem(model):
+        warn(model.detuning_findings(points, excitation != 0.0))
     return amplitude.reshape(Omega.shape)
 
 

@@ -17,6 +17,7 @@ from slipmode.rom.errors import OutsideTableError, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.direct.corrected_points import corrected_point, missed_points
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
@@ -60,9 +61,17 @@ def steady_points(
         found.refusals.update(_refusals(model.reduced, frequency, kind, alike))
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
-        shift = AppliedForces.of(model.reduced, patterns).shift
-        problem = _SteadyFlow.of(model, frequency[places], excitation[places], shift)
+        applied = AppliedForces.of(model.reduced, patterns)
+        problem = _SteadyFlow.of(model, frequency[places], excitation[places], applied.shift)
         _solve(problem, places, found)
+        for k in missed_points(problem, found.amplitude[places], applied).tolist():
+            place = int(places[k])
+            try:
+                found.amplitude[place] = corrected_point(
+                    problem.only(k), found.amplitude[place], applied
+                )
+            except SlipmodeError as refusal:
+                found.amplitude[place], found.refusals[place] = np.nan, refusal
     return found
 
 

@@ -50,7 +50,7 @@ def check_force_patterns(
     SlipmodeError
         If the error of an amplitude is larger than the tolerance of the table.
     """
-    error = _error(model, applied, amplitude, excitation)
+    error = quasi_static_error(model, applied, amplitude, excitation)
     tolerance = model.accuracy.tolerance
     if np.all(error <= tolerance):
         return
@@ -73,7 +73,7 @@ def check_force_patterns(
     )
 
 
-def _error(
+def quasi_static_error(
     model: Model,
     applied: AppliedForces,
     amplitude: Complexes | None,
@@ -81,7 +81,7 @@ def _error(
 ) -> Floats:
     """Return the relative error of amplitudes due to a neglected quasi-static response, (modes,).
 
-    0 where the table has the response.
+    Arguments as of `check_force_patterns`. 0 where the table has the response.
     """
     error = np.zeros(model.modes)
     if model.reduced.formulation == "paper" or _has_response(applied).all():

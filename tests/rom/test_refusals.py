@@ -122,8 +122,10 @@ WITH_MODEL = [
     (steady(phase=(0.1, 0.2, 0.3)), "phase: must be"),
     (steady(3.0), "force: needs one entry per mode (2), each {DOF: amplitude} or an array of 4"),
     (steady([{"x": 1.0}, {}]), "force: DOF 'x' is out of range, allowed: 0 to 3"),
-    (steady(CONTACT_FORCE), "force_patterns: the forces also act on the contacts directly"),
-    (lambda of: fmu.Component(of, CONTACT_FORCE), "force_patterns: "),
+    (
+        lambda of: fmu.Component(of, CONTACT_FORCE),
+        "force_patterns: the forces also act on the contacts directly",
+    ),
     (lambda of: rom.reduce(TWO, force_patterns=[{99: 1.0}, {}]), "force_patterns: DOF 99 is out"),
     (steady(frequency="abc"), "frequency: must be real numbers"),
     (lambda of: rom.resonance(of, FORCE, 0.98, (1.6, 1.7)), "frequency_A: must be a sequence"),

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats
+from slipmode.rom.arrays import Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
-from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
@@ -286,15 +285,11 @@ def backbone(
     damping_error = of_loss / (2.0 * Omega**2) + 2.0 * np.abs(zeta) * frequency_error / Omega
     if friction_takes_energy(model, other):
         zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
-    change = np.nan_to_num(np.abs(table_error.off_carriers[:, mode]), nan=np.inf)
+    change = np.nan_to_num(np.abs(table_error.measured[:, mode]), nan=np.inf)
+    change[change <= model.accuracy.total * table_error.scale[at, mode]] = 0.0
     worst = float((change / loss[at]).max(initial=0.0))
     apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
-
-    def error_of(point: int, friction: Complexes) -> float:  # of the damping
-        return float(np.abs(friction[mode]) / loss[point])
-
-    warn(neglected_resonance_findings(model, frequency, np.abs(flow.effective(a)), error_of))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
     shape = model.reduced.mode_shapes[:, mode].copy()
     motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))

@@ -20,6 +20,7 @@ from slipmode.rom.slow.answer_error import (
 )
 from slipmode.rom.slow.branches.continuation import Branch, Kind, Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
+from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.slow_flow import ForcedFlow
 
 _DIFFERENCE = 1e-6  # of the span, for derivatives: far above rounding
@@ -32,14 +33,23 @@ class CurveError:
     amplitude: Floats  # (points, modes), of a_j at constant parameter [kg^1/2 m]
     growth: Floats  # (points,), of the growth of small deviations [1/s]
     friction: Floats  # (points, modes), of S_j [N kg^-1/2]
-    # Largest error of a_j due to forcing off the table's carriers, relative to |a_j|, at the
-    # points where it is measured; infinity where the contact motion does not converge
-    off_carriers: float
+    # Largest error of a_j, relative to |a_j|, where friction misses what the table states at its
+    # carriers; infinity where the contact motion does not converge
+    beyond_table: float
 
     @classmethod
-    def of(cls, problem: ForcedSlowFlow, z: Floats, branch: NDArray[np.intp]) -> CurveError:
-        """Return the error of solutions z (points, k + 1), neighbours of a branch in sequence."""
-        points = _Solutions(problem, z)
+    def of(
+        cls,
+        problem: ForcedSlowFlow,
+        z: Floats,
+        branch: NDArray[np.intp],
+        contact: ContactCurve | None,
+    ) -> CurveError:
+        """Return the error of solutions z (points, k + 1), neighbours of a branch in sequence.
+
+        `contact` is the curve if its friction is not the table's.
+        """
+        points = _Solutions(problem, z, contact)
         y, size = points.y, points.size
 
         def error_of(change: Floats) -> Floats:
@@ -51,7 +61,7 @@ class CurveError:
         table = points.table_error
         rate = np.abs(points.rate_change(table.size)) + points.neglected_force
         error = error_of(np.abs(points.rate_change(table.stated)) + points.neglected_force)
-        off_carriers = 0.0
+        beyond_table = 0.0
         if table.at.size:
             part = np.abs(table.measured) / table.scale[table.at]
             largest = np.nan_to_num(part, nan=1.0).max() * table.scale
@@ -59,12 +69,12 @@ class CurveError:
             moved = points.moved(branch, table.at, table.measured)
             least = np.maximum(of_any_phase[table.at], np.finfo(float).tiny)
             error = error + table.between(np.minimum(moved / least, 1.0)) * of_any_phase
-            off = points.moved(branch, table.at, table.off_carriers)
             modulus = np.abs(y[table.at])
-            share = np.divide(off, modulus, out=np.zeros_like(off), where=modulus > 0.0)
-            off_carriers = float(np.nan_to_num(share, nan=np.inf).max())
+            share = np.divide(moved, modulus, out=np.zeros_like(moved), where=modulus > 0.0)
+            share[part <= problem.model.accuracy.total] = 0.0
+            beyond_table = float(np.nan_to_num(share, nan=np.inf).max())
         growth = np.nan_to_num(rate / np.maximum(np.abs(y), 1e-12)).max(axis=1)
-        return cls(size * error, growth, table.size, off_carriers)
+        return cls(size * error, growth, table.size, beyond_table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +83,7 @@ class _Solutions:
 
     problem: ForcedSlowFlow
     z: Floats
+    contact: ContactCurve | None = None  # the curve, if its friction is not the table's
 
     @cached_property
     def flow(self) -> ForcedFlow:
@@ -94,6 +105,8 @@ class _Solutions:
 
         NaN at the end of the friction table.
         """
+        if self.contact is not None:
+            return self.contact.derivatives(self.z)
         size = self.problem.size(self.z[:, -1])
         _, jacobian = self.flow.rate_and_jacobian(self.problem.amplitude(self.z))
         step = _DIFFERENCE * np.eye(self.z.shape[1])[-1]
@@ -120,8 +133,9 @@ class _Solutions:
     @cached_property
     def table_error(self) -> TableError:
         """The error of S_j, see `TableError.of`."""
-        applied = self.problem.applied
-        return TableError.of(self.flow, self.problem.amplitude(self.z), applied)
+        friction = None if self.contact is None else self.contact.friction
+        amplitude = self.problem.amplitude(self.z)
+        return TableError.of(self.flow, amplitude, self.problem.applied, friction)
 
     def rate_change(self, friction: Complexes | Floats) -> Complexes:
         """Return the change of the scaled rates (points, modes) by a change of S_j."""
@@ -153,7 +167,9 @@ class _Solutions:
 
     @property
     def neglected_force(self) -> Floats:
-        """Scaled rates (points, modes) by the neglected force through dampers."""
+        """Scaled rates (points, modes) by the force through dampers, which tables neglect."""
+        if self.contact is not None:
+            return np.zeros(self.y.shape)
         force = self.flow.force * self.problem.applied.through_dampers
         return np.asarray(np.abs(0.5 * force / self._mass))
 

@@ -13,24 +13,20 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.answer_error import error_at_points, off_carrier_findings
 from slipmode.rom.slow.branches.backbone import BAND
+from slipmode.rom.slow.branches.branches import Branches
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
-    Branch,
     Kind,
     Points,
-    branch_through,
     cut_off,
 )
-from slipmode.rom.slow.branches.curve_error import CurveError, significant_specials
+from slipmode.rom.slow.branches.curve_error import significant_specials
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
-from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
 
 if TYPE_CHECKING:
@@ -79,8 +75,8 @@ class ResponseCurve:
     amplitude : (n, modes) complex ndarray
         Amplitudes a_j [kg^1/2 m].
     error : (n, modes) ndarray
-        Error of a_j at a constant parameter [kg^1/2 m], due to the friction table and to the
-        distance from its carriers.
+        Error of a_j at a constant parameter [kg^1/2 m], due to the friction table or to the steps
+        of the contact problem.
     growth : (n,) ndarray
         Largest growth rate of small deviations [1/s]. It is interpolated between folds or Hopf
         points that are closer than the error and therefore omitted.
@@ -358,8 +354,8 @@ def response_curve(
     Parameters
     ----------
     model : Model
-        Model whose carriers are near the forcing frequencies. The error reaches 7 % where a
-        strong contact lifts off and the forcing frequency is 3 % from its carrier.
+        Model with one or two modes. Where its friction table misses, the curve is followed with
+        the contact problem at each forcing frequency, which takes seconds to minutes.
     frequency : (modes,) array_like
         Forcing frequencies [rad/s]; a varied frequency is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
@@ -411,37 +407,16 @@ def response_curve(
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
-    branches: list[Branch] = []
-    left = problem.solutions(9)  # at nine values of the parameter
-    while left.size:
-        branch = branch_through(problem.curve, left[0])
-        left = left[1:]
-        if branch is not None and len(branch.points.rows) > 1:
-            branches.append(branch)
-            left = left[~branch.points.pass_by(left)]
-    if not branches:
-        raise SlipmodeError(
-            f"span: no steady state inside the friction table, whose range is "
-            f"{model.table.amplitude_range}, over the span {span}; tabulate a larger range"
-        )
-    if problem.is_reversed:
-        branches = [branch.reversed for branch in branches]
-    rows = np.concatenate([branch.points.rows for branch in branches])
-    points = Points(rows, problem.curve.unknowns)
+    starts = problem.solutions(9)  # at nine values of the parameter
+    found = Branches.of(problem, starts)
+    if found.misses:
+        found = found.without_table(starts)
+    branches, points, error = found.branches, found.points, found.error
     part, amplitude = points.z[:, -1], problem.amplitude(points.z)
     flow, forced = problem.at(part), (problem.ends.force != 0.0).any(axis=0)
     scale = flow.inputs["limit_scale"][:, np.newaxis]
-    check_force_patterns(model, problem.applied, amplitude / scale, flow.force / scale)
     warn(friction_findings(model.reduced, model.law, (np.abs(amplitude) / scale).max(axis=0)))
     warn(forcing_findings(model.reduced, problem.ends.frequency, forced))
-    error_of = error_at_points(flow, amplitude)
-    warn(neglected_resonance_findings(model, flow.frequency, amplitude / scale, error_of))
-    number = np.repeat(np.arange(len(branches)), [len(each.points.rows) for each in branches])
-    error = CurveError.of(problem, points.z, number)
-    apart = (problem.ends.frequency / model.reduced.carrier - 1.0)[:, forced]
-    warn(
-        off_carrier_findings(model.accuracy.tolerance, error.off_carriers, apart, "the amplitudes")
-    )
     ends = problem.parameter(np.array(cut_off(branches)))
     if ends.size:
         where = f"{vary} = {', '.join(f'{value:.6g}' for value in ends)}"
@@ -454,7 +429,7 @@ def response_curve(
         SpecialPoint(kind, value, a)
         for (kind, _), value, a in zip(specials, values, amplitudes, strict=True)
     )
-    cycles = slow_cycles(problem, Points(rows[~smaller], points.unknowns))
+    cycles = slow_cycles(problem, Points(points.rows[~smaller], points.unknowns))
     growth = points.eigenvalues[:, 0].real
     if smaller.any():
         every = np.arange(growth.size)
@@ -465,7 +440,7 @@ def response_curve(
         amplitude,
         error.amplitude,
         growth,
-        number,
+        found.number,
         special,
         model.reduced.mode_shapes.copy(),
         cycles,

@@ -1,0 +1,97 @@
+"""Steady states whose friction the table does not have, solved again with the contact problem.
+
+The friction table may miss where the forcing is off its reference frequencies, where a mode
+responds to a combination resonance or to another harmonic of the contacts, and where the forces
+act on the contacts in other ways than in the table.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipmode.rom import kernel
+from slipmode.rom.arrays import Complexes
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.short_repr import percentage
+from slipmode.rom.slow.answer_error import amplitude_error, force_error
+from slipmode.rom.slow.branches.forced import ForcedSlowFlow
+from slipmode.rom.slow.direct.contact_curve import ContactCurve
+from slipmode.rom.slow.direct.contact_friction import (
+    ContactFriction,
+    ContactPoints,
+    changed_reaction,
+    has_contact_problem,
+)
+from slipmode.rom.slow.direct.steady_state import steady_state
+from slipmode.rom.slow.slow_flow import ForcedFlow
+from slipmode.rom.table.quasi_static import quasi_static_error
+
+# Part of the tolerance above which an estimated error is measured: estimates scale trials of the
+# table at other amplitudes.
+_WORTH_MEASURING = 0.1
+
+
+def missed_points(
+    flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces
+) -> NDArray[np.intp]:
+    """Return the numbers of steady states (points, modes) whose friction the table may miss."""
+    model = flow.model
+    (known,) = np.nonzero(np.isfinite(amplitude).all(axis=1))
+    if not has_contact_problem(model) or not known.size:
+        return known[:0]
+    at, a = flow.with_inputs(flow.inputs[known]), amplitude[known]
+    stated, tolerance = model.accuracy, model.accuracy.tolerance
+    points = ContactPoints.of(at, a)
+    apart = np.abs(points.frequency / model.reduced.carrier - 1.0).max(axis=1)
+    part = model.detuning_error(apart)
+    if stated.detuning is not None:
+        part = stated.detuning_at(apart, model.table.detuning is not None)
+    static = quasi_static_error(model, applied, points.amplitude, points.force)
+    if static.max() > tolerance:
+        return known
+    scale = model.error_scale(np.abs(at.effective(a)) / points.scale)
+    estimate = amplitude_error(at, a, (part[:, np.newaxis] * points.scale * scale).astype(complex))
+    off = np.nan_to_num(estimate, nan=np.inf).max(axis=1) > _WORTH_MEASURING * tolerance
+    changed = changed_reaction(model, points.frequency) > tolerance
+    return np.asarray(known[off | changed])
+
+
+def corrected_point(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces) -> Complexes:
+    """Return the steady state (modes,) of a flow at one point, near the table's (modes,).
+
+    Raises
+    ------
+    SlipmodeError
+        If the contact problem has no solution inside the range of the table.
+    """
+    model, a = flow.model, amplitude[np.newaxis]
+    friction = ContactFriction.of(model, applied)
+    change = friction(ContactPoints.of(flow, a)) - flow.balance(a).friction
+    error = force_error(flow, a, change).max()
+    if error <= model.accuracy.tolerance:
+        return amplitude
+    problem = _at_one_point(flow, applied)
+    start = np.append(a.view(float)[0] / problem.size(np.zeros(1))[0], 0.0)
+    found = ContactCurve(problem, friction).solved(start)
+    if found is not None:
+        return np.asarray(problem.amplitude(found[np.newaxis])[0])
+    force, scale = flow.force[0], float(flow.inputs["limit_scale"][0])
+    if force.all() and scale == 1.0:
+        state = steady_state(model.reduced, model.law, flow.frequency[0], list(applied.force))
+        return np.asarray(state.amplitude * np.exp(1j * np.angle(force / applied.modal)))
+    size = percentage(min(float(np.nan_to_num(error, nan=1.0)), 1.0))
+    raise SlipmodeError(
+        f"frequency: at {flow.frequency[0]} rad/s the error of the friction table is {size} or "
+        "more, and the contact problem at these frequencies does not converge; call "
+        "rom.reduce with carrier = these frequencies, or rom.steady_state"
+    )
+
+
+def _at_one_point(flow: ForcedFlow, applied: AppliedForces) -> ForcedSlowFlow:
+    """Return the flow at one point as a line of equal inputs."""
+    model = flow.model
+    ends = flow.with_inputs(flow.inputs[[0, 0]])
+    curve = kernel.Curve(unknowns=2 * model.modes, largest_step=1.0)
+    return ForcedSlowFlow(applied, ends, (0.0, 1.0), False, curve)
