@@ -327,7 +327,7 @@ SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
 
 /* ---- solution curves ------------------------------------------------------------------- */
 
-#define SM_CURVE_UNKNOWNS (2 * SM_MODES) /* at most */
+#define SM_CURVE_UNKNOWNS 10 /* at most */
 
 /* F (k) and its Jacobian (k, k + 1) at z = (y (k), p); all but SM_OK: there is none. */
 typedef sm_status (*sm_curve_rates)(const void *of, const double *z, double *F, double *J);
@@ -340,6 +340,7 @@ typedef struct {
     double largest_step; /* between two points */
     sm_curve_rates rates;
     const void *of;
+    double noise; /* largest change of z by errors of the rates: 0 if they are exact */
 } sm_curve;
 
 /* Points to both sides of where it was found; closed: the last one is followed by the first. */

@@ -253,8 +253,8 @@ class Reduced:
             Frequencies nu [rad/s].
         force : (..., modes + nonresonant, forces) array
             Modal forces [N kg^-1/2].
-        held : (..., modes) array_like of bool, default False
-            Retained modes whose displacement is 0.
+        held : (..., modes) or (..., modes + nonresonant) array_like of bool, default False
+            Modes whose displacement is 0.
 
         Returns
         -------
@@ -263,7 +263,8 @@ class Reduced:
         """
         D = self.modal_stiffness(frequency)
         all_held = np.zeros(D.shape[:-1], dtype=bool)
-        all_held[..., : len(self.modes)] = held
+        flags = np.asarray(held)
+        all_held[..., : flags.shape[-1] if flags.ndim else len(self.modes)] = flags
         decoupled = all_held[..., np.newaxis] | all_held[..., np.newaxis, :]
         stiffness = np.where(decoupled, np.eye(D.shape[-1]), D)
         on_others = np.where(all_held[..., np.newaxis], 0.0, force)
@@ -287,8 +288,8 @@ class Reduced:
         ----------
         frequency : (...) array_like
             Frequencies nu [rad/s].
-        held : (..., modes) array_like of bool, default False
-            Retained modes that are omitted.
+        held : (..., modes) or (..., modes + nonresonant) array_like of bool, default False
+            Modes that are omitted.
 
         Returns
         -------

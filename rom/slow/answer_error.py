@@ -66,12 +66,13 @@ class TableError:
         flow: ForcedFlow,
         amplitude: Complexes,
         applied: AppliedForces | None = None,
-        used: ContactFriction | None = None,
+        used: tuple[ContactFriction, Complexes] | None = None,
     ) -> Self:
         """Return the error of S_j at amplitudes (points, modes) of a slow flow.
 
         `applied` are the forces of the flow. Without them, the forces act as in the table. `used`
-        is the friction of the flow if it is not the friction of the table.
+        is the friction of the flow, with resonant responses (points, resonances), if it is not the
+        friction of the table.
         """
         model = flow.model
         factor = flow.inputs["limit_scale"][:, np.newaxis]
@@ -88,9 +89,14 @@ class TableError:
         at = _measured_points(size, model.table.axes)
         if used is None:  # an internal resonance may be narrow
             at = np.union1d(at, changed_reaction(model, flow.frequency).argmax())
-        points = ContactPoints.of(flow, amplitude, at)
-        friction = flow.balance(amplitude).friction[at] if used is None else used(points)
-        measured = ContactFriction.of(model, applied, finer=True)(points) - friction
+        some, a = flow.with_inputs(flow.inputs[at]), amplitude[at]
+        if used is None:
+            exact, points = ContactFriction.of(model, applied), ContactPoints.of(some, a)
+            friction = some.balance(a).friction
+        else:
+            exact, points = used[0], ContactPoints.of(some, a, used[1][at])
+            friction = exact(points)
+        measured = exact.finer(model)(points) - friction
         inside = np.isfinite(friction).all(axis=1)
         # Steps are of second order: four times as many as the table has leave 1 / 12 of the change
         # by doubling.

@@ -20,6 +20,8 @@ from slipmode.rom.arrays import Complexes, Floats, check_dof
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.direct.contact_friction import ContactFriction, ContactPoints
+from slipmode.rom.slow.direct.steady_harmonics import Receptance
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
@@ -38,6 +40,8 @@ class SteadyMotion:
     scale: Floats  # (points,), friction limits and preloads relative to the model's
     # `AppliedForces.static` (n_dofs, modes) of the structure. None: `applied.static`.
     static: Floats | None = None
+    # Contact problems, and resonant responses (points, resonances). None: the table's motion.
+    contact: tuple[ContactFriction, Complexes] | None = None
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].
@@ -49,16 +53,46 @@ class SteadyMotion:
         """
         reduced = self.model.reduced
         check_dof(dof, reduced.n_dofs)
-        response = self._response
-        moved = response.modal @ self.model.all_shapes[dof]
-        moved += response.contact @ reduced.contact_shapes[dof]
-        x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
+        if self.contact is not None:
+            modal, carriers = self._at_frequencies
+            x = modal @ reduced.all_shapes[dof] + carriers @ reduced.contact_shapes[dof]
+        else:
+            response = self._response
+            moved = response.modal @ self.model.all_shapes[dof]
+            moved += response.contact @ reduced.contact_shapes[dof]
+            x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
         static = self.static
         if static is None and self.applied is not None:
             static = self.applied.static
         if static is not None:
             x = x + 0.5 * static[dof] * self.force
         return np.asarray(2.0 * np.abs(x))
+
+    @cached_property
+    def _at_frequencies(self) -> tuple[Complexes, Complexes]:
+        """All modes (points, modes, all modes) and contacts (points, modes, N_c) at the carriers.
+
+        By contact problems at the forcing frequencies.
+        """
+        reduced, modes = self.model.reduced, self.amplitude.shape[1]
+        scale = self.scale[:, np.newaxis]
+        assert self.contact is not None
+        friction, response = self.contact
+        points = ContactPoints(
+            self.frequency, self.force / scale, self.amplitude / scale, scale, response / scale
+        )
+        carriers = friction.motion(points).carriers
+        pattern = np.zeros((modes, reduced.n_dofs))
+        if self.applied is not None:
+            pattern = self.applied.per_modal_force
+        modal = []
+        for Omega, F, P in zip(self.frequency.tolist(), self.force, carriers, strict=True):
+            half = 0.5 * F[:, np.newaxis] * pattern
+            at = Receptance.of(reduced.at_carrier(Omega), CARRIERS[:modes], half)
+            modal.append(at.modal(P))
+        found, own = np.array(modal), np.arange(modes)
+        found[:, own, own] = self.amplitude
+        return found, carriers
 
     @cached_property
     def _response(self) -> ModalResponse:

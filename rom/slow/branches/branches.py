@@ -48,17 +48,15 @@ class Branches:
         SlipmodeError
             If there is none.
         """
-        curve = problem.curve if contact is None else contact.curve
         branches: list[Branch] = []
         for start in starts:
             at = start if contact is None else contact.solved(start)
             if at is None or any(each.points.pass_by(at[np.newaxis])[0] for each in branches):
                 continue
-            branch = branch_through(curve, at)
-            if contact is not None:
-                contact.check()
+            branch = branch_through(problem.curve, at) if contact is None else contact.branch(at)
             if branch is not None and len(branch.points.rows) > 1:
                 branches.append(branch)
+        branches = [each for each in branches if not _is_part(each, branches)]
         if not branches:
             raise SlipmodeError(
                 "span: no steady state inside the friction table, whose range is "
@@ -86,7 +84,8 @@ class Branches:
         If the contact problem has no solution, the branches are the table's, with a warning.
         """
         problem = self.problem
-        friction = ContactFriction.of(problem.model, problem.applied)
+        along = problem.at(np.linspace(0.0, 1.0, 65)).frequency
+        friction = ContactFriction.of(problem.model, problem.applied, along)
         try:
             return self.of(problem, starts, ContactCurve(problem, friction))
         except SlipmodeError:
@@ -98,3 +97,10 @@ class Branches:
             )
             warn([Finding("curve", "has a large error", reason, "warning")])
             return self
+
+
+def _is_part(branch: Branch, branches: list[Branch]) -> bool:
+    """Return whether a branch is part of a longer one, as where the continuation stopped."""
+    ends = branch.points.z[[0, branch.points.z.shape[0] // 2, -1]]
+    longer = [each for each in branches if len(each.points.rows) > len(branch.points.rows)]
+    return any(each.points.pass_by(ends).all() for each in longer)

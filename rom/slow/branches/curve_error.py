@@ -133,9 +133,11 @@ class _Solutions:
     @cached_property
     def table_error(self) -> TableError:
         """The error of S_j, see `TableError.of`."""
-        friction = None if self.contact is None else self.contact.friction
+        used = None
+        if self.contact is not None:
+            used = self.contact.friction, self.contact.response(self.z)
         amplitude = self.problem.amplitude(self.z)
-        return TableError.of(self.flow, amplitude, self.problem.applied, friction)
+        return TableError.of(self.flow, amplitude, self.problem.applied, used)
 
     def rate_change(self, friction: Complexes | Floats) -> Complexes:
         """Return the change of the scaled rates (points, modes) by a change of S_j."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -445,17 +446,18 @@ def response_curve(
         model.reduced.mode_shapes.copy(),
         cycles,
         ends,
-        _motion(problem, np.vstack((points.z, at)), cycles),
+        _motion(found, np.vstack((points.z, at)), cycles),
     )
 
 
-def _motion(problem: ForcedSlowFlow, z: Floats, cycles: SlowCycles) -> SteadyMotion:
+def _motion(found: Branches, z: Floats, cycles: SlowCycles) -> SteadyMotion:
     """Return steady states z, then the ends of cycles, whose force is not known."""
+    problem, contact = found.problem, found.contact
     at_cycles = np.tile(problem.part(cycles.parameter), 2)
     flow = problem.at(np.append(z[:, -1], at_cycles))
     force = flow.force
     force[len(z) :] = 0.0
-    return SteadyMotion(
+    motion = SteadyMotion(
         problem.model,
         np.concatenate([problem.amplitude(z), cycles.lowest, cycles.highest]),
         flow.frequency,
@@ -463,3 +465,8 @@ def _motion(problem: ForcedSlowFlow, z: Floats, cycles: SlowCycles) -> SteadyMot
         problem.applied,
         flow.inputs["limit_scale"],
     )
+    if contact is None:
+        return motion
+    response = contact.response(z)
+    at_rest = np.zeros((at_cycles.size, response.shape[1]), dtype=complex)
+    return replace(motion, contact=(contact.friction, np.concatenate((response, at_rest))))

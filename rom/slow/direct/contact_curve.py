@@ -15,15 +15,18 @@ import numpy as np
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.continuation import Branch, Points, branch_through
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_friction import ContactFriction, ContactPoints
 
 # Steps of finite differences, relative to the range of the table and to the frequencies.
 _AMPLITUDE_STEP, _FREQUENCY_STEP = 1e-4, 1e-5
-# Largest distance of two points for which a rank-one update replaces finite differences, and the
-# largest error of the linear prediction there, relative to the change of the rates.
-_NEAR, _NONLINEAR = 0.05, 0.3
-_SMALL = 1e-4  # distance below which differences of the rates are too inexact for an update
+# Fall of the rates from one pass of Newton's method to the next with which finite differences are
+# not repeated.
+_CONVERGING = 0.3
+# Change of the unknowns, relative to the tolerance, by jumps of the force where a contact turns
+# between two time steps: 1e-2 with 64 steps.
+_NOISE = 0.02
 
 
 @frozen
@@ -38,8 +41,9 @@ class _Known:
 class ContactCurve:
     """Steady states of a forced slow flow with friction from the contact problem.
 
-    The unknowns z = (Re a, Im a, ... / range, part of the span) are those of `ForcedSlowFlow`. The
-    curve ends where an amplitude leaves the range of the table.
+    The k unknowns are the scaled amplitudes of `ForcedSlowFlow`, then resonant responses. Points
+    z (k + 1,) end with the part of the span. The curve ends where an amplitude leaves the range of
+    the table.
     """
 
     def __init__(self, problem: ForcedSlowFlow, friction: ContactFriction) -> None:
@@ -47,42 +51,99 @@ class ContactCurve:
         self._problem = problem
         self._known: list[_Known] = []
         self._raised: BaseException | None = None
+        self._amplitudes = 2 * problem.model.modes
+        self._unknowns = self._amplitudes + 2 * friction.resonances.mode.size
+        reduced = problem.model.reduced
+        # responses are scaled so that 1 moves the contacts as the range of the table does
+        moved = problem.model.table.amplitude_range * np.linalg.norm(reduced.coupling, axis=1)
+        *_, B = friction.resonances.matrices(reduced)
+        self._largest = moved.max() / np.linalg.norm(B, axis=1)
         callback = kernel.CurveRates(self._called)
-        known = problem.curve
-        self.curve = kernel.Curve(known.unknowns, known.largest_step, callback)
-        self.curve.owned["callback"] = callback
+        self._curve = kernel.Curve(self._unknowns, problem.curve.largest_step, callback)
+        self._curve.noise = _NOISE * problem.model.accuracy.tolerance
+        self._curve.owned["callback"] = callback
 
     def solved(self, z: Floats) -> Floats | None:
-        """Return the solution (k + 1,) near z at the same part of the span; None without any."""
-        found = z.copy()
-        status = kernel.lib.sm_curve_solved(self.curve, found)
-        self.check()
-        return found if status == kernel.OK else None
+        """Return the solution near scaled amplitudes and a part of the span; None without any.
 
-    def check(self) -> None:
+        Both (2 modes + 1,), at the same part of the span.
+        """
+        full = np.insert(z, self._amplitudes, np.zeros(self._unknowns - self._amplitudes))
+        status = kernel.lib.sm_curve_solved(self._curve, full)
+        self._check()
+        return self._without_responses(full) if status == kernel.OK else None
+
+    def branch(self, z: Floats) -> Branch | None:
+        """Return the curve through a solution (2 modes + 1,), without resonant responses."""
+        known = self._nearest(z[np.newaxis])[0]
+        branch = branch_through(self._curve, known.z)
+        self._check()
+        if branch is None:
+            return None
+        kept, points = self._amplitudes, branch.points
+        rows = np.hstack(
+            (
+                self._without_responses(points.z),
+                self._without_responses(points.tangent),
+                points.eigenvalues[:, :kept].view(float),
+            )
+        )
+        special = [(kind, self._without_responses(at)) for kind, at in branch.special]
+        ends = [self._without_responses(at) for at in branch.cut_off]
+        return Branch(Points(rows, kept), special, branch.closed, ends)
+
+    def response(self, z: Floats) -> Complexes:
+        """Return resonant responses (points, resonances) at solutions (points, 2 modes + 1)."""
+        every = np.array([known.z for known in self._nearest(z)])
+        return self._parts(every)[1]
+
+    def derivatives(self, z: Floats) -> Floats:
+        """Return the derivatives (points, 2 modes, 2 modes + 1) of the rates of the amplitudes.
+
+        At solutions z (points, 2 modes + 1), with the responses that follow them.
+        """
+        slope, n = np.array([known.slope for known in self._nearest(z)]), self._amplitudes
+        rest = slice(n, self._unknowns)
+        outer = np.delete(slope, rest, axis=2)
+        follow = np.linalg.solve(slope[:, rest, rest], outer[:, rest])
+        return np.asarray(outer[:, :n] - slope[:, :n, rest] @ follow)
+
+    def _nearest(self, z: Floats) -> list[_Known]:
+        every = self._without_responses(np.array([known.z for known in self._known]))
+        return [self._known[int(np.argmin(((every - at) ** 2).sum(axis=1)))] for at in z]
+
+    def _without_responses(self, z: Floats) -> Floats:
+        return np.ascontiguousarray(
+            np.delete(z, np.arange(self._amplitudes, self._unknowns), axis=-1)
+        )
+
+    def _parts(self, z: Floats) -> tuple[Complexes, Complexes]:
+        """Return amplitudes and resonant responses at points (points, k + 1)."""
+        scale = self._problem.at(z[:, -1]).inputs["limit_scale"][:, np.newaxis]
+        q = np.ascontiguousarray(z[:, self._amplitudes : self._unknowns]).view(complex)
+        return self._problem.amplitude(self._without_responses(z)), scale * self._largest * q
+
+    def _check(self) -> None:
         """Raise what interrupted a call of the core."""
         if self._raised is not None:
             raise self._raised
 
-    def derivatives(self, z: Floats) -> Floats:
-        """Return the derivatives (points, k, k + 1) at solutions z (points, k + 1)."""
-        every = np.array([known.z for known in self._known])
-        nearest = [int(np.argmin(((every - each) ** 2).sum(axis=1))) for each in z]
-        return np.array([self._known[k].slope for k in nearest])
-
     def _rates(self, z: Floats) -> Floats:
-        """Return the scaled rates da/dt (points, k) at z (points, k + 1); NaN where unknown."""
+        """Return the scaled rates (points, k) at z (points, k + 1); NaN where unknown."""
         problem = self._problem
-        flow, a = problem.at(z[:, -1]), problem.amplitude(z)
+        flow, (a, q) = problem.at(z[:, -1]), self._parts(z)
         reduced, Omega = problem.model.reduced, flow.frequency
-        friction = self.friction(ContactPoints.of(flow, a))
-        friction[(np.abs(a) > problem.size(z[:, -1])[:, ::2]).any(axis=1)] = np.nan
+        contacts = self.friction.motion(ContactPoints.of(flow, a, q))
         omega, gamma = reduced.frequency, reduced.modal_damping
         stiffness = omega**2 - Omega**2 + 1j * gamma * Omega
         mass = 0.5 * gamma + np.emath.sqrt(0.25 * gamma**2 - omega**2 + 0j) + 1j * Omega
         force = 0.5 * flow.force * (1.0 + self._through_dampers(Omega))
-        rate = (force - stiffness * a + friction) / mass
-        return np.ascontiguousarray(rate).view(float) / problem.size(z[:, -1])
+        rate = (force - stiffness * a + contacts.force) / mass
+        size = problem.size(z[:, -1])[:, ::2]
+        rate[(np.abs(a) > size).any(axis=1)] = np.nan
+        scale = flow.inputs["limit_scale"][:, np.newaxis]
+        scaled = np.hstack((rate / size, contacts.rate / (scale * self._largest)))
+        return np.ascontiguousarray(scaled).view(float)
 
     def _through_dampers(self, frequency: Floats) -> Complexes:
         """Return `AppliedForces.through_dampers` at carriers (points, modes)."""
@@ -103,7 +164,7 @@ class ContactCurve:
 
     def _called(self, _: object, z: Any, rates: Any, derivatives: Any) -> int:
         """Write rates and derivatives for the core."""
-        k = self._problem.curve.unknowns
+        k = self._unknowns
         try:
             found = self._near(np.ctypeslib.as_array(z, (k + 1,)).copy())
         except BaseException as raised:  # ctypes cannot pass it on
@@ -117,17 +178,13 @@ class ContactCurve:
         return int(kernel.OK)
 
     def _near(self, z: Floats) -> _Known:
-        """Return rates and derivatives at z, by Broyden's update from the last point nearby."""
+        """Return rates and derivatives at z; Broyden's update serves while Newton converges."""
         (rate,) = self._rates(z[np.newaxis])
         if self._known:
             last = self._known[-1]
             moved = z - last.z
-            distance = float(np.linalg.norm(moved))
-            if distance < _SMALL:
-                return _Known(z, rate, last.slope)
-            change, predicted = rate - last.rate, last.slope @ moved
-            off = np.linalg.norm(change - predicted)
-            if distance < _NEAR and off <= _NONLINEAR * np.linalg.norm(change):
-                update = np.outer(change - predicted, moved) / distance**2
-                return _Known(z, rate, last.slope + update)
+            square = float(moved @ moved)
+            if np.linalg.norm(rate) <= _CONVERGING * np.linalg.norm(last.rate) and square > 0.0:
+                off = rate - last.rate - last.slope @ moved
+                return _Known(z, rate, last.slope + np.outer(off, moved) / square)
         return _Known(z, rate, self._differences(z, rate))

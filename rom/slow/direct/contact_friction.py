@@ -7,15 +7,15 @@ frequency, with the response of all modes to all harmonics, and with the forces 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import smallest_scale
-from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
@@ -24,11 +24,12 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.direct.resonant_response import Resonances, own_stiffness
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.model import Model
 
 # March tolerance: finite differences of the force need far smaller changes than the answer.
-_MARCH_TOLERANCE = 1e-7
+_MARCH_TOLERANCE = 1e-9
 
 
 def has_contact_problem(model: Model) -> bool:
@@ -44,66 +45,110 @@ class ContactPoints:
     force: Complexes  # modal F_j exp(i phase_j) [N kg^-1/2]
     amplitude: Complexes  # a_j [kg^1/2 m]
     scale: Floats  # (points, 1), factor on friction limits [-]
+    response: Complexes  # (points, resonances), resonant responses [kg^1/2 m]
 
     @classmethod
-    def of(
-        cls, flow: ForcedFlow, amplitude: Complexes, at: NDArray[np.intp] | None = None
-    ) -> Self:
-        """Return all points of a flow, or those with the numbers `at`."""
-        some = slice(None) if at is None else at
-        scale = flow.inputs["limit_scale"][some, np.newaxis]
-        force, a = flow.force[some] / scale, amplitude[some] / scale
+    def of(cls, flow: ForcedFlow, amplitude: Complexes, response: Complexes | None = None) -> Self:
+        """Return the points of a flow; by default without resonant responses."""
+        scale = flow.inputs["limit_scale"][:, np.newaxis]
+        force, a = flow.force / scale, amplitude / scale
         # a mode at rest without force has no frequency: the table's serves as well
         rests = (force == 0.0) & (a == 0.0)
-        frequency = np.where(rests, flow.model.reduced.carrier, flow.frequency[some])
-        return cls(frequency, force, a, scale)
+        frequency = np.where(rests, flow.model.reduced.carrier, flow.frequency)
+        none = np.zeros((len(a), 0), dtype=complex)
+        q = none if response is None else response / scale
+        return cls(frequency, force, a, scale, q)
+
+
+class ContactMotion(NamedTuple):
+    """What the contacts do at points; NaN where their motion does not converge."""
+
+    force: Complexes  # (points, modes), on the modes [N kg^-1/2]
+    carriers: Complexes  # (points, modes, N_c), harmonics of the contacts [m]
+    rate: Complexes  # (points, resonances), of the resonant responses [kg^1/2 m/s]
 
 
 @dataclass(eq=False)
 class ContactFriction:
     """The force of the contacts on the modes, by contact problems at the forcing frequencies.
 
-    Each problem begins with the harmonics of the last one.
+    Each problem begins with the harmonics of the last one. The responses of the modes to
+    `resonances` are given; all others are part of the contact problem.
     """
 
     torus: TorusProblem
     applied: AppliedForces | None  # None: the forces act as in the table
+    resonances: Resonances
     _harmonics: Complexes | None = None
 
     @classmethod
-    def of(cls, model: Model, applied: AppliedForces | None, *, finer: bool = False) -> Self:
-        """Return the friction of a model, in the time steps of its table, or in finer ones."""
+    def of(
+        cls, model: Model, applied: AppliedForces | None, frequency: Floats | None = None
+    ) -> Self:
+        """Return the friction of a model, in the time steps of its table.
+
+        Strong resonances at the frequencies (points, modes) have given responses.
+        """
         torus = model.finer_contact_problem(
             smallest_scale(model.reduced, model.table.amplitude_range)
         )
-        problem, grid = replace(torus.problem, combinations=()), torus.grid
-        if finer:
-            return cls(problem.on(grid, torus.march.tolerance, torus.smallest_amplitude), applied)
+        problem = replace(torus.problem, combinations=())
         grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
-        return cls(problem.on(grid, _MARCH_TOLERANCE, torus.smallest_amplitude), applied)
+        nothing = np.zeros(0, dtype=np.intp)
+        resonances = Resonances(problem.orders, nothing, nothing)
+        if frequency is not None:
+            resonances = Resonances.along(model.reduced, problem.orders, frequency)
+        return cls(
+            problem.on(grid, _MARCH_TOLERANCE, torus.smallest_amplitude), applied, resonances
+        )
+
+    def finer(self, model: Model) -> Self:
+        """Return the friction in finer steps, which measures the error."""
+        torus = model.finer_contact_problem(self.torus.smallest_amplitude)
+        problem = replace(torus.problem, combinations=())
+        finer = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+        return replace(self, torus=finer, _harmonics=None)
 
     def __call__(self, points: ContactPoints) -> Complexes:
-        """Return the force on the modes, (points, modes) [N kg^-1/2].
+        """Return the force on the modes, (points, modes) [N kg^-1/2]."""
+        return self.motion(points).force
 
-        NaN where the contact motion does not converge.
-        """
-        found = np.full(points.amplitude.shape, np.nan, dtype=complex)
-        size = np.abs(points.amplitude)
-        for k, a in enumerate(points.amplitude):
-            try:
-                there = self._at(points.frequency[k], points.force[k], a)
-                terms = there.on_more_lines(there.solve(size[k : k + 1], self._harmonics))
-            except SlipmodeError:
-                continue
-            if terms.is_periodic[0]:
-                self._harmonics = terms.P
-                found[k] = terms.S[0] * np.exp(1j * np.angle(a))
-        return np.asarray(points.scale * found)
+    def motion(self, points: ContactPoints) -> ContactMotion:
+        """Return the motion of the contacts at points."""
+        shape, contacts = points.amplitude.shape, self.torus.problem.reduced.n_contacts
+        sizes = shape, (*shape, contacts), points.response.shape
+        found = ContactMotion(*(np.full(size, np.nan, dtype=complex) for size in sizes))
+        for k in range(shape[0]):
+            with suppress(SlipmodeError):
+                self._solve(points, k, found)
+        return found
 
-    def _at(self, frequency: Floats, force: Complexes, amplitude: Complexes) -> TorusProblem:
+    def _solve(self, points: ContactPoints, k: int, found: ContactMotion) -> None:
+        """Write the motion at one point, if it is periodic."""
+        a, scale, torus = points.amplitude[k], points.scale[k, 0], self.torus
+        problem, resonances = self._at(points.frequency[k], points.force[k], a), self.resonances
+        turn = np.exp(1j * np.angle(a))
+        # the contact problem has real amplitudes
+        turned = np.prod(turn ** resonances.numbers[:, : a.size], axis=1)
+        nu, D, B = resonances.matrices(problem.reduced)
+        q = points.response[k] / turned
+        if q.size:
+            reaction = problem.forces.reaction - resonances.reaction(problem.reduced)
+            given = replace(problem.forces, reaction=reaction, constant=resonances.force(B, q))
+            problem = replace(problem, given_forces=given)
+        there = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+        terms = there.on_more_lines(there.solve(np.abs(a)[np.newaxis], self._harmonics))
+        if not terms.is_periodic[0]:
+            return
+        self._harmonics = terms.P
+        found.force[k] = scale * terms.S[0] * turn
+        found.carriers[k] = scale * terms.P[0, : a.size] * turn[:, np.newaxis]
+        driven = np.einsum("uc,uc->u", B, terms.P[0, resonances.order])
+        found.rate[k] = -scale * turned * (D @ q + driven) / (2j * nu)
+
+    def _at(self, frequency: Floats, force: Complexes, amplitude: Complexes) -> ContactProblem:
         """Return the contact problem at one point."""
-        torus = self.torus
-        problem = torus.problem.at_carriers(frequency)
+        problem = self.torus.problem.at_carriers(frequency)
         if self.applied is not None:
             bare = replace(problem.reduced, force_patterns=None)
             per_amplitude = np.divide(
@@ -113,7 +158,7 @@ class ContactFriction:
             reaction = replace(problem, reduced=bare).forces.reaction
             forces = ContactForces(bare.coupling - direct, reaction)
             problem = replace(problem, reduced=bare, given_forces=forces)
-        return problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+        return problem
 
 
 def changed_reaction(model: Model, frequency: Floats) -> Floats:
@@ -128,13 +173,7 @@ def changed_reaction(model: Model, frequency: Floats) -> Floats:
     numbers = np.array(orders)[:, :modes]
     there = reduced.reaction(frequency @ numbers.T, resonant_modes(modes, orders, ()))
     change = np.abs(there - reaction_stiffness(reduced, orders, model.combinations))
-    # of rigid contacts a force per displacement, of elastic ones a displacement per force
-    contacts = reduced.contacts
-    own = (
-        np.diag(reduced.stiffness)
-        if contacts is None
-        else 1.0 / np.maximum(contacts.reference, np.finfo(float).tiny)
-    )
+    own = own_stiffness(reduced)
     share = (change / np.sqrt(np.outer(own, own))).max(axis=(-2, -1))
     decay = np.maximum(np.abs(numbers).sum(axis=1), 1) ** 2
     return np.asarray((share / decay).max(axis=1))

@@ -68,13 +68,14 @@ def corrected_point(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForc
     """
     model, a = flow.model, amplitude[np.newaxis]
     friction = ContactFriction.of(model, applied)
+    resonant = ContactFriction.of(model, applied, flow.frequency)
     change = friction(ContactPoints.of(flow, a)) - flow.balance(a).friction
     error = force_error(flow, a, change).max()
     if error <= model.accuracy.tolerance:
         return amplitude
     problem = _at_one_point(flow, applied)
     start = np.append(a.view(float)[0] / problem.size(np.zeros(1))[0], 0.0)
-    found = ContactCurve(problem, friction).solved(start)
+    found = ContactCurve(problem, resonant).solved(start)
     if found is not None:
         return np.asarray(problem.amplitude(found[np.newaxis])[0])
     force, scale = flow.force[0], float(flow.inputs["limit_scale"][0])

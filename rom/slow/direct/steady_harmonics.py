@@ -89,7 +89,7 @@ class Receptance:
     loads: Complexes  # (orders, modes + nonresonant), half of the modal forces [N kg^-1/2]
 
     @classmethod
-    def of(cls, reduced: Reduced, orders: Sequence[Order], half: Floats) -> Self:
+    def of(cls, reduced: Reduced, orders: Sequence[Order], half: Complexes | Floats) -> Self:
         """Return the matrices under forces 2 half cos(Omega_j t), half (modes, n) [N]."""
         own = np.arange(len(half))
         nu = np.array(orders, dtype=float)[:, : own.size] @ reduced.carrier

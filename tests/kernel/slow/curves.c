@@ -39,10 +39,11 @@ void check_curves_refusals(void) {
     sm_forced forced = {.flow = NULL};
     const double normal[] = {0.0, 1.0}, far[] = {0.0, 0.99};
     double point[ROW(1)];
-    new_call(&c, (sm_curve){1, 0.02, circle, NULL}, 4);
+    new_call(&c, (sm_curve){1, 0.02, circle, NULL, 0.0}, 4);
     REFUSES_NULL(branch, &c, &c.of, &c.z, &c.points, &c.most);
-    REFUSES_INTS(&c.curve.unknowns, branch, &c, 0, -1, 5);
+    REFUSES_INTS(&c.curve.unknowns, branch, &c, 0, -1, SM_CURVE_UNKNOWNS + 1);
     REFUSES(&c.curve.largest_step, branch, &c, 0.0, NAN);
+    REFUSES(&c.curve.noise, branch, &c, -1.0, NAN);
     CHECK_WITH(&c.start[1], 0.99, branch(&c), SM_NOT_CONVERGED);
     CHECK_WITH(&c.start[0], NAN, branch(&c), SM_NOT_CONVERGED);
     CHECK_STATUS(branch(&c), SM_OK); /* with no more room than that, it stops */

@@ -88,7 +88,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
             if (!isfinite(A[r][n])) return SM_NOT_CONVERGED;
             size = fmax(size, fabs(A[r][n]));
         }
-        if (size <= limits.good) {
+        if (size <= fmax(limits.good, curve->noise)) {
             double tangent[MOST + 1];
             found->passes = passes;
             for (int r = 0; r < n; r++) tangent[r] = A[r][n + 1];
@@ -112,7 +112,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
 
 static int is_valid(const sm_curve *curve) {
     return curve && curve->unknowns >= 1 && curve->unknowns <= MOST && curve->rates
-           && curve->largest_step > 0.0;
+           && curve->largest_step > 0.0 && curve->noise >= 0.0;
 }
 
 /* Where points of a branch go: the rows that follow one another by `stride` doubles. */

@@ -212,5 +212,6 @@ sm_status sm_forced_curve(const sm_forced *forced, double largest_step, sm_curve
     curve->largest_step = largest_step;
     curve->rates = forced_rates;
     curve->of = forced;
+    curve->noise = 0.0;
     return SM_OK;
 }

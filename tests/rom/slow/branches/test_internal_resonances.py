@@ -1,0 +1,55 @@
+"""Curves and steady states in which a harmonic of friction meets another mode."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evidence.answers import amplitudes, forces, limited, reduced, solution
+from oracles.families import case
+
+from slipmode import rom
+
+pytestmark = pytest.mark.oracle
+
+PUBLISHED = Path(__file__).parents[5] / "shared/data/published/iwan3dof_1to3_reference.csv"
+
+
+@pytest.mark.parametrize("force", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_the_published_resonance_1_to_3_of_an_iwan_joint(force):
+    """Harmonic balance. The third harmonic of mode A is 7 % below to 5 % above mode B."""
+    if not PUBLISHED.exists():
+        pytest.skip("published data are absent")
+    inverse = np.linalg.inv(np.array([[1.0, 2.0, -2.0], [2.0, 1.0, 1.0], [3.0, -1.0, 1.0]]))
+    M, w = inverse.T @ inverse, np.array([0.0, 1.0, -1.0])
+    K = inverse.T @ np.diag([1.0, 9.0, 56.25]) @ inverse - 0.3 * np.outer(w, w)
+    structure = rom.Structure(M, K, 0.01 * M, contact=w[:, np.newaxis])
+    law = rom.Iwan(10.0, 0.6, -0.5, 0.0)
+    small = rom.reduce(structure, (0,), law=law, force_patterns=[{0: 1.0}])
+    model = rom.tabulate(small, law, (30.0,), 1e-2)
+    curve = rom.response_curve(model, [1.0], [{0: force}], "frequency_A", (0.97, 1.05))
+    size, Omega = curve.displacement(0)[:, 0], curve.parameter
+    data = np.loadtxt(PUBLISHED, delimiter=",", skiprows=2)
+    for _, at, given, _ in data[data[:, 0] == force]:
+        apart = Omega - at  # the curve passes the frequency between these points
+        (k,) = np.nonzero((apart[:-1] * apart[1:] <= 0.0) & (np.diff(curve.branch) == 0))
+        part = apart[k] / (apart[k] - apart[k + 1])
+        found = size[k] + part * (size[k + 1] - size[k])
+        assert np.abs(found / given - 1.0).min() < 5e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [2.99, 2.02, 1.04])
+@pytest.mark.parametrize(
+    ("seed", "shares", "error"), [(1, 0.03, 5e-3), (2, 0.1, 1e-2), (3, 0.25, 2e-2)]
+)
+def test_two_modes_near_a_ratio_of_integers(ratio, seed, shares, error):
+    """The contacts take 3, 10 and 25 % of the stiffness of mode A."""
+    given = case(seed, 2, ("Jenkins", "Iwan"), ratio, shares=(0.9 * shares, 1.1 * shares))
+    exact = solution(given)
+    small, law = reduced(given)
+    true, own = amplitudes(given, small, exact)
+    Omega = [tone.Omega for tone in given.tones]
+    model = limited(lambda: rom.tabulate(small, law, (1.3 * np.abs(true)).tolist(), 5e-3), 200.0)
+    found = limited(lambda: rom.steady(model, Omega, forces(given)), 200.0)
+    assert (np.abs(found - true) <= error * np.abs(true) + own).all()
