@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import as_floats
 from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.tabulation import check_request
 
 
 def tabulate_waves(
@@ -63,11 +61,9 @@ def tabulate_waves(
     first, second = waves
     if first.structure is not second.structure or first.law != second.law:
         raise SlipmodeError("waves: must be of the same structure and law")
-    ends = as_floats("amplitude", amplitude)
-    check_request(ends, 2, tolerance, amplitude)
     carriers = [
         wave.carrier(f, omega) for wave, f, omega in zip(waves, force, frequency, strict=True)
     ]
     if carriers[0].frequency == carriers[1].frequency:
         raise SlipmodeError("waves: must have different frequencies")
-    return wave_model(carriers, first.law, ends, tolerance)
+    return wave_model(carriers, amplitude, tolerance)
