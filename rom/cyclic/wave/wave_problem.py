@@ -16,7 +16,8 @@ a little, see `SlowMode`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Self
@@ -25,14 +26,22 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
-from slipmode.rom.cyclic.dual_contacts import DualContacts
+from slipmode.rom.cyclic.structure import excited_diameter
+from slipmode.rom.errors import Finding, UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
+from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
 from slipmode.rom.short_repr import frozen
 
 if TYPE_CHECKING:
     from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
+
+
+# Gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
+# (tests/rom/cyclic/test_internal_resonance.py).
+_NAMED = 0.1
 
 
 @frozen
@@ -169,34 +178,32 @@ class WaveProblem(ContactProblem):
     def of_waves(cls, carriers: Sequence[Carrier], highest: int = 0) -> Self:
         """Return the contact problem of waves; by default with the harmonics of a table."""
         waves, modes = [each.wave for each in carriers], len(carriers)
+        own = [(wave.own, wave.mode) for wave in waves]
         highest = highest or HIGHEST_HARMONIC[modes]
-        law, psi = waves[0].law, [wave.own.contact_motion[:, wave.mode] for wave in waves]
-        even = not law.elements(psi[0].size).odd
-        orders = harmonic_orders(highest, modes, even)
-        static = np.mean([wave.own.flexibility(0.0, wave.mode).real for wave in waves], axis=0)
-        contacts = DualContacts(
-            law,
-            symmetric(static),
+        law = waves[0].law
+        elements = law.elements(waves[0].structure.n_contacts)
+        orders = tuple(harmonic_orders(highest, modes, not elements.odd))
+        # real flexibility of the march, to which every harmonic adds what its own differs by
+        static = symmetric(np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0))
+        flexibility = [WaveHarmonic.of(carriers, order).flexibility() for order in orders]
+        receiving = np.array([each.receiving for each in carriers])
+        forces = ContactForces(
+            coupling=-np.array([each.wave.own.contacts @ each.steady_shape for each in carriers]),
+            reaction=np.array(flexibility) - static,
+            projection=-receiving.conj(),
+            indirect=np.array([each.mode.indirect for each in carriers]),
+        )
+        reduced = modes_alone(
             np.array([wave.frequency for wave in waves]),
-            np.array([wave.own.structural_damping[wave.mode] for wave in waves]),
-            np.abs(psi),
+            np.array([k.structural_damping[mode] for k, mode in own]),
+            np.zeros((1, modes)),
+            elements,
+            carrier=np.array([each.frequency for each in carriers]),
+            stiffness=-static,
+            spring=-np.abs([k.contact_motion[:, mode] for k, mode in own]),
         )
-        found = contacts.problem(
-            np.array([each.frequency for each in carriers]),
-            np.array([each.wave.own.contacts @ each.steady_shape for each in carriers]),
-            {order: WaveHarmonic.of(carriers, order).flexibility() for order in orders},
-            np.array([each.receiving for each in carriers]),
-        )
-        indirect = np.array([each.mode.indirect for each in carriers])
-        forces = replace(found.forces, indirect=indirect)
-        return cls(
-            found.reduced,
-            law,
-            found.orders,
-            given_forces=forces,
-            carriers=tuple(carriers),
-            highest=highest,
-        )
+        given = tuple(carriers)
+        return cls(reduced, law, orders, given_forces=forces, carriers=given, highest=highest)
 
     @property
     def harmonics(self) -> list[WaveHarmonic]:
@@ -207,3 +214,49 @@ class WaveProblem(ContactProblem):
         """Return the problem with other carriers (modes,) [rad/s]."""
         both = zip(self.carriers, frequency.tolist(), strict=True)
         return self.of_waves([replace(each, frequency=nu) for each, nu in both], self.highest)
+
+
+def strongest_resonance(problem: WaveProblem) -> tuple[float, str]:
+    """Return the largest gain besides the modes at their carriers, and what it is, in words.
+
+    A mode of nodal diameter n k_A + m k_B moves the contacts at harmonic (n, m) with the gain of
+    `DiameterModes.harmonic_gain`, of the order |n| + |m| at n Omega_A + m Omega_B.
+    """
+    wave = problem.carriers[0].wave
+    reference = wave.law.elements(wave.structure.n_contacts).reference
+    found = []
+    for harmonic in problem.harmonics:
+        order, nu = sum(map(abs, harmonic.order)), harmonic.frequency
+        if harmonic.carrier is None and order > 0:
+            gain = harmonic.modes.harmonic_gain(reference, nu, order)
+            mode = int(gain.argmax())
+            forward = harmonic.nodal_diameter if nu >= 0.0 else -harmonic.nodal_diameter
+            k = excited_diameter(forward, wave.structure.sectors)
+            excited = (
+                f"harmonic {harmonic.order} at {abs(nu):.5g} rad/s excites mode {mode} of nodal "
+                f"diameter {k} at {harmonic.modes.frequency[mode]:.5g} rad/s"
+            )
+            found.append((float(gain[mode]), excited))
+    return max(found)
+
+
+def resonance_findings(problem: WaveProblem) -> list[Finding]:
+    """Report a mode of another nodal diameter whose transients a model of the waves leaves out."""
+    gain, excited = strongest_resonance(problem)
+    if gain < _NAMED:
+        return []
+    reason = f"{excited}. The model includes its steady response, but not its transients"
+    return [Finding("contacts", "excite another mode", reason, "warning")]
+
+
+@contextmanager
+def naming_resonance(problem: WaveProblem) -> Iterator[None]:
+    """Name the strongest resonance where the contacts do not come to a periodic motion."""
+    try:
+        yield
+    except UnsettledError as error:
+        _, excited = strongest_resonance(problem)
+        raise UnsettledError(
+            "contacts: the contact motion does not become periodic. The largest response is where "
+            f"{excited}; move the forcing, give this mode damping, or lower the amplitudes"
+        ) from error

@@ -12,10 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.slip_onset import slip_onset
+from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair, critical_pair
-from slipmode.rom.cyclic.wave.wave_balance import Balance
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem, naming_resonance
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import frozen
@@ -31,6 +33,62 @@ _AMPLITUDES = 60  # tried for steady states
 _FROM_ONSET = np.geomspace(1e-3, 1e4, 100)
 _NEAR = np.array([0.5, 0.8, 0.97, 1.03, 1.25, 2.0])  # |a| at another frequency or level, relative
 _CHANGE, _ITERATIONS = 1e-9, 30  # relative change of Omega^2 at convergence of a limit cycle
+_MARCH = 1e-8  # distance from periodicity
+_ROOT = 1e-10  # relative error of |a|
+
+
+@frozen
+class Balance:
+    """The forces on a wave at one frequency.
+
+    Attributes
+    ----------
+    problem : WaveProblem
+        Of one wave.
+    steps : int
+        Per period.
+    """
+
+    problem: WaveProblem
+    steps: int
+
+    @property
+    def carrier(self) -> Carrier:
+        """The wave at this frequency."""
+        return self.problem.carriers[0]
+
+    @cached_property
+    def _torus(self) -> TorusProblem:
+        return self.problem.on(Discretisation(self.steps, 1), _MARCH)
+
+    def terms(self, sizes: Floats, guess: Complexes | None = None) -> ContactTerms:
+        """Return the contact terms at |a| (points,), from a guess (points, orders, N_c)."""
+        terms = self._torus.solve(sizes[:, np.newaxis], guess)
+        with naming_resonance(self.problem):
+            terms.check_periodic()
+        return terms
+
+    def required(self, sizes: Floats) -> Complexes:
+        """Return the force that holds a wave steady, F per phase of a, at |a| (points,)."""
+        S = self.terms(sizes).S[:, 0]
+        return np.asarray(2.0 * (self.carrier.mode.stiffness * sizes - S))
+
+    def excess(self, sizes: Floats) -> Floats:
+        """Return how much the required force exceeds the given one, at |a| (points,).
+
+        A limit cycle neither gains nor loses energy: without a force it is the damping force.
+        """
+        required, force = self.required(sizes), abs(self.carrier.modal_force)
+        return np.abs(required) - force if force else required.imag
+
+    def solve(self, low: float, high: float) -> float:
+        """Return |a| in a range at whose ends the excess has different signs, where it is 0."""
+        import scipy.optimize  # takes long to import
+
+        def excess(size: float) -> float:
+            return float(self.excess(np.array([size]))[0])
+
+        return float(scipy.optimize.brentq(excess, low, high, xtol=_ROOT * low, rtol=_ROOT))
 
 
 @frozen
@@ -62,7 +120,12 @@ class WaveState:
     @cached_property
     def displacement(self) -> Complexes:
         """Harmonics c of the free DOFs of sector 0 at this frequency, (n_s,) [m]."""
-        return self.balance.displacement(self.amplitude)
+        carrier, size = self.balance.carrier, abs(self.amplitude)
+        own, mode = carrier.wave.own, carrier.wave.mode
+        y = self.balance.terms(np.array([size])).P[0, 0] * (self.amplitude / size)
+        forces = own.contacts.conj().T @ y + 0.5 * carrier.force
+        others = own.response(forces[:, np.newaxis], carrier.frequency, mode)[:, 0]
+        return np.asarray(carrier.mode.shape * self.amplitude + others)
 
     @cached_property
     def critical_pair(self) -> CriticalPair:
@@ -75,7 +138,10 @@ class WaveState:
         UnsettledError
             If no periodic contact motion is found.
         """
-        return critical_pair(self.balance, abs(self.amplitude))
+        found = self.balance
+        # The pairs have harmonics up to the 9th, which those beyond the 31st hardly change.
+        balance = _balance(found.carrier, found.steps, _LEVELS[0][1])
+        return critical_pair(balance, abs(self.amplitude))
 
     @property
     def stable(self) -> bool:
@@ -169,10 +235,12 @@ def _solved(balance: Balance, near: Floats) -> tuple[Balance, float] | None:
         distance = np.abs(np.log(ranges.prod(axis=1) / (near[0] * near[-1])))
         low, high = ranges[distance.argmin()]
         size = balance.solve(low, high)
+        if balance.carrier.force.any():
+            return balance, size
         square = balance.carrier.frequency**2
         # Re D = omega^2 - Omega^2 + ..., and Re(required) = 0 at the frequency of a limit cycle
         change = 0.5 * float(balance.required(np.array([size]))[0].real) / size
-        if balance.carrier.force.any() or abs(change) <= _CHANGE * square:
+        if abs(change) <= _CHANGE * square:
             return balance, size
         problem = balance.problem.at_carriers(np.sqrt([square + change]))
         balance, near = replace(balance, problem=problem), size * _NEAR

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.contact.detuning import MOST_DETUNING
@@ -16,10 +18,14 @@ from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch
 from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem
-from slipmode.rom.cyclic.wave.wave_resonances import naming_resonance, resonance_findings
+from slipmode.rom.cyclic.wave.wave_problem import (
+    Carrier,
+    WaveProblem,
+    naming_resonance,
+    resonance_findings,
+)
 from slipmode.rom.error_budget import ErrorBudget
-from slipmode.rom.errors import warn
+from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.law_record import record_of
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import CARRIERS
@@ -35,9 +41,69 @@ from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling
 from slipmode.rom.table.tabulation import check_request
 
+if TYPE_CHECKING:
+    from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
+
 # Largest part of the force deficits that is left out, relative to the largest of them. The
 # response to them is about 1 % of a displacement.
 _NEGLIGIBLE = 1e-4
+
+
+def tabulate_waves(
+    waves: Sequence[TravellingWave],
+    amplitude: Sequence[float],
+    force: Sequence[Mapping[int, complex] | ArrayLike | None],
+    tolerance: float = 1e-3,
+    frequency: Sequence[float | None] = (None, None),
+) -> Model:
+    """Return the model of two travelling waves of one structure at two frequencies.
+
+    Two engine orders excite them, each near the frequency of its wave. Alternatively one wave is
+    self-excited and the other is forced. `rom.limit_cycles` finds the limit cycles of such a
+    model, with the force {} of the self-excited wave.
+
+    Parameters
+    ----------
+    waves : sequence of TravellingWave
+        Two waves with one structure and law, and with different frequencies.
+    amplitude : sequence of float
+        Largest amplitude |a_j| of each wave [kg^1/2 m].
+    force : sequence of {DOF: amplitude} or (n_s,) array_like
+        Force pattern of each wave, in any scale, see `TravellingWave.modal_force`. None for a wave
+        without force.
+    tolerance : float, default 0.001
+        Relative error of the amplitude equation [-], as in `rom.tabulate`.
+    frequency : sequence of float or None, default (None, None)
+        Reference frequency of each wave [rad/s], see `TravellingWave.tabulate`.
+
+    Returns
+    -------
+    Model
+        Model of two modes, see `TravellingWave.tabulate`.
+
+    Raises
+    ------
+    SlipmodeError
+        If the waves have different structures or laws, or the tolerance cannot be reached.
+
+    Notes
+    -----
+    The stability of steady states and limit cycles includes the two amplitudes only. The stability
+    against waves of other nodal diameters is not computed; `WaveState.stable` computes it for one
+    wave.
+    """
+    counts = [len(each) for each in (waves, force, frequency)]
+    if counts != [2, 2, 2]:
+        raise SlipmodeError(f"waves, force, frequency: must have two entries each, got {counts}")
+    first, second = waves
+    if first.structure is not second.structure or first.law != second.law:
+        raise SlipmodeError("waves: must be of the same structure and law")
+    carriers = [
+        wave.carrier(f, omega) for wave, f, omega in zip(waves, force, frequency, strict=True)
+    ]
+    if carriers[0].frequency == carriers[1].frequency:
+        raise SlipmodeError("waves: must have different frequencies")
+    return wave_model(carriers, amplitude, tolerance)
 
 
 def cached_waves(

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import scipy.linalg
@@ -26,8 +26,10 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes
 from slipmode.rom.cyclic.structure import excited_diameter
-from slipmode.rom.cyclic.wave.wave_balance import Balance
 from slipmode.rom.short_repr import frozen
+
+if TYPE_CHECKING:
+    from slipmode.rom.cyclic.wave.wave_state import Balance
 
 _HIGHEST = 9  # harmonic that differs in the pair; others have the flexibility of the wave
 _CHANGE = 1e-4  # of the contact displacement, of finite differences
