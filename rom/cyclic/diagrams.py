@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -213,9 +214,8 @@ class CampbellDiagram:
             Engine order, nodal diameter, mode, rotor speed [rpm] and frequency.
         """
         names = ("engine_order", "nodal_diameter", "mode", "rotor_speed")
-        columns = {name: [getattr(each, name) for each in self.crossings] for name in names}
-        found = {name: np.array(values, dtype=float) for name, values in columns.items()}
-        omega = [each.frequency for each in self.crossings]
+        *columns, omega = np.array([astuple(each) for each in self.crossings]).reshape(-1, 5).T
+        found = dict(zip(names, columns, strict=True))
         return found | {units.named("frequency"): units.of_frequency(omega)}
 
 

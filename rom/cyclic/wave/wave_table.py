@@ -256,8 +256,6 @@ def _of_wave(carrier: Carrier, a: Floats, y: Complexes) -> tuple[Floats, Complex
 
 def _side_by_side(parts: Sequence[Complexes]) -> Complexes:
     """Return coordinates of the waves (..., q_j) as rows of all coordinates, (..., modes, q)."""
-    rows = [
-        np.concatenate([part * (i == j) for i, part in enumerate(parts)], axis=-1)
-        for j in range(len(parts))
-    ]
-    return np.stack(rows, axis=-2)
+    wave = np.arange(len(parts))
+    own = np.repeat(wave, [part.shape[-1] for part in parts]) == wave[:, np.newaxis]
+    return np.where(own, np.concatenate(parts, axis=-1)[..., np.newaxis, :], 0.0)
