@@ -24,7 +24,7 @@ from slipmode.rom.short_repr import frozen
 
 # Time steps per period and highest harmonic to which the modes respond, in turn.
 _LEVELS = (
-    *((128, 31), (256, 31), (256, 63), (512, 63), (512, 127)),
+    *((128, 15), (128, 31), (256, 31), (256, 63), (512, 63), (512, 127)),
     *((1024, 127), (2048, 127), (4096, 127)),
 )
 _AMPLITUDES = 60  # tried for steady states
@@ -138,10 +138,7 @@ class WaveState:
         UnsettledError
             If no periodic contact motion is found.
         """
-        found = self.balance
-        # The pairs have harmonics up to the 9th, which those beyond the 31st hardly change.
-        balance = _balance(found.carrier, found.steps, _LEVELS[0][1])
-        return critical_pair(balance, abs(self.amplitude))
+        return critical_pair(self.balance, abs(self.amplitude))
 
     @property
     def stable(self) -> bool:
