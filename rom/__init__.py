@@ -35,8 +35,8 @@ from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
 from slipmode.rom.cyclic.wave.stability.flutter_growth import FlutterGrowth, flutter_growth
 from slipmode.rom.cyclic.wave.stability.pair_stability import CriticalPair
 from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave, travelling_wave
-from slipmode.rom.cyclic.wave.two_waves import tabulate_waves
 from slipmode.rom.cyclic.wave.wave_state import WaveState
+from slipmode.rom.cyclic.wave.wave_table import tabulate_waves
 from slipmode.rom.errors import SlipmodeError, ValidityWarning
 from slipmode.rom.identification.contacts.fit import ContactFit, fit_contacts
 from slipmode.rom.identification.first_look import LocalRates

@@ -68,10 +68,11 @@ class ContactTerms:
         """
         reduced, a = self.problem.reduced, self.amplitudes
         carriers = self.P[:, : a.shape[1]]
-        projection = self.problem.forces.projection
+        projection, indirect = self.problem.forces.projection, self.problem.forces.indirect
         projection = reduced.coupling if projection is None else projection
+        indirect = reduced.indirect_damping if indirect is None else indirect
         force = -np.einsum("jc,pjc->pj", projection, carriers)
-        return np.where(a == 0.0, 0.0, force - reduced.indirect_damping * a)
+        return np.where(a == 0.0, 0.0, force - indirect * a)
 
     @property
     def Q(self) -> Complexes:  # noqa: N802

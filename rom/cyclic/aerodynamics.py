@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, as_complexes, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.short_repr import frozen
@@ -48,10 +48,8 @@ class Aerodynamics:
                     f"influence: distances must be integers from {1 - sectors} to {sectors - 1}, "
                     f"got {in_one_line(distance)}"
                 )
-            value = np.array(given)
-            if value.dtype.kind not in "iufc" or value.shape not in ((), (size, size)):
-                value = np.array(np.nan)
-            if not (np.isfinite(value).all() and fits(np.abs(value))):
+            value = as_complexes("influence", given)
+            if value.shape not in ((), (size, size)) or not fits(np.abs(value)):
                 raise SlipmodeError(
                     f"influence: must be a finite number, or {size} x {size} of them, for each "
                     f"distance, {ALLOWED}, got {in_one_line(given)}"

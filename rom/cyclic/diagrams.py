@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
-from slipmode.rom.cyclic.structure import CyclicStructure, excited_diameter
+from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer, excited_diameter
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.frequencies import RPM
@@ -51,20 +52,12 @@ class NodalDiameterDiagram:
         Axes
             Axes of the plot.
         """
-        if ax is None:
-            ax = extra("matplotlib.pyplot", "pictures").gca()
+        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         for family, values in enumerate(self.frequency.T):
-            shown = units.of_frequency(values)
-            (line,) = ax.plot(shown, "o-", ms=4, label=f"mode {family}")
-            at, color = (len(values) - 1, shown[-1]), line.get_color()
-            ax.annotate(
-                f"mode {family}",
-                at,
-                xytext=(0, 6),
-                textcoords="offset points",
-                color=color,
-                ha="right",
-            )
+            shown, name = units.of_frequency(values), f"mode {family}"
+            (line,) = ax.plot(shown, "o-", ms=4, label=name)
+            last, color = (len(values) - 1, shown[-1]), line.get_color()
+            ax.annotate(name, last, (0, 6), textcoords="offset points", color=color, ha="right")
         ax.set(xlabel="nodal diameter", ylabel=f"frequency [{units.frequency}]")
         return ax
 
@@ -189,8 +182,7 @@ class CampbellDiagram:
         Axes
             Axes of the plot.
         """
-        if ax is None:
-            ax = extra("matplotlib.pyplot", "pictures").gca()
+        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
         frequency, speed = units.of_frequency(self.diameters.frequency), np.array(self.rotor_speed)
         for family, values in enumerate(frequency.T):
             ax.axhspan(values.min(), values.max(), color=f"C{family}", alpha=0.2, lw=0)
@@ -222,11 +214,8 @@ class CampbellDiagram:
             Engine order, nodal diameter, mode, rotor speed [rpm] and frequency.
         """
         names = ("engine_order", "nodal_diameter", "mode", "rotor_speed")
-        found = {
-            name: np.array([getattr(each, name) for each in self.crossings], dtype=float)
-            for name in names
-        }
-        omega = [each.frequency for each in self.crossings]
+        *columns, omega = np.array([astuple(each) for each in self.crossings]).reshape(-1, 5).T
+        found = dict(zip(names, columns, strict=True))
         return found | {units.named("frequency"): units.of_frequency(omega)}
 
 
@@ -256,13 +245,12 @@ def nodal_diameter_diagram(
         If the law is not elastic, or the number of families is not allowed.
     """
     most = structure.free_dofs.size
-    if isinstance(families, bool) or not 1 <= families <= most:
-        raise SlipmodeError(f"families: must be 1 to {most}, got {families}")
+    families = checked_integer("families", families, f"from 1 to {most}", 1, most)
     reference = law.elements(structure.n_contacts).reference
     frequency = [
-        DiameterModes.of(structure, k, reference, families, lambda squares: 0.0).frequency
+        DiameterModes.of(structure, k, reference, families, lambda squares: 0.0).frequency[
+            :families
+        ]
         for k in range(structure.highest_diameter + 1)
     ]
-    return NodalDiameterDiagram(
-        structure.sectors, np.array([each[:families] for each in frequency])
-    )
+    return NodalDiameterDiagram(structure.sectors, np.array(frequency))

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields, replace
 from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike
-from scipy.linalg import LinAlgError
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.cyclic.static_response import StaticResponse
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.nonresonant import MOST_MODES
@@ -60,10 +60,10 @@ class DiameterModes:
         omega [rad/s], ascending.
     shapes : (n_s, modes) complex ndarray
         At the free DOFs, phi^H M phi = 1 for one sector [kg^-1/2].
-    damping : (modes, modes) complex ndarray
-        phi^H C phi [1/s].
-    aerodynamic_stiffness, aerodynamic_damping : (modes, modes) complex ndarray
-        [rad^2/s^2], [1/s]; not Hermitian.
+    structural_damping : (modes,) ndarray
+        phi^H C phi without aerodynamic forces [1/s].
+    stiffness, damping : (modes, modes) complex ndarray
+        With aerodynamic forces, which are not Hermitian [rad^2/s^2], [1/s].
     contact_motion : (N_c, modes) complex ndarray
         Of sector 0 per modal amplitude [kg^-1/2].
     contacts : (N_c, n_s) CSC matrix
@@ -74,9 +74,9 @@ class DiameterModes:
 
     frequency: Floats
     shapes: Complexes
+    structural_damping: Floats
+    stiffness: Complexes
     damping: Complexes
-    aerodynamic_stiffness: Complexes
-    aerodynamic_damping: Complexes
     contact_motion: Complexes
     contacts: Any
     static: Callable[[Complexes], Complexes]
@@ -113,43 +113,40 @@ class DiameterModes:
         M = (T.conj().T @ (structure.mass @ T)).tocsc()
         W = structure.contact_motion(nodal_diameter)
         size = M.shape[0]
+        diagonal = abs(T.T) @ structure.stiffness.diagonal() + abs(W.T).power(2) @ reference
         try:
             static = StaticResponse(structure, nodal_diameter, reference)
-        except (NotPositiveDefiniteError, LinAlgError):
-            raise _rigid_body() from None
-        square, found = lowest_modes(
-            static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
-        )
-        stiffness = abs(T.T) @ structure.stiffness.diagonal() + abs(W.T).power(2) @ reference
-        stiffest = float((stiffness / M.diagonal().real).max())
-        if square[0] <= _SMALLEST * stiffest:
-            raise _rigid_body()
+            square, found = lowest_modes(
+                static, lambda x: M @ x, size, min(at_least, size), highest, MOST_MODES
+            )
+            rigid = bool(square[0] <= _SMALLEST * float((diagonal / M.diagonal().real).max()))
+        except (NotPositiveDefiniteError, scipy.linalg.LinAlgError):
+            rigid = True
+        if rigid:
+            raise SlipmodeError(
+                "stiffness: the disk with stuck contacts has a rigid-body mode; connect it to "
+                "ground by springs"
+            )
         shapes = found.astype(complex)
         everywhere = T @ shapes
+        stiffness = np.diag(square).astype(complex)
         damping = everywhere.conj().T @ (structure.damping @ everywhere)
-        stiffening, damped = np.zeros((2, *damping.shape), dtype=complex)
+        structural = np.diag(damping).real
         if structure.aerodynamics is not None:
-            directions = structure.aerodynamics.directions
-            q = directions.T @ everywhere
-            stiffening, damped = (
-                q.conj().T @ each @ q
-                for each in structure.aerodynamics.of_diameter(structure.angle(nodal_diameter))
+            q = structure.aerodynamics.directions.T @ everywhere
+            air = structure.aerodynamics.of_diameter(structure.angle(nodal_diameter))
+            stiffness, damping = (
+                alone + q.conj().T @ each @ q
+                for alone, each in zip((stiffness, damping), air, strict=True)
             )
         omega = np.sqrt(square)
-        return cls(omega, shapes, damping, stiffening, damped, W @ shapes, W, static)
+        return cls(omega, shapes, structural, stiffness, damping, W @ shapes, W, static)
 
     def mirrored(self) -> DiameterModes:
         """Return the modes of the opposite nodal diameter, -k."""
-        return DiameterModes(
-            self.frequency,
-            self.shapes.conj(),
-            self.damping.conj(),
-            self.aerodynamic_stiffness.conj(),
-            self.aerodynamic_damping.conj(),
-            self.contact_motion.conj(),
-            self.contacts.conj(),
-            lambda force: self.static(force.conj()).conj(),
-        )
+        names = [each.name for each in fields(self) if each.name != "static"]
+        arrays = {name: getattr(self, name).conj() for name in names}
+        return replace(self, **arrays, static=lambda force: self.static(force.conj()).conj())
 
     def response(
         self, force: Complexes, frequency: float, without: int | None = None
@@ -190,17 +187,14 @@ class DiameterModes:
 
     def dynamic_stiffness(self, frequency: float) -> Complexes:
         """Return the dynamic stiffness of the modes at a frequency [rad/s], (modes, modes)."""
-        damping = self.damping + self.aerodynamic_damping
-        undamped = np.diag(self.frequency**2 - frequency**2) + self.aerodynamic_stiffness
-        return np.asarray(undamped + 1j * frequency * damping)
+        inertia = frequency**2 * np.eye(self.frequency.size)
+        return np.asarray(self.stiffness - inertia + 1j * frequency * self.damping)
 
     def growth(self) -> tuple[Floats, Floats]:
         """Return frequencies [rad/s] and growth rates [1/s] of free motion, (modes,)."""
         size = self.frequency.size
-        stiffness = self.dynamic_stiffness(0.0)
-        damping = self.damping + self.aerodynamic_damping
         unit, zero = np.eye(size), np.zeros((size, size))
-        roots = np.linalg.eigvals(np.block([[zero, unit], [-stiffness, -damping]]))
+        roots = np.linalg.eigvals(np.block([[zero, unit], [-self.stiffness, -self.damping]]))
         forward = roots[np.argsort(roots.imag)][size:]
         return forward.imag, forward.real
 
@@ -230,8 +224,7 @@ class DiameterModes:
             h.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
-        stiffness = self.frequency**2 + np.diag(self.aerodynamic_stiffness)
-        damping = np.diag(self.damping + self.aerodynamic_damping)
+        stiffness, damping = np.diag(self.stiffness), np.diag(self.damping)
         dynamic = np.abs(stiffness - nu**2 + 1j * nu * damping)
         moved = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
         return np.asarray(moved / (order**2 * np.maximum(dynamic, np.finfo(float).tiny)))
@@ -240,6 +233,54 @@ class DiameterModes:
     def past_flexibility(self) -> Complexes:
         """Static flexibility of the contacts besides the modes, (N_c, N_c)."""
         return np.asarray(self.contacts @ self.past_modes(self.contacts.conj().T.toarray()))
+
+
+class StaticResponse:
+    """Displacements by static forces in one nodal diameter, with springs at the contacts.
+
+    Nodal diameters differ only in how the boundary moves: the sides where sectors meet, and the
+    contacts. With interior i and boundary b, the boundary has the stiffness
+    S = K_bb - K_bi K_ii^-1 K_ib. In nodal diameter k, whose boundary moves by T_k x with its free
+    DOFs x, it is the small Hermitian T_k^H S T_k with the springs of the contacts.
+
+    Parameters
+    ----------
+    structure : CyclicStructure
+    nodal_diameter : int
+        k.
+    reference : (N_c,) ndarray
+        Stiffness of the springs [N/m].
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        If the interior can move while the boundary is held.
+    scipy.linalg.LinAlgError
+        If the stiffness is not positive definite.
+    """
+
+    def __init__(self, structure: CyclicStructure, nodal_diameter: int, reference: Floats) -> None:
+        self._sector, self._free_dofs = structure.condensed, structure.free_dofs
+        self._size = structure.stiffness.shape[0]
+        boundary = self._sector.boundary
+        free = np.isin(self._free_dofs, boundary)
+        self._motion = T = structure.expansion(nodal_diameter).tocsr()[boundary][:, free]
+        springs = structure.contact_motion(nodal_diameter)[:, free].toarray()
+        S = T.conj().T @ (T.T @ self._sector.schur.T).T
+        S = S + springs.conj().T @ (reference[:, np.newaxis] * springs)
+        self._factor = scipy.linalg.cho_factor(S, check_finite=False)
+
+    def __call__(self, force: Complexes) -> Complexes:
+        """Return displacements (n_s, m) by forces (n_s, m)."""
+        sector, T, free = self._sector, self._motion, self._free_dofs
+        # complex columns (n, m) as real ones (n, 2 m)
+        on_sector = np.zeros((self._size, force.shape[1]), dtype=complex)
+        on_sector[free] = force
+        reduced = sector.forward(on_sector.view(float)).copy().view(complex)
+        passed = T.conj().T @ reduced[sector.boundary]
+        moved = scipy.linalg.cho_solve(self._factor, passed, check_finite=False)
+        reduced[sector.boundary] = T @ moved
+        return np.asarray(sector.backward(reduced.view(float)).copy().view(complex)[free])
 
 
 @frozen
@@ -276,10 +317,3 @@ class AllDiameters:
                     self.structure, k, self.reference, 1, lambda squares: square
                 )
         return self.known[k]
-
-
-def _rigid_body() -> SlipmodeError:
-    return SlipmodeError(
-        "stiffness: the disk with stuck contacts has a rigid-body mode; connect it to ground by "
-        "springs"
-    )

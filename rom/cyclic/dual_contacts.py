@@ -50,22 +50,13 @@ class DualContacts:
     marched_motion: Floats | None = None
 
     def problem(
-        self,
-        carrier: Floats,
-        coupling: Complexes,
-        flexibility: Mapping[Order, Complexes],
-        projection: Complexes | None = None,
+        self, carrier: Floats, coupling: Complexes, flexibility: Mapping[Order, Complexes]
     ) -> ContactProblem:
-        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m).
-
-        `projection` (modes, N_c) are the displacements whose work drives the modes; default:
-        `coupling`.
-        """
-        driving = coupling if projection is None else projection
+        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m)."""
         forces = ContactForces(
             coupling=-np.asarray(coupling, dtype=complex),
             reaction=np.array([G - self.static for G in flexibility.values()], dtype=complex),
-            projection=-np.conj(driving),
+            projection=-np.conj(coupling),
         )
         reduced = self.reduced.at_carrier(carrier.tolist())
         return ContactProblem(reduced, self.law, tuple(flexibility), given_forces=forces)

@@ -57,29 +57,23 @@ def lumped_disk(
     >>> rom.lumped_disk(24)
     CyclicStructure(24 sectors of 3 DOFs, 1 contacts each)
     """
-    k, (k1, k2) = disk_stiffness, blade_stiffnesses
+    k1, k2 = blade_stiffnesses
+    blade = np.array([[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]])
     # DOF 3 is the disk mass of the next sector.
-    stiffness = np.array(
-        [
-            [ground_stiffness + k + k1, -k1, 0.0, -k],
-            [-k1, k1 + k2, -k2, 0.0],
-            [0.0, -k2, k2, 0.0],
-            [-k, 0.0, 0.0, k],
-        ]
-    )
+    blade = np.pad(blade, (0, 1))
+    stiffness = blade + disk_stiffness * np.outer([1.0, 0.0, 0.0, -1.0], [1.0, 0.0, 0.0, -1.0])
+    stiffness[0, 0] += ground_stiffness
     if contact is None:
         contact, next_contact = [[0.0], [0.0], [-1.0]], [[0.0], [0.0], [1.0]]
     own = np.asarray(contact, dtype=float)
-    further = np.zeros_like(own) if next_contact is None else np.asarray(next_contact, dtype=float)
-    blade = np.zeros((4, 4))
-    blade[:3, :3] = [[k1, -k1, 0.0], [-k1, k1 + k2, -k2], [0.0, -k2, k2]]
+    following = 0.0 * own if next_contact is None else np.asarray(next_contact, dtype=float)
     return CyclicStructure(
         np.diag([disk_mass, *blade_masses, 0.0]),
         stiffness,
         sectors,
         beta,
-        contact=np.vstack((own, np.zeros_like(own[:1]))),
-        next_contact=np.vstack((further, np.zeros_like(further[:1]))),
+        contact=np.pad(own, ((0, 1), (0, 0))),
+        next_contact=np.pad(following, ((0, 1), (0, 0))),
         blade=blade,
         left=[0],
         right=[3],

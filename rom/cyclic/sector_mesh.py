@@ -9,7 +9,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.structure import CyclicStructure, checked_sectors, distinct
+from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer, distinct
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.matrices import MatrixLike, as_csc, as_matrix
 from slipmode.rom.structure.structure import Structure
@@ -50,12 +50,11 @@ class SectorMesh:
         right: ArrayLike,
         axis: str = "z",
     ) -> None:
-        points = as_floats("coordinates", coordinates)
+        points, table = as_floats("coordinates", coordinates), np.asarray(dofs)
         if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
             raise SlipmodeError(
                 f"coordinates: must be finite, of shape (nodes, 3), got {points.shape}"
             )
-        table = np.asarray(dofs)
         if table.dtype.kind not in "iu" or table.shape not in ((len(points), 3), (len(points), 6)):
             raise SlipmodeError(
                 f"dofs: must be integers of shape ({len(points)}, 3) or (.., 6), got "
@@ -109,29 +108,24 @@ class SectorMesh:
         left, right = self._pairs(R)
         # Displacements on the right in the directions of the next sector
         at_right = self._turned(R, right, size)
-        M, C, K, own = (
-            as_csc(each)
-            for each in (
-                structure.mass,
-                structure.damping,
-                structure.stiffness,
-                structure.directions,
-            )
+        M, C, K = (
+            _symmetric(at_right.T @ as_csc(each) @ at_right)
+            for each in (structure.mass, structure.damping, structure.stiffness)
         )
-        M, C, K = (at_right.T @ each @ at_right for each in (M, C, K))
         other: Any = None
         if next_contact is not None:
             everywhere = self._turned(R, np.arange(len(self.dofs)), size)
             other = at_right.T @ everywhere.T @ as_csc(as_matrix("next_contact", next_contact))
+        both = self.dofs[left], self.dofs[right]
         return CyclicStructure(
-            _symmetric(M),
-            _symmetric(K),
+            M,
+            K,
             sectors,
-            structure.beta if structure.beta is not None else _symmetric(C),
-            contact=at_right.T @ own,
+            structure.beta if structure.beta is not None else C,
+            contact=at_right.T @ as_csc(structure.directions),
             next_contact=other,
-            left=self._free(left).tolist(),
-            right=self._free(right).tolist(),
+            left=both[0][both[0] >= 0].tolist(),
+            right=both[1][both[1] >= 0].tolist(),
         )
 
     def with_next(self, sectors: int) -> tuple[Floats, NDArray[np.intp]]:
@@ -160,7 +154,7 @@ class SectorMesh:
 
     def _rotation(self, sectors: int) -> Floats:
         """Return the matrix of the rotation from a sector to the next."""
-        angle = 2.0 * np.pi / checked_sectors(sectors)
+        angle = 2.0 * np.pi / checked_integer("sectors", sectors, ">= 3", 3)
         first, second = (("xyz".index(self.axis) + k) % 3 for k in (1, 2))
         R = np.eye(3)
         R[[first, second], [first, second]] = np.cos(angle)
@@ -183,12 +177,10 @@ class SectorMesh:
                 "check sectors, axis, and whether left and right are exchanged"
             )
         right = self.right[place]
-        free = self.dofs >= 0
-        differs = (free[self.left] != free[right]).any(axis=1)
-        across = [k for k in range(self.dofs.shape[1]) if k % 3 != "xyz".index(self.axis)]
-        for pair in range(0, len(across), 2):
-            one, other = across[pair : pair + 2]
-            differs |= free[right, one] != free[right, other]
+        free = self.dofs.reshape(len(self.dofs), -1, 3) >= 0
+        across = np.delete(free[right], "xyz".index(self.axis), axis=2)
+        differs = (free[self.left] != free[right]).any(axis=(1, 2))
+        differs |= (across[..., 0] != across[..., 1]).any(axis=1)
         if differs.any():
             raise SlipmodeError(
                 f"left, right: nodes {self.left[np.argmax(differs)]} and "
@@ -197,25 +189,14 @@ class SectorMesh:
             )
         return self.left, right
 
-    def _free(self, nodes: NDArray[np.intp]) -> NDArray[np.intp]:
-        dofs = self.dofs[nodes].ravel()
-        return dofs[dofs >= 0]
-
     def _turned(self, R: Floats, nodes: NDArray[np.intp], size: int) -> Any:
         """Return the displacements (n, n), turned at some nodes, where they are not held."""
-        rows, columns, values = [], [], []
-        for start in range(0, self.dofs.shape[1], 3):
-            for one in range(3):
-                for other in range(3):
-                    pairs = self.dofs[nodes][:, [start + one, start + other]]
-                    pairs = pairs[(pairs >= 0).all(axis=1)]
-                    rows.append(pairs[:, 0])
-                    columns.append(pairs[:, 1])
-                    values.append(np.full(len(pairs), R[one, other] - (one == other)))
-        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return scipy.sparse.csc_array(
-            scipy.sparse.eye_array(size) + scipy.sparse.coo_array(entries, (size, size))
-        )
+        triples = self.dofs[nodes].reshape(-1, 3)
+        rows, columns = np.repeat(triples, 3, axis=1).ravel(), np.tile(triples, 3).ravel()
+        values = np.tile((R - np.eye(3)).ravel(), len(triples))
+        kept = (rows >= 0) & (columns >= 0)
+        turn = scipy.sparse.coo_array((values[kept], (rows[kept], columns[kept])), (size, size))
+        return scipy.sparse.csc_array(scipy.sparse.eye_array(size) + turn)
 
 
 def _symmetric(matrix: Any) -> Any:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Complexes, Floats, in_one_line
+from slipmode.rom.arrays import Complexes, as_complexes, in_one_line
 from slipmode.rom.cyclic.aerodynamics import Aerodynamics
 from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.structure.damping import Rayleigh
@@ -111,7 +111,7 @@ class CyclicStructure:
         left: Sequence[int] = (),
         right: Sequence[int] = (),
     ) -> None:
-        sectors = checked_sectors(sectors)
+        sectors = checked_integer("sectors", sectors, ">= 3", 3)
         M = as_csc(as_symmetric("mass", mass))
         size = M.shape[0]
         K = as_csc(as_symmetric("stiffness", stiffness, size))
@@ -127,31 +127,29 @@ class CyclicStructure:
                 f"{len(sides[0])} and {len(sides[1])}, {both} on both"
             )
         W = _directions("contact", contact, size)
-        further = (
+        following = (
             W * 0.0 if next_contact is None else _directions("next_contact", next_contact, size)
         )
-        if further.shape != W.shape:
+        if following.shape != W.shape:
             raise SlipmodeError(
-                f"next_contact: must have shape {W.shape} like contact, got {further.shape}"
+                f"next_contact: must have shape {W.shape} like contact, got {following.shape}"
             )
-        fields = {
-            "sectors": sectors,
-            "mass": M,
-            "stiffness": K,
-            "damping": as_csc(C),
-            "blade": K if blade is None else as_csc(as_symmetric("blade", blade, size)),
-            "beta": beta,
-            "own_directions": W,
-            "next_directions": further,
-            "left": sides[0],
-            "right": sides[1],
-            "aerodynamics": None,
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(
+            sectors=sectors,
+            mass=M,
+            stiffness=K,
+            damping=as_csc(C),
+            blade=K if blade is None else as_csc(as_symmetric("blade", blade, size)),
+            beta=beta,
+            own_directions=W,
+            next_directions=following,
+            left=sides[0],
+            right=sides[1],
+            aerodynamics=None,
+        )
         if np.any(self.of_diameter(0)[0].diagonal().real <= 0.0):
             raise SlipmodeError("mass: every DOF must have mass after right is joined to left")
-        warn(_added(W, further))
+        warn(_added(W, following))
 
     def __repr__(self) -> str:
         return (
@@ -198,8 +196,7 @@ class CyclicStructure:
         """
         D = _directions("directions", directions, self.mass.shape[0])
         other = copy(self)
-        forces = Aerodynamics.of(D, influence, frequency, self.sectors)
-        object.__setattr__(other, "aerodynamics", forces)
+        vars(other)["aerodynamics"] = Aerodynamics.of(D, influence, frequency, self.sectors)
         return other
 
     @property
@@ -256,14 +253,18 @@ class CyclicStructure:
         (n, n_s) complex CSC array
             Matrix T of u_0 = T u_free [-].
         """
-        rows = np.concatenate((self.free_dofs, self.right))
-        column = np.full(self.mass.shape[0], -1)
-        column[self.free_dofs] = np.arange(self.free_dofs.size)
-        columns = np.concatenate((column[self.free_dofs], column[self.left]))
-        phase = np.exp(1j * self.angle(nodal_diameter))
-        values = np.concatenate((np.ones(self.free_dofs.size), np.full(self.right.size, phase)))
-        shape = (self.mass.shape[0], self.free_dofs.size)
-        return scipy.sparse.csc_array((values, (rows, columns)), shape=shape)
+        size = self.mass.shape[0], self.free_dofs.size
+        later, columns = divmod(self._places, size[1])
+        values = np.exp(1j * self.angle(nodal_diameter) * later)
+        return scipy.sparse.csc_array((values, (np.arange(size[0]), columns)), shape=size)
+
+    @cached_property
+    def _places(self) -> NDArray[np.intp]:
+        """Place of each DOF of sector 0 among the free DOFs of sectors 0 and 1, (n,)."""
+        places = np.empty(self.mass.shape[0], dtype=np.intp)
+        places[self.free_dofs] = np.arange(self.free_dofs.size)
+        places[self.right] = places[self.left] + self.free_dofs.size
+        return places
 
     def force_on_sector(self, force: Mapping[int, complex] | ArrayLike) -> Complexes:
         """Return a force as amplitudes on the free DOFs of a sector.
@@ -291,7 +292,7 @@ class CyclicStructure:
                     raise SlipmodeError(f"force: DOFs must be 0 to {size - 1}, got {dof}")
                 vector[dof] = value
         else:
-            vector = np.array(force, dtype=complex)
+            vector = as_complexes("force", force)
         if vector.shape != (size,) or not np.isfinite(vector).all():
             raise SlipmodeError(
                 f"force: must be {{DOF: amplitude}} or {size} finite numbers, got "
@@ -352,29 +353,25 @@ class CyclicStructure:
             If the structure has aerodynamic forces, whose matrices are not symmetric.
         """
         self.refuse_aerodynamics("annulus")
-        N = self.sectors
+        N, (n, size) = self.sectors, (self.mass.shape[0], self.free_dofs.size)
         of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
-
-        sectors = [self._of_sector(j) for j in range(N)]
-
-        def around(matrix: Any, factors: Floats) -> Any:
-            """Return the sum over sectors of factor_j T_j^T matrix T_j."""
-            return sum(c * (T.T @ (matrix @ T)) for c, T in zip(factors, sectors, strict=True))
-
-        mass, stiffness, damping = (
-            around(each, np.ones(N)) for each in (self.mass, self.stiffness, self.damping)
+        sector = np.arange(N)
+        # Displacements of all sectors, with both of their sides, from those of the annulus
+        places = (self._places + size * sector[:, np.newaxis]).ravel() % (N * size)
+        T: Any = scipy.sparse.csc_array(
+            (np.ones(n * N), (np.arange(n * N), places)), shape=(n * N, size * N)
         )
-        further = around(self.blade, of_blade)
-        contacts = [
-            own.T @ self.own_directions + after.T @ self.next_directions
-            for own, after in zip(sectors, [*sectors[1:], sectors[0]], strict=True)
-        ]
-        return Structure(
-            mass,
-            stiffness + further,
-            damping + self.beta * further,
-            contact=scipy.sparse.hstack(contacts),
-        )
+
+        def around(matrix: Any, between: Any) -> Any:
+            """Return the matrix of all sectors from that of one, with factors (N, N) between."""
+            return T.T @ scipy.sparse.kron(between, matrix, format="csc")
+
+        one = scipy.sparse.eye_array(N)
+        before = scipy.sparse.coo_array((np.ones(N), ((sector + 1) % N, sector)))
+        M, K, C = (around(each, one) @ T for each in (self.mass, self.stiffness, self.damping))
+        further = around(self.blade, scipy.sparse.diags_array(of_blade)) @ T
+        contact = around(self.own_directions, one) + around(self.next_directions, before)
+        return Structure(M, K + further, C + self.beta * further, contact=contact)
 
     def refuse_aerodynamics(self, name: str) -> None:
         """Check that the structure has no aerodynamic forces.
@@ -413,15 +410,6 @@ class CyclicStructure:
         turn = np.exp(1j * self.angle(nodal_diameter) * np.arange(self.sectors))
         return np.concatenate([each * wave for each in turn])
 
-    def _of_sector(self, j: int) -> Any:
-        """Return the DOFs of sector j from those of the annulus, (n, n_s N)."""
-        size, n, N = self.free_dofs.size, self.mass.shape[0], self.sectors
-        place = np.empty(n, dtype=np.intp)
-        place[self.free_dofs] = j * size + np.arange(size)
-        place[self.right] = (place[self.left] + size) % (N * size)
-        ones = np.ones(n)
-        return scipy.sparse.csc_array((ones, (np.arange(n), place)), shape=(n, size * N))
-
 
 def excited_diameter(engine_order: int, sectors: int) -> int:
     """Return the nodal diameter that an engine order excites.
@@ -450,11 +438,12 @@ def excited_diameter(engine_order: int, sectors: int) -> int:
     return k if 2 * k <= sectors else k - sectors
 
 
-def checked_sectors(sectors: int) -> int:
-    """Return a number of sectors; refuse other values."""
-    if isinstance(sectors, bool) or not isinstance(sectors, int | np.integer) or sectors < 3:
-        raise SlipmodeError(f"sectors: must be an integer >= 3, got {in_one_line(sectors)}")
-    return int(sectors)
+def checked_integer(name: str, given: int, allowed: str, least: int, most: int = 2**62) -> int:
+    """Return an integer from `least` to `most`; refuse others, saying what is `allowed`."""
+    integer = isinstance(given, int | np.integer) and not isinstance(given, bool)
+    if not (integer and least <= given <= most):
+        raise SlipmodeError(f"{name}: must be an integer {allowed}, got {in_one_line(given)}")
+    return int(given)
 
 
 def distinct(name: str, given: ArrayLike, size: int, of: str = "DOFs") -> NDArray[np.intp]:

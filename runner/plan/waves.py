@@ -12,8 +12,7 @@ import numpy as np
 from slipmode.rom import CyclicStructure, Model, TravellingWave, travelling_wave
 from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.wave.wave_motion import SectorWaves
-from slipmode.rom.cyclic.wave.wave_table import reduced_waves
-from slipmode.rom.cyclic.wave_cache import cached_waves
+from slipmode.rom.cyclic.wave.wave_table import cached_waves, reduced_waves
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.reduced import Reduced
@@ -75,7 +74,7 @@ class Waves:
             wave.carrier(force if force.any() else None, omega)
             for wave, force, omega in zip(self.waves, self.force, frequency, strict=True)
         )
-        return SectorWaves(tuple(carriers), self.law)
+        return SectorWaves(tuple(carriers))
 
     @property
     def patterns(self) -> tuple[Floats, ...]:
@@ -94,7 +93,7 @@ class Waves:
 
     def model(self, amplitude: Floats, tolerance: float) -> tuple[Model, bool]:
         """Return the model up to amplitudes (modes,) [kg^1/2 m], and whether it was cached."""
-        return cached_waves(self.structure, self.sector, amplitude.tolist(), tolerance)
+        return cached_waves(self.sector.carriers, amplitude.tolist(), tolerance)
 
 
 def waves_of(
@@ -137,7 +136,7 @@ def wave_decisions(scene: Scene, modes: tuple[Mode, ...], waves: Waves) -> list[
     for name, wave in zip(modes, waves.waves, strict=True):
         k, sectors = wave.nodal_diameter, waves.structure.sectors
         omega = scene.units.of_frequency(wave.frequency)
-        choice = f"nodal diameter {k}, mode {wave.wave.mode}"
+        choice = f"nodal diameter {k}, mode {wave.mode}"
         direction = "backward" if k < 0 else "forward"
         reason = f"natural frequency {omega:.6g} {scene.units.frequency}"
         order = scene.forcing[name].engine_order if name in scene.forcing else None

@@ -36,8 +36,6 @@ SLOW = {
 # Cases that fall short today, with their figures.
 SHORT = {
     ("rest", 0): "RMS error 2.9 % from rest, allowed 1 % and no warning",
-    ("wave", 5): "true error 9.1e-6 of the amplitude, stated 4.7e-6 (time steps alone)",
-    ("wave", 6): "true error 5.2e-6 of the amplitude, stated 1.7e-6 (time steps alone)",
 }
 
 

@@ -45,6 +45,8 @@ class ContactForces:
     projection : (modes, N_c) complex ndarray, optional
         -(force on mode j) per harmonic P at its carrier. Default: the coupling of the modes, by
         reciprocity; in a travelling wave its conjugate.
+    indirect : (modes,) complex ndarray, optional
+        -(force on mode j) per a_j through other modes. Default: `Reduced.indirect_damping`.
     """
 
     coupling: Complexes
@@ -52,6 +54,7 @@ class ContactForces:
     constant: Complexes | None = None
     first_guess: Complexes | None = None
     projection: Complexes | None = None
+    indirect: Complexes | None = None
 
     @property
     def prescribed(self) -> bool:

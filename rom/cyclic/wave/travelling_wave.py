@@ -9,18 +9,17 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters, DiameterModes
-from slipmode.rom.cyclic.structure import CyclicStructure
-from slipmode.rom.cyclic.wave.stability.wave_cycles import wave_cycles
-from slipmode.rom.cyclic.wave.wave_balance import Balance, Balanced, on_steps_that_suffice
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, Wave
-from slipmode.rom.cyclic.wave.wave_state import WaveState
+from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer
+from slipmode.rom.cyclic.wave.wave_problem import Carrier
+from slipmode.rom.cyclic.wave.wave_state import WaveState, steady_waves, wave_cycles
 from slipmode.rom.cyclic.wave.wave_table import wave_model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.nonresonant import STATIC_FROM
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.model import Model
-from slipmode.rom.table.tabulation import check_request
+
+_NO_WORK = 1e-9  # work of a force on the mode that is rounding, relative to its largest one
 
 
 @frozen
@@ -33,28 +32,37 @@ class TravellingWave:
         Disk.
     law : elastic law
         Law of the contacts of one sector.
-    wave : Wave
-        Mode and contact problem of the wave.
+    modes_of : AllDiameters
+        Modes of each nodal diameter with stuck contacts.
+    nodal_diameter : int
+        Nodal diameter k: sector j moves as exp(i k 2 pi j / N) times sector 0.
+    mode : int
+        Mode of this nodal diameter, from 0.
     """
 
     structure: CyclicStructure
     law: Elastic
-    wave: Wave
+    modes_of: AllDiameters
+    nodal_diameter: int
+    mode: int
 
     @property
-    def nodal_diameter(self) -> int:
-        """Nodal diameter k: sector j moves as exp(i k 2 pi j / N) times sector 0."""
-        return self.wave.nodal_diameter
+    def own(self) -> DiameterModes:
+        """Modes of the nodal diameter of this wave."""
+        return self.modes_of(self.nodal_diameter)
 
     @property
     def frequency(self) -> float:
         """Natural frequency with stuck contacts [rad/s]."""
-        return self.wave.frequency
+        alone = float(self.own.frequency[self.mode])
+        # aerodynamic forces add stiffness
+        added = self.own.dynamic_stiffness(alone)[self.mode, self.mode].real
+        return float(np.sqrt(max(alone**2 + added, 0.0)))
 
     @property
     def shape(self) -> Complexes:
         """Mode shape phi of the free DOFs of sector 0, phi^H M phi = 1, (n_s,) [kg^-1/2]."""
-        return self.wave.shape
+        return np.asarray(self.own.shapes[:, self.mode])
 
     def modal_force(self, force: Mapping[int, complex] | ArrayLike) -> complex:
         """Return the modal force phi^H f of an engine-order excitation.
@@ -108,14 +116,9 @@ class TravellingWave:
         diameters, see `WaveState.stable`. A self-excited wave follows its force where its state is
         stable.
         """
-        carrier = self.carrier(self.structure.force_on_sector(force), frequency)
-
-        def balanced(steps: int) -> list[Balanced]:
-            balance = Balance.of(carrier, self.law, steps)
-            sizes = balance.steady_sizes()
-            return [Balanced(balance, balance.steady_amplitude(size)) for size in sizes]
-
-        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
+        return steady_waves(
+            self.carrier(self.structure.force_on_sector(force), frequency), tolerance
+        )
 
     def limit_cycles(self, tolerance: float = 1e-3) -> list[WaveState]:
         """Return the limit cycles of a self-excited wave without force, by ascending amplitude.
@@ -143,11 +146,7 @@ class TravellingWave:
         The damping of sliding friction decreases with the amplitude. Above a stable limit cycle
         there is therefore an unstable one, beyond which the wave grows without bound.
         """
-
-        def balanced(steps: int) -> list[Balanced]:
-            return wave_cycles(self.wave, self.law, steps)
-
-        return [WaveState.of(each) for each in on_steps_that_suffice(balanced, tolerance)]
+        return wave_cycles(self.carrier(None, None), tolerance)
 
     def tabulate(
         self,
@@ -190,10 +189,7 @@ class TravellingWave:
         aerodynamic forces couple modes of the nodal diameter, phi is the shape on which forces do
         work. The stability of steady states includes this wave only, see `WaveState.stable`.
         """
-        ends = np.array([as_floats("amplitude", amplitude)], dtype=float)
-        check_request(ends, 1, tolerance, [amplitude])
-        carrier = self.carrier(force, frequency)
-        return wave_model([carrier], self.law, ends, tolerance)
+        return wave_model([self.carrier(force, frequency)], [amplitude], tolerance)
 
     def carrier(
         self, force: Mapping[int, complex] | ArrayLike | None, frequency: float | None
@@ -220,20 +216,15 @@ class TravellingWave:
         omega = self.frequency if frequency is None else float(as_floats("frequency", frequency))
         if not (omega > 0.0 and np.isfinite(omega)):
             raise SlipmodeError(f"frequency: must be > 0 rad/s, got {in_one_line(frequency)}")
-        return Carrier(self.wave, omega, self._driving(force))
-
-    def _driving(self, force: Mapping[int, complex] | ArrayLike | None) -> Complexes:
-        """Return forces on the free DOFs of sector 0, (n_s,); 0 without any."""
         if force is None:
-            return np.zeros(self.shape.size, dtype=complex)
+            return Carrier(self, omega, np.zeros(self.shape.size, dtype=complex))
         vector = self.structure.force_on_sector(force)
         size = np.abs(vector).max() * np.abs(self.shape).max()
-        if not abs(self.modal_force(vector)) > 1e-9 * size:
+        if not abs(self.modal_force(vector)) > _NO_WORK * size:
             raise SlipmodeError(
-                f"force: does no work on mode {self.wave.mode} of nodal diameter "
-                f"{self.nodal_diameter}"
+                f"force: does no work on mode {self.mode} of nodal diameter {self.nodal_diameter}"
             )
-        return vector
+        return Carrier(self, omega, vector)
 
 
 def travelling_wave(
@@ -272,32 +263,19 @@ def travelling_wave(
             "law: cyclic structures need elastic contacts (rom.Jenkins, Iwan, Sliders, "
             f"FrictionalContact or Contacts), got {in_one_line(law)}"
         )
-    most = structure.highest_diameter
-    if (
-        isinstance(nodal_diameter, bool)
-        or not isinstance(nodal_diameter, int | np.integer)
-        or (abs(nodal_diameter) > most)
-    ):
-        raise SlipmodeError(
-            f"nodal_diameter: must be an integer from {-most} to {most} of {structure.sectors} "
-            f"sectors, got {in_one_line(nodal_diameter)}"
-        )
+    most, last = structure.highest_diameter, structure.free_dofs.size - 1
+    allowed = f"from {-most} to {most} of {structure.sectors} sectors"
+    k = checked_integer("nodal_diameter", nodal_diameter, allowed, -most, most)
+    mode = checked_integer("mode", mode, f"from 0 to {last}", 0, last)
     reference = law.elements(structure.n_contacts).reference
-    if isinstance(mode, bool) or not isinstance(mode, int | np.integer) or mode < 0:
-        raise SlipmodeError(f"mode: must be an integer >= 0, got {in_one_line(mode)}")
     own = DiameterModes.of(
-        structure,
-        int(nodal_diameter),
-        reference,
-        int(mode) + 1,
-        lambda squares: STATIC_FROM**2 * float(squares[min(mode, squares.size - 1)]),
+        structure, k, reference, mode + 1, lambda squares: STATIC_FROM**2 * float(squares[mode])
     )
-    if mode >= own.frequency.size:
-        raise SlipmodeError(f"mode: must be 0 to {own.frequency.size - 1}, got {mode}")
     highest = STATIC_FROM * float(own.frequency[mode])
-    modes_of = AllDiameters(
-        structure, reference, highest, {int(nodal_diameter) % structure.sectors: own}
-    )
-    wave = Wave(modes_of, int(nodal_diameter), int(mode), structure.sectors)
-    wave.check_stiffness()
-    return TravellingWave(structure, law, wave)
+    modes_of = AllDiameters(structure, reference, highest, {k % structure.sectors: own})
+    wave = TravellingWave(structure, law, modes_of, k, mode)
+    if wave.frequency <= 0.0:
+        raise SlipmodeError(
+            f"influence: the stiffness of mode {mode} of nodal diameter {k} must remain > 0"
+        )
+    return wave

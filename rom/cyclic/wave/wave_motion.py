@@ -12,10 +12,9 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import contact_problem
-from slipmode.rom.cyclic.wave.wave_problem import Carrier, wave_contact_problem
+from slipmode.rom.cyclic.wave.wave_problem import Carrier, WaveProblem
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.joint_laws import Jenkins
-from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
@@ -50,16 +49,14 @@ class SectorWaves:
     Attributes
     ----------
     carriers : tuple of Carrier
-    law : Elastic
     """
 
     carriers: tuple[Carrier, ...]
-    law: Elastic
 
     @cached_property
-    def problem(self) -> ContactProblem:
+    def problem(self) -> WaveProblem:
         """The contact problem of the waves."""
-        return wave_contact_problem(self.carriers, self.law)
+        return WaveProblem.of_waves(self.carriers)
 
     def motion(
         self,
@@ -98,41 +95,20 @@ class SectorWaves:
         deficit = problem.on(grid).solve(size).P
         orders = np.array(problem.orders, dtype=float)[:, :modes]
         phase = np.exp(1j * (np.angle(amplitude) @ orders.T))[..., np.newaxis]
+        chosen, harmonics = list(dofs), problem.harmonics
+        shapes = np.array([each.steady_shape[chosen] for each in self.carriers])
+        by_deficit = np.array([each.flexibility(chosen) for each in harmonics])
         contacts = -problem.forces.coupling, problem.forces.reaction - problem.reduced.stiffness
         found = []
         for law, (coupling, flexibility) in (
-            (self.law, contacts),
-            (Jenkins(1.0, 1.0), self._of_dofs(list(dofs))),  # forces on DOFs are not read
+            (self.carriers[0].wave.law, contacts),
+            (Jenkins(1.0, 1.0), (shapes, by_deficit)),  # forces on DOFs are not read
         ):
             x = np.einsum("oij,poj->poi", flexibility, deficit)
             x[:, :modes] += size[..., np.newaxis] * coupling
             found.append(_along(part, model, problem, law, x * phase, times))
         (x, v, f), (elastic, _, _) = found
         return SectorMotion(x, v, f, elastic)
-
-    def _of_dofs(self, dofs: list[int]) -> tuple[Complexes, Complexes]:
-        """Return the displacement of DOFs per amplitude, and per force deficit of each order.
-
-        They are (modes, dofs) [kg^-1/2] and (orders, dofs, N_c) [m/N].
-        """
-        carriers, modes = self.carriers, len(self.carriers)
-        coupling, flexibility = [], []
-        for order in self.problem.orders:
-            own = carriers[CARRIERS.index(order)] if order in CARRIERS[:modes] else None
-            diameters = [each.wave.nodal_diameter for each in carriers]
-            nu = float(np.dot(order[:modes], [each.frequency for each in carriers]))
-            of = carriers[0].wave.modes_of(int(np.dot(order[:modes], diameters)))
-            on_contacts = of.contacts.conj().T.toarray()
-            without = None if own is None else own.wave.mode
-            moved = of.response(on_contacts, nu, without)[dofs]
-            if own is not None:
-                # the force that holds the wave steady moves the DOFs past the mode, too
-                by_force = of.response(own.force[:, np.newaxis], nu, without)[dofs, 0]
-                by_force = by_force / (own.modal_force or 1.0)
-                moved = moved - np.outer(by_force, own.receiving.conj())
-                coupling.append(own.mode.shape[dofs] + own.stiffness * by_force)
-            flexibility.append(moved)
-        return np.array(coupling), np.array(flexibility)
 
 
 def phase_factor(carrier: Carrier) -> complex:

@@ -1,4 +1,4 @@
-"""The contact problem of one or two travelling waves, which is that of one sector.
+"""The contact problem of one or two travelling waves: the contacts of one sector.
 
 In a wave of nodal diameter k sector j does what sector 0 does, later by the phase k 2 pi j / N.
 Harmonic (n, m) of the contact forces therefore acts on nodal diameter d = n k_A + m k_B modulo N,
@@ -16,100 +16,32 @@ a little, see `SlowMode`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
-from slipmode.rom.cyclic.dual_contacts import DualContacts
-from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
-from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
+from slipmode.rom.cyclic.structure import excited_diameter
+from slipmode.rom.errors import Finding, UnsettledError
+from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
+from slipmode.rom.reduction.modes_alone import modes_alone
+from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
 from slipmode.rom.short_repr import frozen
 
+if TYPE_CHECKING:
+    from slipmode.rom.cyclic.wave.travelling_wave import TravellingWave
 
-@frozen
-class Wave:
-    """A mode of a nodal diameter that has a slow flow.
 
-    Attributes
-    ----------
-    modes_of : callable
-        `DiameterModes` of a nodal diameter.
-    nodal_diameter : int
-        k.
-    mode : int
-        From 0.
-    sectors : int
-        N.
-    """
-
-    modes_of: Callable[[int], DiameterModes]
-    nodal_diameter: int
-    mode: int
-    sectors: int
-
-    def centred(self, nodal_diameter: int) -> int:
-        """Return the equal nodal diameter from -((N - 1) // 2) to N // 2."""
-        lowest = (self.sectors - 1) // 2
-        return (nodal_diameter + lowest) % self.sectors - lowest
-
-    @property
-    def own(self) -> DiameterModes:
-        """Modes of the wave's nodal diameter."""
-        return self.modes_of(self.nodal_diameter)
-
-    @property
-    def shape(self) -> Complexes:
-        """Mode phi of sector 0 at its free DOFs, (n_s,) [kg^-1/2]."""
-        return np.asarray(self.own.shapes[:, self.mode])
-
-    @property
-    def contact_motion(self) -> Complexes:
-        """Psi, contact displacements per amplitude of the mode, (N_c,) [kg^-1/2]."""
-        return np.asarray(self.own.contact_motion[:, self.mode])
-
-    @property
-    def structural_frequency(self) -> float:
-        """Natural frequency with stuck contacts, without aerodynamics [rad/s]."""
-        return float(self.own.frequency[self.mode])
-
-    @property
-    def frequency(self) -> float:
-        """Natural frequency with stuck contacts [rad/s]."""
-        return float(np.sqrt(self._square))
-
-    @property
-    def _square(self) -> float:
-        alone = self.structural_frequency
-        dynamic = self.own.dynamic_stiffness(alone)[self.mode, self.mode]
-        return alone**2 + float(dynamic.real)
-
-    def check_stiffness(self) -> None:
-        """Refuse a mode whose stiffness aerodynamic forces take away."""
-        if self._square <= 0.0:
-            raise SlipmodeError(
-                f"influence: the stiffness of mode {self.mode} of nodal diameter "
-                f"{self.nodal_diameter} must remain > 0"
-            )
-
-    @property
-    def structural_damping(self) -> float:
-        """Modal damping without aerodynamics [1/s]."""
-        return float(self.own.damping[self.mode, self.mode].real)
-
-    def static(self) -> Floats:
-        """Real static flexibility of the contacts without the mode, (N_c, N_c) [m/N]."""
-        own = self.own
-        psi, omega = (
-            np.delete(each, self.mode, axis=-1) for each in (own.contact_motion, own.frequency)
-        )
-        static = own.past_flexibility + (psi / omega**2) @ psi.conj().T
-        return np.asarray(0.5 * (static.real + static.real.T))
+# Gain from which on a resonance is named. Waves converge at 0.35 and do not at 1
+# (tests/rom/cyclic/test_internal_resonance.py).
+_NAMED = 0.1
 
 
 @frozen
@@ -118,14 +50,14 @@ class Carrier:
 
     Attributes
     ----------
-    wave : Wave
+    wave : TravellingWave
     frequency : float
         Omega [rad/s].
     force : (n_s,) complex ndarray
         Pattern on sector 0, in any scale; 0 of a limit cycle.
     """
 
-    wave: Wave
+    wave: TravellingWave
     frequency: float
     force: Complexes
 
@@ -138,23 +70,6 @@ class Carrier:
     def stiffness(self) -> complex:
         """Dynamic stiffness D of the mode with what returns by dampers [rad^2/s^2]."""
         return self.mode.stiffness + self.mode.indirect
-
-    @property
-    def natural_frequency(self) -> float:
-        """Natural frequency omega of the mode, D = omega^2 - Omega^2 + i gamma Omega [rad/s]."""
-        return float(np.sqrt(self.mode.stiffness.real + self.frequency**2))
-
-    @property
-    def damping(self) -> float:
-        """Modal damping gamma [1/s]; negative if the wave is self-excited."""
-        return self.mode.stiffness.imag / self.frequency
-
-    @property
-    def aerodynamics(self) -> complex:
-        """Coefficient c of the aerodynamic forces on the mode [rad^2/s^2], see `rom.reduce`."""
-        alone = self.wave.structural_frequency
-        damping = self.damping - self.wave.structural_damping
-        return complex(self.natural_frequency**2 - alone**2, alone * damping)
 
     @property
     def mode_shape(self) -> Complexes:
@@ -175,48 +90,173 @@ class Carrier:
         return np.asarray(self.wave.own.contacts @ self.mode.receiving)
 
     @cached_property
-    def moved_by_force(self) -> Complexes:
-        """g, twice the quasi-static displacement of the contacts per modal force, (N_c,)."""
-        own = self.wave.own
+    def by_force(self) -> Complexes:
+        """g, twice the displacement of sector 0 besides the mode per modal force, (n_s,)."""
         if not self.force.any():
-            return np.zeros(own.contacts.shape[0], dtype=complex)
-        moved = own.response(self.force[:, np.newaxis], self.frequency, self.wave.mode)[:, 0]
-        return np.asarray(own.contacts @ moved / self.modal_force)
+            return np.zeros(self.force.size, dtype=complex)
+        wave, force = self.wave, self.force[:, np.newaxis]
+        moved = wave.own.response(force, self.frequency, wave.mode)[:, 0]
+        return np.asarray(moved / self.modal_force)
 
     @property
-    def coupling(self) -> Complexes:
-        """Displacements of the contacts per a_j in a steady state, (N_c,) [kg^-1/2].
+    def steady_shape(self) -> Complexes:
+        """Displacement of sector 0 per a_j in a steady state, (n_s,) [kg^-1/2].
 
-        As F / 2 = D a - psi^H y, the displacement g F / 2 adds g D a to psi a, and -g psi^H y.
+        As F / 2 = D a - psi^H y, the displacement g F / 2 adds g D a to phi a, and -g psi^H y.
         """
-        own = self.wave.own.contacts @ self.mode.shape
-        return np.asarray(own + self.stiffness * self.moved_by_force)
+        return np.asarray(self.mode.shape + self.stiffness * self.by_force)
 
 
-def wave_contact_problem(carriers: Sequence[Carrier], law: Elastic) -> ContactProblem:
-    """Return the contact problem of one or two waves in a steady state or limit cycle."""
-    waves, modes = [each.wave for each in carriers], len(carriers)
-    frequency = np.array([each.frequency for each in carriers])
-    diameters = [wave.nodal_diameter for wave in waves]
-    even = not law.elements(waves[0].contact_motion.size).odd
-    flexibility = {}
-    for order in harmonic_orders(HIGHEST_HARMONIC[modes], modes, even):
-        own = CARRIERS.index(order) if order in CARRIERS[:modes] else None
-        of_diameter = waves[0].modes_of(int(np.dot(order[:modes], diameters)))
-        nu = float(np.dot(order[:modes], frequency))
-        G = of_diameter.flexibility(nu, None if own is None else waves[own].mode)
-        if own is not None:
-            carrier = carriers[own]
-            G = G - np.outer(carrier.moved_by_force, carrier.receiving.conj())
-        flexibility[order] = G
-    contacts = DualContacts(
-        law,
-        np.mean([wave.static() for wave in waves], axis=0),
-        np.array([wave.frequency for wave in waves]),
-        np.array([wave.structural_damping for wave in waves]),
-        np.abs([wave.contact_motion for wave in waves]),
-    )
-    coupling, receiving = (
-        np.array([getattr(each, name) for each in carriers]) for name in ("coupling", "receiving")
-    )
-    return contacts.problem(frequency, coupling, flexibility, receiving)
+@frozen
+class WaveHarmonic:
+    """A harmonic of the contact forces, and the nodal diameter that it acts on.
+
+    Attributes
+    ----------
+    order : (n, m)
+    nodal_diameter : int
+        n k_A + m k_B.
+    frequency : float
+        n Omega_A + m Omega_B [rad/s].
+    modes : DiameterModes
+        Of this nodal diameter.
+    carrier : Carrier, optional
+        The wave whose carrier this harmonic is.
+    """
+
+    order: Order
+    nodal_diameter: int
+    frequency: float
+    modes: DiameterModes
+    carrier: Carrier | None
+
+    @classmethod
+    def of(cls, carriers: Sequence[Carrier], order: Order) -> Self:
+        """Return a harmonic of one or two waves."""
+        own, n = CARRIERS[: len(carriers)], order[: len(carriers)]
+        diameter = int(np.dot(n, [each.wave.nodal_diameter for each in carriers]))
+        nu = float(np.dot(n, [each.frequency for each in carriers]))
+        carrier = carriers[own.index(order)] if order in own else None
+        return cls(order, diameter, nu, carriers[0].wave.modes_of(diameter), carrier)
+
+    def flexibility(self, dofs: Sequence[int] | None = None) -> Complexes:
+        """Return displacements of contacts, or of free DOFs, per force deficit, (.., N_c) [m/N].
+
+        At a carrier they are besides the mode, and include the effect of the force that balances
+        the deficit on the mode.
+        """
+        modes, carrier = self.modes, self.carrier
+        without = None if carrier is None else carrier.wave.mode
+        if dofs is None:
+            moved = modes.flexibility(self.frequency, without)
+        else:
+            on_contacts = modes.contacts.conj().T.toarray()
+            moved = modes.response(on_contacts, self.frequency, without)[dofs]
+        if carrier is None:
+            return moved
+        g = carrier.by_force
+        by_force = modes.contacts @ g if dofs is None else g[dofs]
+        return np.asarray(moved - np.outer(by_force, carrier.receiving.conj()))
+
+
+@frozen
+class WaveProblem(ContactProblem):
+    """The contact problem of one or two waves in a steady state or limit cycle.
+
+    Attributes
+    ----------
+    carriers : tuple of Carrier
+        Waves of one structure with one law.
+    highest : int
+        Largest |n| + |m| of the harmonics.
+    """
+
+    carriers: tuple[Carrier, ...] = ()
+    highest: int = 0
+
+    @classmethod
+    def of_waves(cls, carriers: Sequence[Carrier], highest: int = 0) -> Self:
+        """Return the contact problem of waves; by default with the harmonics of a table."""
+        waves, modes = [each.wave for each in carriers], len(carriers)
+        own = [(wave.own, wave.mode) for wave in waves]
+        highest = highest or HIGHEST_HARMONIC[modes]
+        law = waves[0].law
+        elements = law.elements(waves[0].structure.n_contacts)
+        orders = tuple(harmonic_orders(highest, modes, not elements.odd))
+        # real flexibility of the march, to which every harmonic adds what its own differs by
+        static = symmetric(np.mean([k.flexibility(0.0, mode).real for k, mode in own], axis=0))
+        flexibility = [WaveHarmonic.of(carriers, order).flexibility() for order in orders]
+        receiving = np.array([each.receiving for each in carriers])
+        forces = ContactForces(
+            coupling=-np.array([each.wave.own.contacts @ each.steady_shape for each in carriers]),
+            reaction=np.array(flexibility) - static,
+            projection=-receiving.conj(),
+            indirect=np.array([each.mode.indirect for each in carriers]),
+        )
+        reduced = modes_alone(
+            np.array([wave.frequency for wave in waves]),
+            np.array([k.structural_damping[mode] for k, mode in own]),
+            np.zeros((1, modes)),
+            elements,
+            carrier=np.array([each.frequency for each in carriers]),
+            stiffness=-static,
+            spring=-np.abs([k.contact_motion[:, mode] for k, mode in own]),
+        )
+        given = tuple(carriers)
+        return cls(reduced, law, orders, given_forces=forces, carriers=given, highest=highest)
+
+    @property
+    def harmonics(self) -> list[WaveHarmonic]:
+        """Harmonics of the contact forces, as `orders`."""
+        return [WaveHarmonic.of(self.carriers, order) for order in self.orders]
+
+    def at_carriers(self, frequency: Floats) -> Self:
+        """Return the problem with other carriers (modes,) [rad/s]."""
+        both = zip(self.carriers, frequency.tolist(), strict=True)
+        return self.of_waves([replace(each, frequency=nu) for each, nu in both], self.highest)
+
+
+def strongest_resonance(problem: WaveProblem) -> tuple[float, str]:
+    """Return the largest gain besides the modes at their carriers, and what it is, in words.
+
+    A mode of nodal diameter n k_A + m k_B moves the contacts at harmonic (n, m) with the gain of
+    `DiameterModes.harmonic_gain`, of the order |n| + |m| at n Omega_A + m Omega_B.
+    """
+    wave = problem.carriers[0].wave
+    reference = wave.law.elements(wave.structure.n_contacts).reference
+    found = []
+    for harmonic in problem.harmonics:
+        order, nu = sum(map(abs, harmonic.order)), harmonic.frequency
+        if harmonic.carrier is None and order > 0:
+            gain = harmonic.modes.harmonic_gain(reference, nu, order)
+            mode = int(gain.argmax())
+            forward = harmonic.nodal_diameter if nu >= 0.0 else -harmonic.nodal_diameter
+            k = excited_diameter(forward, wave.structure.sectors)
+            excited = (
+                f"harmonic {harmonic.order} at {abs(nu):.5g} rad/s excites mode {mode} of nodal "
+                f"diameter {k} at {harmonic.modes.frequency[mode]:.5g} rad/s"
+            )
+            found.append((float(gain[mode]), excited))
+    return max(found)
+
+
+def resonance_findings(problem: WaveProblem) -> list[Finding]:
+    """Report a mode of another nodal diameter whose transients a model of the waves leaves out."""
+    gain, excited = strongest_resonance(problem)
+    if gain < _NAMED:
+        return []
+    reason = f"{excited}. The model includes its steady response, but not its transients"
+    return [Finding("contacts", "excite another mode", reason, "warning")]
+
+
+@contextmanager
+def naming_resonance(problem: WaveProblem) -> Iterator[None]:
+    """Name the strongest resonance where the contacts do not come to a periodic motion."""
+    try:
+        yield
+    except UnsettledError as error:
+        _, excited = strongest_resonance(problem)
+        raise UnsettledError(
+            "contacts: the contact motion does not become periodic. The largest response is where "
+            f"{excited}; move the forcing, give this mode damping, or lower the amplitudes"
+        ) from error

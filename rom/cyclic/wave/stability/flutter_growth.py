@@ -58,7 +58,7 @@ def flutter_growth(structure: CyclicStructure, law: Elastic, mode: int = 0) -> F
     N = structure.sectors
     diameters = np.arange(N) - (N - 1) // 2
     # Frequencies of a family rise with the nodal diameter.
-    highest = travelling_wave(structure, law, structure.highest_diameter, mode).wave
+    highest = travelling_wave(structure, law, structure.highest_diameter, mode)
     free = [highest.modes_of(int(k)).growth() for k in diameters]
     frequency, growth = np.array([[part[mode] for part in of_k] for of_k in free]).T
     return FlutterGrowth(diameters, frequency, growth)

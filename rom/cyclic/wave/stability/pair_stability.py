@@ -16,16 +16,20 @@ conj(a_m) and y_-1. Rates of the contacts are left out, as in a slow flow of fir
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.cyclic.wave.wave_balance import Balance
+from slipmode.rom.cyclic.structure import excited_diameter
 from slipmode.rom.short_repr import frozen
+
+if TYPE_CHECKING:
+    from slipmode.rom.cyclic.wave.wave_state import Balance
 
 _HIGHEST = 9  # harmonic that differs in the pair; others have the flexibility of the wave
 _CHANGE = 1e-4  # of the contact displacement, of finite differences
@@ -50,15 +54,16 @@ class CriticalPair:
 def critical_pair(balance: Balance, size: float) -> CriticalPair:
     """Return the most critical pair of all nodal diameters for a wave of the size |a|."""
     wave = balance.carrier.wave
+    k, sectors = wave.nodal_diameter, wave.structure.sectors
     contacts = _PairContacts.of(balance, size)
     found = []
-    for q in range(wave.sectors // 2 + 1):
+    for q in range(wave.structure.highest_diameter + 1):
         roots = _roots(balance, contacts, q)
         if q == 0 and not balance.carrier.force.any():
             # The phase of a limit cycle is arbitrary.
             roots = np.delete(roots, np.abs(roots).argmin())
-        first, second = (wave.centred(wave.nodal_diameter + side * q) for side in (1, -1))
-        found.append(CriticalPair((first, second), float(roots.real.max())))
+        pair = excited_diameter(k + q, sectors), excited_diameter(k - q, sectors)
+        found.append(CriticalPair(pair, float(roots.real.max())))
     return max(found, key=lambda pair: pair.growth)
 
 
@@ -86,37 +91,36 @@ class _PairContacts:
         problem = balance.problem
         kept = [at for at, order in enumerate(problem.orders) if order[0] <= _HIGHEST]
         positive = np.array([problem.orders[at][0] for at in kept])
-        harmonics = np.concatenate((positive, -positive[positive > 0]))
-        place = {int(h): at for at, h in enumerate(harmonics)}
+        moving = positive > 0
         G = (problem.forces.reaction - problem.reduced.stiffness)[kept]
-        rest = np.zeros((len(problem.orders), problem.reduced.n_contacts), dtype=complex)
+        rest = np.zeros((len(problem.orders), G.shape[1]), dtype=complex)
         change = _CHANGE * size * float(np.abs(problem.forces.coupling).max())
         guess: Complexes | None = None
 
         def deficits(displacement: Complexes) -> Complexes:
             forces = replace(problem.forces, constant=displacement)
             other = replace(balance, problem=replace(problem, given_forces=forces))
-            return other.harmonics(size, guess)
+            return other.terms(np.array([size]), guess).P
+
+        def derivative(at: int, contact: int, part: complex) -> Complexes:
+            small = rest.copy()
+            small[at, contact] = part * change
+            return np.asarray((deficits(small) - deficits(-small))[0, kept] / (2.0 * change))
 
         guess = deficits(rest)
-        R = np.zeros((harmonics.size, rest.shape[1]) * 2, dtype=complex)
-        for at, h in zip(kept, positive.tolist(), strict=True):
-            for contact in range(rest.shape[1]):
-                derivatives = []
-                for part in (1.0, 1j):
-                    small = rest.copy()
-                    small[at, contact] = part * change
-                    derivatives.append((deficits(small) - deficits(-small))[kept] / (2.0 * change))
-                real, imaginary = derivatives
+        harmonics = np.concatenate((positive, -positive[moving]))
+        R = np.zeros((harmonics.size, G.shape[1]) * 2, dtype=complex)
+        for column, at in enumerate(kept):
+            mirror = harmonics.tolist().index(-harmonics[column])
+            for contact in range(G.shape[1]):
                 # y = direct x + mirrored conj(x) of complex x; the mean displacement is real
-                direct = real if h == 0 else 0.5 * (real - 1j * imaginary)
-                mirrored = real if h == 0 else 0.5 * (real + 1j * imaginary)
-                for row, g in enumerate(positive.tolist()):
-                    R[place[g], :, place[h], contact] = direct[row]
-                    R[place[g], :, place[-h], contact] = mirrored[row]
-                    R[place[-g], :, place[h], contact] = mirrored[row].conj()
-                    R[place[-g], :, place[-h], contact] = direct[row].conj()
-        return cls(harmonics, np.concatenate((G, G[positive > 0].conj())), R)
+                direct = mirrored = derivative(at, contact, 1.0)
+                if moving[column]:
+                    imaginary = 1j * derivative(at, contact, 1j)
+                    direct, mirrored = 0.5 * (direct - imaginary), 0.5 * (direct + imaginary)
+                R[:, :, column, contact] = np.vstack((direct, mirrored[moving].conj()))
+                R[:, :, mirror, contact] = np.vstack((mirrored, direct[moving].conj()))
+        return cls(harmonics, np.concatenate((G, G[moving].conj())), R)
 
 
 def _roots(balance: Balance, contacts: _PairContacts, q: int) -> Complexes:
@@ -132,23 +136,21 @@ def _roots(balance: Balance, contacts: _PairContacts, q: int) -> Complexes:
             return G if h == 1 else G.conj()
         return wave.modes_of(h * k + q).flexibility(h * Omega)
 
+    def pair(values: Iterable[Complexes | complex]) -> Complexes:
+        """Return what belongs to a_n and to conj(a_m)."""
+        first, second = values
+        return np.array([first, np.conj(second)])
+
     others = np.array([flexibility(h) for h in contacts.harmonics.tolist()])
     D = scipy.linalg.block_diag(*(others - contacts.flexibility))
     R = contacts.response.reshape(D.shape)
-    shape = (*others.shape[:2], 2)
-    moved, driven = np.zeros((2, *shape), dtype=complex)
+    moved = pair(m.contacts @ s.shape for m, s in zip(families, slow, strict=True))
+    driven = pair(m.contacts @ s.receiving for m, s in zip(families, slow, strict=True))
+    y = np.linalg.solve(np.eye(len(D)) - R @ D, R).reshape(contacts.response.shape)
     at = [contacts.harmonics.tolist().index(side) for side in sides]
-    moved[at, :, [0, 1]] = [m.contacts @ s.shape for m, s in zip(families, slow, strict=True)]
-    driven[at, :, [0, 1]] = [m.contacts @ s.receiving for m, s in zip(families, slow, strict=True)]
-    for each in (moved, driven):
-        each[at[1]] = each[at[1]].conj()
-    y = np.linalg.solve(np.eye(len(D)) - R @ D, R @ moved.reshape(-1, 2))
-    stiffness = np.diag([each.stiffness + each.indirect for each in slow])
-    damping = [m.damping + m.aerodynamic_damping for m in families]
-    rate = np.diag([2j * Omega + each[wave.mode, wave.mode] for each in damping])
-    for each in (stiffness, rate):
-        each[1, 1] = each[1, 1].conj()
-    force = driven.reshape(-1, 2).conj().T @ y - stiffness
+    stiffness = np.diag(pair(each.stiffness + each.indirect for each in slow))
+    rate = np.diag(pair(2j * Omega + each.damping[wave.mode, wave.mode] for each in families))
+    force = np.einsum("ic,icjd,jd->ij", driven.conj(), y[at][:, :, at], moved) - stiffness
     roots = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [force, -rate]]))
     # The others are near -2 i Omega and 2 i Omega.
     return np.asarray(roots[np.argsort(np.abs(roots.imag))[:2]])
