@@ -26,7 +26,6 @@ from slipmode.rom.cyclic.diagrams import (
 )
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
-from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.mistuned_disk import MistunedDisk
 from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
@@ -75,6 +74,7 @@ from slipmode.rom.slow.steady import (
     resonance_curve,
     steady,
 )
+from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
@@ -147,6 +147,7 @@ __all__ = [
     "SteadyState",
     "Structure",
     "Tanh",
+    "ToneFlow",
     "TravellingWave",
     "Units",
     "ValidityWarning",
@@ -191,6 +192,8 @@ __all__ = [
 ]
 
 __version__ = version("slipmode")
+
+DiskFlow = ToneFlow  # of a mistuned disk
 
 # Remarks on results go to this logger; the user chooses whether they are shown.
 logging.getLogger("slipmode").addHandler(logging.NullHandler())

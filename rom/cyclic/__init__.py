@@ -13,7 +13,6 @@ static_response.py  static response in all nodal diameters, from one elimination
 diameter_modes.py   modes of one nodal diameter, and their response
 wave_cache.py       models of travelling waves kept on disk
 diagrams.py         frequencies by nodal diameter, and Campbell diagrams
-dual_contacts.py    the contact problem of waves and disks, as the core reads it
 wave/               travelling waves from one sector
 mistuned/           disks whose blades differ, all nodal diameters together
 """

@@ -117,8 +117,8 @@ def past_flexibility(by_diameter: Sequence[DiameterModes]) -> Complexes:
     return np.asarray(between[apart].swapaxes(1, 2).reshape(size, size))
 
 
-def real_modes(by_diameter: Sequence[DiameterModes], least: float) -> tuple[Floats, Floats]:
-    """Return modes of the tuned disk from a frequency `least` [rad/s] on, as standing waves.
+def real_modes(by_diameter: Sequence[DiameterModes]) -> tuple[Floats, Floats]:
+    """Return modes of the tuned disk as standing waves.
 
     Frequencies (modes,) [rad/s] and displacements of all contacts (modes, N N_c) [kg^-1/2].
     """
@@ -128,8 +128,6 @@ def real_modes(by_diameter: Sequence[DiameterModes], least: float) -> tuple[Floa
         turn = np.exp(2j * np.pi * (k * np.arange(N) % N) / N) / np.sqrt(N)
         single = k in (0, N / 2)
         for omega, psi in zip(modes.frequency, modes.contact_motion.T, strict=True):
-            if omega < least:
-                continue
             wave = (turn[:, np.newaxis] * psi).ravel()
             if single:  # real but for a phase
                 at = int(np.abs(wave).argmax())

@@ -24,12 +24,12 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
-from slipmode.rom.cyclic.dual_contacts import DualContacts
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.tone.dual_contacts import DualContacts
 
 
 @frozen
