@@ -18,7 +18,9 @@ from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
+from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.slow.units import SI, Shown, Units
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
@@ -182,7 +184,7 @@ class ResonanceSurface:
 
 
 def steady(
-    model: Model,
+    model: Model | ToneModel,
     frequency: ArrayLike,
     force: Forces,
     phase: ArrayLike = 0.0,
@@ -191,12 +193,12 @@ def steady(
 
     Parameters
     ----------
-    model : Model
-        Model with one or two modes.
+    model : Model or ToneModel
+        Model with one or two modes, or with modes that share a tone.
     frequency : (..., modes) array_like
-        Forcing frequencies Omega_j [rad/s].
+        Forcing frequencies Omega_j [rad/s]; (..., 1) if the modes share a tone.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N].
+        Force amplitudes [N]; one if the modes share a tone.
     phase : float or (modes,) array_like, default 0.0
         Phases of the forces psi_j [rad].
 
@@ -234,6 +236,10 @@ def steady(
            [3.32]])
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
+    if isinstance(model, ToneModel):
+        states = ForcedTone.of(model, force, phase, Omega.ravel()).steady(Omega.ravel())
+        of_modes = [state.modal[: model.modes] for state in states]
+        return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
     if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"

@@ -33,8 +33,8 @@ from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts, FastModes
-from slipmode.rom.slow.tone.local_contacts import HIGHEST, LocalContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
+from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
 _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 

@@ -29,7 +29,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS, harmonic_orders
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.tone.dual_contacts import DualContacts
+from slipmode.rom.table.local.dual_contacts import DualContacts
 
 
 @frozen

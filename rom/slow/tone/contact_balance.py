@@ -18,7 +18,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
-from slipmode.rom.slow.tone.local_contacts import LocalContacts
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 _ITERATIONS, _HALVINGS = 60, 8
 # Relative change of x at which iterations end: with local contacts, and with coupled ones, which
@@ -108,10 +108,12 @@ class ContactBalance:
         found = [self._single(k)._coupled(contacts[k], x[k : k + 1]) for k in every]
         return np.array([each[0] for each in found]), np.array([each[1] for each in found])
 
-    def newton_step(self, contacts: CoupledContacts, x: Complexes, y: Complexes) -> Complexes:
-        """Return the change (N_c,) of x (N_c,) of a single structure by a step with y (N_c,)."""
+    def corrected(self, contacts: CoupledContacts, x: Complexes, y: Complexes) -> Complexes:
+        """Return y (N_c,) after a step of Newton's method from x, y (N_c,), of one structure."""
         slopes = self.local(x[np.newaxis])[1:]
-        return self._iterate(contacts, slopes, x - contacts.far @ y).step
+        at = self._iterate(contacts, slopes, x - contacts.far @ y)
+        by_x, by_conjugate = (each[0] for each in slopes)
+        return np.asarray(at.y + by_x * at.step + by_conjugate * at.step.conj())
 
     def _single(self, number: int) -> ContactBalance:
         """Return one of the structures."""

@@ -19,8 +19,8 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.tone.dual_contacts import DualContacts
-from slipmode.rom.slow.tone.local_contacts import HIGHEST, STEPS
+from slipmode.rom.table.local.dual_contacts import DualContacts
+from slipmode.rom.table.local.local_contacts import HIGHEST, STEPS
 
 _MARCH = 1e-7  # distance from periodicity
 FAST = 2.0  # harmonics may come close to modes beyond so many times the carrier

@@ -10,8 +10,8 @@ from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import percentage
-from slipmode.rom.slow.tone.local_contacts import LocalContacts
 from slipmode.rom.slow.tone.tone_modes import ToneModes
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 # Width of the bands of frequency within which the fast modes respond as in the middle, relative to
 # the reference frequency: their response changes by less than 1e-3.

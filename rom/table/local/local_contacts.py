@@ -19,7 +19,7 @@ from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.tone.dual_contacts import DualContacts
+from slipmode.rom.table.local.dual_contacts import DualContacts
 
 STEPS = 512  # per period
 _MARCH = 1e-8  # distance from periodicity
