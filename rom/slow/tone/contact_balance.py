@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -123,7 +124,9 @@ class ContactBalance:
 
     def _coupled(self, contacts: CoupledContacts, x: Complexes) -> tuple[Complexes, Complexes]:
         """Return x and y (N_c,) of a single structure, from the state x (1, N_c)."""
-        from scipy.optimize import NoConvergence, anderson  # take long to import
+        from scipy import optimize  # takes long to import
+
+        anderson: Any = optimize.anderson  # its types are those of one number
 
         y, *slopes = self.local(x)
         start = x[0] - contacts.far @ y[0]
@@ -149,7 +152,7 @@ class ContactBalance:
                     tol_norm=np.linalg.norm,
                     line_search=None,
                 )
-            except (NoConvergence, ValueError):
+            except (optimize.NoConvergence, ValueError):
                 raise self._unsettled() from None
         return last.x, last.y
 

@@ -48,7 +48,10 @@ class FastModes:
     def of(cls, static: Floats, frequency: Floats, motion: Floats, carrier: float) -> Self:
         """Return those of some real modes (modes,), (modes, N_c) that are fast."""
         fast = frequency >= FAST * carrier
-        return cls(0.5 * (static + static.T), frequency[fast], motion[fast])
+        # Differences of flexibilities may be negative by rounding.
+        size, directions = np.linalg.eigh(0.5 * (static + static.T))
+        positive = (directions * np.maximum(size, 0.0)) @ directions.T
+        return cls(positive, frequency[fast], motion[fast])
 
     def at(self, carrier: float) -> Floats:
         """Return their flexibility at a carrier [rad/s], (N_c, N_c) [m/N]."""

@@ -201,7 +201,7 @@ def tone_curve(
 
 def _frequencies(forced: ForcedTone, ends: Floats) -> Floats:
     """Return frequencies between two ends that are closer where amplitudes bend."""
-    Omega = np.linspace(*ends, _FIRST)
+    Omega = np.linspace(ends[0], ends[1], _FIRST)
     while True:
         a = forced.with_local_contacts(Omega)
         part = ((Omega[1:-1] - Omega[:-2]) / (Omega[2:] - Omega[:-2]))[:, np.newaxis]
@@ -209,5 +209,5 @@ def _frequencies(forced: ForcedTone, ends: Floats) -> Floats:
         bent = np.flatnonzero(bend > _BENDS * np.abs(a).max()) + 1
         gaps = np.unique(np.concatenate((bent - 1, bent)))
         if not bent.size or Omega.size + gaps.size > _MOST:
-            return Omega
+            return np.asarray(Omega)
         Omega = np.sort(np.append(Omega, 0.5 * (Omega[gaps] + Omega[gaps + 1])))

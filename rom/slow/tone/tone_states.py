@@ -17,15 +17,19 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.reduction.force_response import Forces, phasor
 from slipmode.rom.reduction.force_vector import force_vectors
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.table.local.local_contacts import STEPS
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
-from slipmode.rom.validity import warn
+from slipmode.rom.validity import Finding, warn
 
+# Error of first-order averaging relative to the share of stiffness due to contacts: 0.02 to 0.1 of
+# amplitudes from rest (tests/rom/slow/test_one_tone.py). Errors are reported beyond _LARGE.
+_AVERAGING, _LARGE = 0.1, 0.01
+_TINY = np.finfo(float).tiny
 _FINEST = 8  # factor of the steps and harmonics of the contacts
 _CLOSEST = 1e-5  # error at which the search for the state ends, relative to the largest amplitude
 
@@ -103,6 +107,26 @@ class ForcedTone:
         local = local_contacts(model.reduced, model.law, frequency, own)
         return ToneFlow(modes, local, own, frequency, model.tolerance)
 
+    def transient_findings(self, frequency: float) -> list[Finding]:
+        """Report that transients near a frequency [rad/s] have large errors."""
+        reduced, at = self.model.reduced, np.array([frequency])
+        assert reduced.contacts is not None
+        squares = (reduced.frequency**2)[:, np.newaxis]
+        share = float((reduced.spring**2 / squares @ reduced.contacts.reference).max())
+        local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].modal
+        off = np.abs(local - exact[: local.size]).max() / max(np.abs(local).max(), _TINY)
+        error = float(_AVERAGING * share + off)
+        if error <= _LARGE:
+            return []
+        reason = (
+            f"contacts have {percentage(share)} of the stiffness of a mode, and the harmonics by "
+            "which contacts act on each other, which transients neglect, change steady states by "
+            f"{percentage(float(off))}. Steady states (rom.steady) are exact; compare transients "
+            "with rom.full"
+        )
+        choice = f"have errors of about {percentage(error)}"
+        return [Finding("transients", choice, reason, "warning")]
+
     def _balance(self, frequency: float) -> ContactBalance:
         G, moved = self.response.flexibility(frequency), self.response.moved(frequency)
         stuck = np.zeros(moved.size)  # G contains the springs of the contacts
@@ -122,7 +146,7 @@ class ForcedTone:
             contacts = self._contacts(frequency, finer)
             better = balance.corrected(contacts, x[0], y[0])
             modal = self.response.modal(frequency, better)
-            size = max(float(np.abs(modal[own]).max()), np.finfo(float).tiny)
+            size = max(float(np.abs(modal[own]).max()), _TINY)
             error = np.abs(modal - self.response.modal(frequency, y[0]))[own] + _CLOSEST * size
             off = float(error.max()) / size
             if off <= tolerance:
@@ -166,6 +190,14 @@ def tone_flow(
     ------
     SlipmodeError
         If an argument is outside its range.
+
+    Warns
+    -----
+    ValidityWarning
+        If errors of transients are above 1 %, because contacts are strong or act on each other at
+        higher harmonics.
     """
     Omega = float(as_floats("frequency", frequency))
-    return ForcedTone.of(model, [force], phase, np.array([Omega])).flow(Omega)
+    forced = ForcedTone.of(model, [force], phase, np.array([Omega]))
+    warn(forced.transient_findings(Omega))
+    return forced.flow(Omega)

@@ -96,9 +96,11 @@ class LocalContacts:
         # |x| dk/d|x|
         bends = np.where(slips & (past < _FARTHEST), by_log * size / (size - self.onset), 0.0)
         turn = (x / size) ** 2
-        y, by_x, by_conjugate = k * x, k + 0.5 * bends, 0.5 * bends * turn
-        shape = given.shape
-        return y.reshape(shape), by_x.reshape(shape), by_conjugate.reshape(shape)
+        y, by_x, by_conjugate = (
+            np.asarray(each, dtype=complex).reshape(given.shape)
+            for each in (k * x, k + 0.5 * bends, 0.5 * bends * turn)
+        )
+        return y, by_x, by_conjugate
 
 
 def local_problem(
