@@ -6,10 +6,11 @@ Contact i moves by x_i = sum_k psi_ik a_k + the response of all other modes, and
 deficit y_i(|x_i|) x_i / |x_i|. Close or equal frequencies need this: amplitudes of modes on one
 tone act on each other through every contact.
 
-tone_flow.py         the amplitudes in time, step by step. Start here.
+tone_states.py       steady states and transients under one force. Start here.
+tone_curve.py        steady states against the frequency
+tone_response.py     linear response of a reduced structure with stuck contacts
+tone_flow.py         the amplitudes in time, step by step
 tone_modes.py        poles and shapes of the amplitudes
-local_contacts.py    what each contact does by itself
-contact_balance.py   steady states by Newton's method
+contact_balance.py   steady states of the contacts by Newton's method
 coupled_contacts.py  all contacts together, at the higher harmonics too
-dual_contacts.py     contacts whose displacement is given, as the core reads them
 """
