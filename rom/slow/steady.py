@@ -289,6 +289,7 @@ def resonance(
         If the model has one mode, a frequency axis is not one-dimensional, or `rom.steady` refuses
         a pair of frequencies.
     """
+    model.check_mode(0)
     axes = {"frequency_A": frequency_A, "frequency_B": frequency_B}
     if model.modes != 2:
         raise SlipmodeError("model: must be of two modes for a grid of two forcing frequencies")

@@ -171,6 +171,11 @@ def tabulate(
     if amplitude is None:
         if not reduced.shares_tone:
             raise SlipmodeError("amplitude: is missing; give the largest amplitude of each mode")
+        if (combinations, harmonics, headroom, detuning, budget) != (None, 0, 1.0, None, None):
+            raise SlipmodeError(
+                "tabulate: modes that share a tone have tables by contact, without combinations, "
+                "harmonics, headroom, detuning and budget; leave these out"
+            )
         return ToneModel.of(reduced, law, tolerance)
     reduced.refuse_shared_tone("amplitude: must be left out")
     amplitude_range = extended_range(amplitude, headroom)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import NoReturn, Self
 
 import numpy as np
 
@@ -13,6 +13,11 @@ from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+
+_NO_TABLE = (
+    "model: its modes share a tone, and it has no friction table over their amplitudes; use "
+    "rom.steady, rom.tone_curve or rom.tone_flow"
+)
 
 
 @frozen
@@ -49,9 +54,9 @@ class ToneModel:
         SlipmodeError
             If the law does not fit `reduced`, or the tolerance is outside its range.
         """
-        if not 1e-5 <= as_floats("tolerance", tolerance) <= 0.1:
+        if not 1e-4 <= as_floats("tolerance", tolerance) <= 0.1:
             raise SlipmodeError(
-                f"tolerance: must be 1e-5 to 0.1 for modes that share a tone, got {tolerance}"
+                f"tolerance: must be 1e-4 to 0.1 for modes that share a tone, got {tolerance}"
             )
         reference = None if reduced.contacts is None else reduced.contacts.reference
         check_law(reduced.n_contacts, reference, law)
@@ -64,6 +69,15 @@ class ToneModel:
     def modes(self) -> int:
         """Number of modes."""
         return len(self.reduced.modes)
+
+    @property
+    def table(self) -> NoReturn:
+        """Refuse what needs a friction table over the amplitudes of one or two modes."""
+        raise SlipmodeError(_NO_TABLE)
+
+    def check_mode(self, mode: int) -> NoReturn:
+        """Refuse what asks for a mode by itself."""
+        raise SlipmodeError(_NO_TABLE)
 
 
 def local_contacts(

@@ -10,7 +10,7 @@ from oracles.families import close_modes
 from oracles.harmonic_balance import balance
 from oracles.system import System, jenkins
 
-from slipmode import rom
+from slipmode import fmu, rom
 
 DISTANCES = 0.0, 1e-4, 3e-3, 0.01, 0.03, 0.1
 
@@ -159,6 +159,8 @@ def model():
         (lambda m: rom.steady(m, [50.0], [SHAPE]), "frequency: must be .*mode A resonates"),
         (lambda m: rom.steady(m, [4.8], [SHAPE, SHAPE]), "force: needs one entry"),
         (lambda m: rom.tone_curve(m, SHAPE, (5.0, 4.5)), "span: must be two increasing"),
+        (lambda m: rom.response_curve(m, [5.0], [SHAPE], "force", (1.0, 2.0)), "use rom.steady"),
+        (lambda m: fmu.Component(m), "model: its modes share a tone"),
     ],
 )
 def test_wrong_tones_are_refused(call, message, model):
