@@ -132,7 +132,13 @@ class ForcedTone:
         return [Finding("transients", choice, reason, "warning")]
 
     def _balance(self, frequency: float) -> ContactBalance:
-        G, moved = self.response.flexibility(frequency), self.response.moved(frequency)
+        try:
+            G, moved = self.response.flexibility(frequency), self.response.moved(frequency)
+        except np.linalg.LinAlgError:
+            raise SlipmodeError(
+                f"frequency = {frequency:g} rad/s: is the natural frequency of a mode without "
+                "damping; give the structure damping, or another frequency"
+            ) from None
         stuck = np.zeros(moved.size)  # G contains the springs of the contacts
         return ContactBalance(frequency, G[np.newaxis], moved[np.newaxis], self.model.local, stuck)
 

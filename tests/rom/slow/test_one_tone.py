@@ -135,6 +135,12 @@ def reduce(modes=(4, 5), tones=(0, 0), law=LAW, **options):
     return rom.reduce(structure, modes, law=law, tones=tones, warned=False, **options)
 
 
+def at_resonance():
+    two = {"mass": np.eye(2), "stiffness": np.eye(2), "damping": np.zeros((2, 2))}
+    reduced = rom.reduce(rom.Structure(**two, contact=[0, 1]), (0, 1), law=LAW, tones=(0, 0))
+    rom.steady(rom.tabulate(reduced, LAW), reduced.frequency[:1], [{0: 1.0}])
+
+
 @pytest.fixture(scope="module")
 def model():
     return rom.tabulate(reduce(), LAW)
@@ -161,6 +167,7 @@ def model():
         (lambda m: rom.tone_curve(m, SHAPE, (5.0, 4.5)), "span: must be two increasing"),
         (lambda m: rom.response_curve(m, [5.0], [SHAPE], "force", (1.0, 2.0)), "use rom.steady"),
         (lambda m: fmu.Component(m), "model: its modes share a tone"),
+        (lambda _: at_resonance(), "frequency = .*: is the natural frequency of a mode without"),
     ],
 )
 def test_wrong_tones_are_refused(call, message, model):
