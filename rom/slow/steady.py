@@ -198,7 +198,8 @@ def steady(
     frequency : (..., modes) array_like
         Forcing frequencies Omega_j [rad/s]; (..., 1) if the modes share a tone.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N]; one if the modes share a tone.
+        Force amplitudes [N]; one if the modes share a tone, complex where DOFs have phases of
+        their own.
     phase : float or (modes,) array_like, default 0.0
         Phases of the forces psi_j [rad].
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.tone_response import ToneResponse
-from slipmode.rom.slow.tone.tone_states import ForcedTone, ToneState
+from slipmode.rom.slow.tone.tone_states import ForcedTone, ToneForce, ToneState
 from slipmode.rom.slow.units import MODAL, SI, Units
 from slipmode.rom.table.local.tone_model import ToneModel
 
@@ -155,7 +155,7 @@ class ToneCurve:
 
 def tone_curve(
     model: ToneModel,
-    force: Mapping[int, float] | Sequence[float] | Floats,
+    force: ToneForce,
     span: Sequence[float],
     phase: float = 0.0,
 ) -> ToneCurve:
@@ -169,7 +169,8 @@ def tone_curve(
     model : ToneModel
         Model of modes that share a tone.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N].
+        Force amplitudes f [N] of Re(f exp(i Omega t)), complex where DOFs have phases of their
+        own.
     span : pair of float
         First and last frequency [rad/s].
     phase : float, default 0.0

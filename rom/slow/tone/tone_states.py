@@ -6,8 +6,8 @@ there, and put into these equations again with twice the time steps and harmonic
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Self
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
-from slipmode.rom.reduction.force_response import Forces, phasor
+from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
@@ -25,6 +25,8 @@ from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.table.local.local_contacts import STEPS
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
+
+ToneForce = Mapping[int, complex] | ArrayLike
 
 # Error of first-order averaging relative to the share of stiffness due to contacts: 0.02 to 0.1 of
 # amplitudes from rest (tests/rom/slow/test_one_tone.py). Errors are reported beyond _LARGE.
@@ -69,11 +71,13 @@ class ForcedTone:
     response: ToneResponse
 
     @classmethod
-    def of(cls, model: ToneModel, force: Forces, phase: ArrayLike, frequency: Floats) -> Self:
+    def of(
+        cls, model: ToneModel, force: Sequence[ToneForce], phase: ArrayLike, frequency: Floats
+    ) -> Self:
         """Return a model under a force, at frequencies (points,) [rad/s] that are checked."""
         if not isinstance(model, ToneModel):
             raise SlipmodeError("model: must be of modes that share a tone (rom.reduce(tones=))")
-        (vector,) = force_vectors(force, 1, model.reduced.n_dofs)
+        vector = _complex_vector(force, model.reduced.n_dofs)
         angle = as_floats("phase", phase)
         if angle.size != 1 or not np.isfinite(angle).all():
             raise SlipmodeError(f"phase: must be a finite number [rad], got {in_one_line(phase)}")
@@ -171,10 +175,27 @@ class ForcedTone:
         return CoupledContacts.of(law, response.fast, response.flexibility, frequency, finer)
 
 
+def _complex_vector(force: Any, n_dofs: int) -> Complexes:
+    """Return amplitudes (n,) of a list of one {DOF: amplitude} or array of complex numbers."""
+
+    def of(part: Callable[[Any], Any]) -> Floats:
+        given = force
+        if isinstance(force, Sequence | np.ndarray) and not isinstance(force, str):
+            given = [
+                {dof: part(amplitude) for dof, amplitude in each.items()}
+                if isinstance(each, Mapping)
+                else part(each)
+                for each in force
+            ]
+        return np.asarray(force_vectors(given, 1, n_dofs)[0])
+
+    return np.asarray(of(np.real) + 1j * of(np.imag))
+
+
 def tone_flow(
     model: ToneModel,
     frequency: float,
-    force: Mapping[int, float] | Sequence[float] | Floats,
+    force: ToneForce,
     phase: float = 0.0,
 ) -> ToneFlow:
     """Return a structure at rest whose modes share a tone, for stepping in time.
@@ -186,8 +207,8 @@ def tone_flow(
     frequency : float
         Forcing frequency at the start [rad/s]; it may change by 10 %.
     force : {DOF: amplitude} or (n,) array_like
-        Force amplitudes [N]. `ToneFlow.step` multiplies them by a magnitude, which is 0 at the
-        start.
+        Force amplitudes f [N] of Re(f exp(i Omega t)), complex where DOFs have phases of their
+        own. `ToneFlow.step` multiplies them by a magnitude, which is 0 at the start.
     phase : float, default 0.0
         Phase of the force [rad].
 
