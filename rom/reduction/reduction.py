@@ -20,7 +20,7 @@ from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.reduction.reduced import Formulation, Reduced
 from slipmode.rom.reduction.stuck import reduce_stuck
-from slipmode.rom.reduction.tones import check_tone, share_a_tone
+from slipmode.rom.reduction.tones import check_tone, share_a_tone, sliding_law
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.structure import Structure
 
@@ -118,6 +118,8 @@ def reduce(
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
     chosen = _checked_modes(modes)
     shared = share_a_tone(tones, len(chosen))
+    if shared:
+        sliding_law(law, structure.n_contacts)
     if not (shared or len(chosen) <= 2):
         raise SlipmodeError(
             f"modes: must be one or two modes with a tone each, got {in_one_line(modes)}; more "
@@ -145,7 +147,7 @@ def reduce(
     if shared:
         given = {"carrier": carrier, "force_patterns": force_patterns}
         given |= {"aerodynamics": aerodynamics}
-        check_tone(reduced.frequency, chosen, law, structure.n_contacts, given)
+        check_tone(reduced.frequency, chosen, given)
     if warned:
         warn(mode_frequency_findings(reduced.mode_names, reduced.frequency))
     if aerodynamics is not None:

@@ -46,19 +46,18 @@ def share_a_tone(tones: Sequence[int] | None, modes: int) -> bool:
     return True
 
 
-def check_tone(
-    frequency: Floats,
-    modes: Sequence[int],
-    law: Friction | None,
-    contacts: int,
-    given: Mapping[str, object],
-) -> None:
+def sliding_law(law: Friction | None, contacts: int) -> Elastic:
+    """Return a law whose contacts do not lift off; refuse any other."""
+    if isinstance(law, Elastic) and law.elements(contacts).odd:
+        return law
+    raise SlipmodeError(
+        "law: several modes on one tone need contacts that slide and do not lift off "
+        f"(rom.Jenkins, Iwan or Sliders), got {in_one_line(law)}"
+    )
+
+
+def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, object]) -> None:
     """Refuse modes (modes,) [rad/s] that cannot share a tone, and arguments that are given."""
-    if not (isinstance(law, Elastic) and law.elements(contacts).odd):
-        raise SlipmodeError(
-            "law: several modes on one tone need contacts that slide and do not lift off "
-            f"(rom.Jenkins, Iwan or Sliders), got {in_one_line(law)}"
-        )
     for key, value in given.items():
         if value is not None:
             raise SlipmodeError(f"{key}: must be left out if several modes share a tone")

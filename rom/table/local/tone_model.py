@@ -7,10 +7,11 @@ from typing import NoReturn, Self
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, as_floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.tones import sliding_law
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
@@ -60,10 +61,11 @@ class ToneModel:
             )
         reference = None if reduced.contacts is None else reduced.contacts.reference
         check_law(reduced.n_contacts, reference, law)
-        assert isinstance(law, Elastic)  # as `rom.reduce` ensures
+        sliding = sliding_law(law, reduced.n_contacts)
         middle = float(reduced.frequency.mean())
         alone = np.zeros(reduced.n_contacts, dtype=complex)
-        return cls(reduced, law, tolerance, local_contacts(reduced, law, middle, alone))
+        local = local_contacts(reduced, sliding, middle, alone)
+        return cls(reduced, sliding, tolerance, local)
 
     @property
     def modes(self) -> int:
@@ -89,4 +91,10 @@ def local_contacts(
     """
     harmonics = range(3, HIGHEST + 1, 2)
     every = (reduced.reaction(h * frequency) - reduced.stiffness for h in harmonics)
-    return LocalContacts.of(law, [at_carrier, *(np.diag(G) for G in every)], frequency)
+    try:
+        return LocalContacts.of(law, [at_carrier, *(np.diag(G) for G in every)], frequency)
+    except UnsettledError:
+        # Close to a mode a harmonic of one contact alone may not converge, while all contacts
+        # together do. Steady states include the mode, and transients state what they neglect.
+        static = np.diag(-reduced.stiffness).astype(complex)
+        return LocalContacts.of(law, [at_carrier, *(static for _ in harmonics)], frequency)
