@@ -237,14 +237,15 @@ def steady(
            [3.32]])
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
+    tones = 1 if isinstance(model, ToneModel) else model.modes
+    if Omega.shape[-1] != tones or not np.all(np.isfinite(Omega) & (Omega > 0)):
+        raise SlipmodeError(
+            f"frequency: must be finite and > 0 with a last axis of length {tones} [rad/s]"
+        )
     if isinstance(model, ToneModel):
         states = ForcedTone.of(model, force, phase, Omega.ravel()).steady(Omega.ravel())
         of_modes = [state.modal[: model.modes] for state in states]
         return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
-    if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
-        raise SlipmodeError(
-            f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
-        )
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     points = Omega.reshape(-1, model.modes)

@@ -24,7 +24,7 @@ SPAN = 0.1
 class ToneFlow:
     """Step a structure under one force in time, from rest.
 
-    `ToneModel.flow` and `MistunedDisk.flow` make it. With the force deficits y of the contacts and
+    `rom.tone_flow` and `MistunedDisk.flow` make it. With the force deficits y of the contacts and
     the magnitude F of the force, the amplitudes a_m of the modes with stuck contacts obey::
 
         a_m' = (s_m - i Omega) a_m + b_m F + l_m y.

@@ -129,8 +129,8 @@ class ForcedTone:
         reason = (
             f"contacts have {percentage(share)} of the stiffness of a mode, and the harmonics by "
             "which contacts act on each other, which transients neglect, change steady states by "
-            f"{percentage(float(off))}. Steady states (rom.steady) are exact; compare transients "
-            "with rom.full"
+            f"{percentage(float(off))}. Steady states (rom.steady) include them; compare "
+            "transients with rom.full"
         )
         choice = f"have errors of about {percentage(error)}"
         return [Finding("transients", choice, reason, "warning")]
