@@ -22,8 +22,10 @@ def stuck_modes(
     psi_stuck = hold @ psi
     K = np.diag(modes.square[pattern]) + psi.conj().T @ (springs[:, np.newaxis] * psi_stuck)
     shapes = modes.shapes[pattern]
-    on_modes = shapes.conj().T @ excited.modal
-    on_modes = on_modes - psi_stuck.conj().T @ (springs * excited.past_modes)
+
+    def on_modes(modal: Complexes, past_modes: Complexes) -> Complexes:
+        on_springs = psi_stuck.conj().T @ (springs * past_modes)
+        return np.asarray(shapes.conj().T @ modal - on_springs)
 
     def blades(modal: Complexes, magnitude: float, deficit: Complexes) -> Complexes:
         return modes.tuned.displacement(shapes @ modal)
@@ -32,7 +34,8 @@ def stuck_modes(
         0.5 * (K + K.conj().T),
         np.diag(modes.damping[pattern]),
         psi_stuck,
-        on_modes,
+        on_modes(excited.modal, excited.past_modes),
+        on_modes(excited.conjugate, excited.past_modes.conj()),
         frequency,
         static_flexibility=hold @ P,
         static_displacement=hold @ excited.past_modes,

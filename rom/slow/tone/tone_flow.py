@@ -61,6 +61,7 @@ class ToneFlow:
         tolerance: float,
     ) -> None:
         self.time, self.frequency, self.magnitude = 0.0, frequency, 0.0
+        self._angle = 0.0  # of the carrier [rad]
         self._modes, self._reference, self._own = modes, frequency, np.diag(own)
         self._amplitude: Floats = np.zeros((2, modes.slow.pole.size))
         self._deficit: Floats = np.zeros((2, own.size))
@@ -128,6 +129,9 @@ class ToneFlow:
             raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
         state = [each.copy() for each in (self._amplitude, self._deficit, self._next_step)]
         start = before if duration > 0.0 else ends
+        if duration == 0.0:
+            jump = ends[1] - before[1]
+            state[0] += _split(self._modes.slow.after_jump(jump, ends[0], self._angle))
         for band, inputs in self._in_bands(duration, start, ends):
             self._enter_band(band)
             status = kernel.lib.sm_tone_march(self._tone, inputs, *state)
@@ -139,6 +143,7 @@ class ToneFlow:
                 )
             kernel.check(status, "slow flow of the tone")
         self.time += duration
+        self._angle += 0.5 * duration * (before[0] + ends[0])
         self.frequency, self.magnitude = ends
         self._amplitude, self._deficit, self._next_step = state
 

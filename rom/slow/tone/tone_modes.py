@@ -34,8 +34,8 @@ class DampedModes:
         Displacements of the contacts per amplitude.
     projection : (M, N_c) complex ndarray
         Rates of the amplitudes per force deficit of the contacts.
-    excitation : (M,) complex ndarray
-        Rates of the amplitudes per magnitude of the force.
+    excitation, conjugate : (M,) complex ndarray
+        Rates of the amplitudes per magnitude of the force, and of its complex conjugate.
     """
 
     pole: Complexes
@@ -43,6 +43,7 @@ class DampedModes:
     motion: Complexes
     projection: Complexes
     excitation: Complexes
+    conjugate: Complexes
 
     def select(self, which: Any) -> Self:
         """Return some of the modes."""
@@ -52,7 +53,17 @@ class DampedModes:
             self.motion[:, which],
             self.projection[which],
             self.excitation[which],
+            self.conjugate[which],
         )
+
+    def after_jump(self, jump: float, frequency: float, angle: float) -> Complexes:
+        """Return the change of the amplitudes (M,) by a jump of the magnitude at a carrier angle.
+
+        The real motion of a mode, a exp(i theta) + c exp(-i theta), is continuous. Its part c
+        follows the force at once; that of the conjugate mode is among the fast modes.
+        """
+        c = jump * self.conjugate / (-1j * frequency - self.pole)
+        return np.asarray(-c * np.exp(-2j * angle))
 
     def steady(self, frequency: float, rates: Complexes) -> Complexes:
         """Return steady amplitudes under rates (M, ...) at a frequency [rad/s]."""
@@ -90,6 +101,7 @@ class ToneModes:
         damping: Complexes | Floats,
         motion: Complexes | Floats,
         force: Complexes | Floats,
+        conjugate: Complexes | Floats,
         frequency: float,
         **given: Any,
     ) -> Self:
@@ -101,8 +113,8 @@ class ToneModes:
             Hermitian, with stuck contacts.
         motion : (N_c, R) ndarray
             Displacements of the contacts per modal coordinate.
-        force : (R,) ndarray
-            Per magnitude of the force.
+        force, conjugate : (R,) ndarray
+            Per magnitude of the force, and of its complex conjugate.
         frequency : float
             Carrier [rad/s].
         **given
@@ -122,6 +134,7 @@ class ToneModes:
             motion @ shapes,
             participation @ motion.conj().T,
             participation @ force,
+            participation @ conjugate,
         )
         near = (pole.imag >= _LOWEST * frequency) & (pole.imag <= _HIGHEST * frequency)
         return cls(every.select(near), every.select(~near), **given)

@@ -92,6 +92,7 @@ class ToneResponse:
             np.diag(own) + reduced.damping_coupling,
             psi.T,
             self._on_modes,
+            self._on_modes.conj(),
             frequency,
             static_flexibility=without - psi[others].T @ np.linalg.solve(D, psi[others]),
             static_displacement=half @ beyond,
