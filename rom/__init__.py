@@ -26,7 +26,6 @@ from slipmode.rom.cyclic.diagrams import (
 )
 from slipmode.rom.cyclic.lumped_disk import lumped_disk
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
-from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.mistuned_disk import MistunedDisk
 from slipmode.rom.cyclic.mistuned.patterns import random_mistuning, stiffness_deviation
@@ -75,6 +74,9 @@ from slipmode.rom.slow.steady import (
     resonance_curve,
     steady,
 )
+from slipmode.rom.slow.tone.tone_curve import ToneCurve, tone_curve
+from slipmode.rom.slow.tone.tone_flow import ToneFlow
+from slipmode.rom.slow.tone.tone_states import tone_flow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.slow.units import Units
 from slipmode.rom.structure.damping import Rayleigh
@@ -84,6 +86,7 @@ from slipmode.rom.structure.pairing.motion_patches import MotionPatches, motion_
 from slipmode.rom.structure.pairing.pairs import ContactPairs
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
 from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.tabulation import tabulate
 
@@ -147,6 +150,9 @@ __all__ = [
     "SteadyState",
     "Structure",
     "Tanh",
+    "ToneCurve",
+    "ToneFlow",
+    "ToneModel",
     "TravellingWave",
     "Units",
     "ValidityWarning",
@@ -186,11 +192,15 @@ __all__ = [
     "sum_harmonics",
     "tabulate",
     "tabulate_waves",
+    "tone_curve",
+    "tone_flow",
     "travelling_wave",
     "two_mass",
 ]
 
 __version__ = version("slipmode")
+
+DiskFlow = ToneFlow  # of a mistuned disk
 
 # Remarks on results go to this logger; the user chooses whether they are shown.
 logging.getLogger("slipmode").addHandler(logging.NullHandler())

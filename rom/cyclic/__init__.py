@@ -11,7 +11,6 @@ lumped_disk.py      a disk of three masses a sector
 sector_mesh.py      SectorMesh, from the finite element model of a sector
 diameter_modes.py   modes of one nodal diameter, and their response
 diagrams.py         frequencies by nodal diameter, and Campbell diagrams
-dual_contacts.py    the contact problem of mistuned disks, as the core reads it
 wave/               travelling waves from one sector
 mistuned/           disks whose blades differ, all nodal diameters together
 """

@@ -10,8 +10,7 @@ torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact 
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; slow_flow.c: checked entries;
            branches/: curves of steady states; component/: the step-able component;
-           motion/: Eq. (12) along a trajectory
-cyclic/    amplitudes of disks whose blades differ
+           motion/: Eq. (12) along a trajectory; tone/: amplitudes of many modes on one tone
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the time integration
 base/      complex numbers, lanes, checks, messages

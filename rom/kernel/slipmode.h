@@ -483,6 +483,6 @@ SM_API void sm_component_work(const sm_component *component, uint64_t *accepted,
                               uint64_t *rejected);
 
 #include "slipmode_full.h"
-#include "slipmode_disk.h"
+#include "slipmode_tone.h"
 
 #endif

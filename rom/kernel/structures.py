@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 HEADERS = tuple(
-    Path(__file__).with_name(name) for name in ("slipmode.h", "slipmode_full.h", "slipmode_disk.h")
+    Path(__file__).with_name(name) for name in ("slipmode.h", "slipmode_full.h", "slipmode_tone.h")
 )
 DECLARATIONS = re.sub(r"/\*.*?\*/", "", "".join(map(Path.read_text, HEADERS)), flags=re.DOTALL)
 _NUMBERS = dict(re.findall(r"#define SM_(\w+) (\d+)", DECLARATIONS))
@@ -126,8 +126,8 @@ Branch = STRUCTURES["sm_branch"]
 Forced = STRUCTURES["sm_forced"]
 Motion = STRUCTURES["sm_motion"]
 Full = STRUCTURES["sm_full"]
-Disk = STRUCTURES["sm_disk"]
-DiskInputs = STRUCTURES["sm_disk_inputs"]
+Tone = STRUCTURES["sm_tone"]
+ToneInputs = STRUCTURES["sm_tone_inputs"]
 FullSamples = STRUCTURES["sm_full_samples"]
 ContactSamples = STRUCTURES["sm_contact_samples"]
 Trace = STRUCTURES["sm_trace"]

@@ -41,7 +41,7 @@ _ROUNDING = 1e-12  # work that is rounding, relative to the work of the forces o
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """Hold one or two modes coupled to the contact problem.
+    """Hold a few modes coupled to the contact problem.
 
     The displacements are x = mode_shapes q + nonresonant_shapes p + contact_shapes x_c, with the
     retained modes q_j = a_j exp(i theta_j) + c.c. and the nonresonant modes p. The contacts obey::
@@ -100,6 +100,8 @@ class Reduced:
         Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
     structure : Structure or None
         Structure that was reduced, for the static response of DOFs. It is not in files.
+    shares_tone : bool
+        Whether all modes are on one tone, under one force.
     """
 
     formulation: Formulation
@@ -127,6 +129,7 @@ class Reduced:
     force_patterns: Floats | None = None
     aerodynamics: Complexes | None = None
     structure: Structure | None = None
+    shares_tone: bool = False
 
     def __repr__(self) -> str:
         modes = ", ".join(
@@ -137,6 +140,18 @@ class Reduced:
             f"Reduced({self.formulation}, mode {modes}, {self.n_contacts} contacts, "
             f"{self.nonresonant_frequency.size} nonresonant modes, {self.n_dofs} DOFs)"
         )
+
+    @property
+    def mode_names(self) -> list[str]:
+        """Names of the modes: A and B, or A, A2, A3, ... if they share a tone."""
+        if self.shares_tone:
+            return ["A", *(f"A{k + 2}" for k in range(len(self.modes) - 1))]
+        return list("AB"[: len(self.modes)])
+
+    def refuse_shared_tone(self, refusal: str) -> None:
+        """Raise SlipmodeError, with this beginning, if the modes share a tone."""
+        if self.shares_tone:
+            raise SlipmodeError(f"{refusal}, because the modes share a tone (rom.reduce(tones=))")
 
     @property
     def n_dofs(self) -> int:

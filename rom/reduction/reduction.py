@@ -1,4 +1,4 @@
-"""Reduction of a structure to one or two modes and a contact problem of size N_c."""
+"""Reduction of a structure to a few modes and a contact problem of size N_c."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.reduction.reduced import Formulation, Reduced
 from slipmode.rom.reduction.stuck import reduce_stuck
+from slipmode.rom.reduction.tones import check_tone, share_a_tone, sliding_law
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.structure import Structure
 
@@ -40,18 +41,20 @@ def reduce(
     force_patterns: ForcePatterns | None = None,
     aerodynamics: Sequence[complex] | None = None,
     *,
+    tones: Sequence[int] | None = None,
     smallest_response: float = SMALLEST_RESPONSE,
     warned: bool = True,
     progress: bool = False,
 ) -> Reduced:
-    """Return a structure reduced to one or two modes with stuck contacts, and its contact DOFs.
+    """Return a structure reduced to a few modes with stuck contacts, and its contact DOFs.
 
     Parameters
     ----------
     structure : Structure
         Structure with n DOFs and N_c contact DOFs.
-    modes : sequence of one or two int, default (0, 1)
-        Modes with stuck contacts to retain: A, or A and B, numbered from 0 as in `rom.modes`.
+    modes : sequence of int, default (0, 1)
+        Modes with stuck contacts to retain, numbered from 0 as in `rom.modes`: A, or A and B; up
+        to 40 modes within 15 % of each other if they share a tone.
     formulation : {"consistent", "paper"}
         "consistent" includes residual flexibility, inertia and damping of the contacts, and the
         nonresonant response of modes that do not follow statically. "paper" has constraint modes
@@ -72,6 +75,11 @@ def reduce(
         q_j. The real part adds the modal stiffness Re c_j. The imaginary part adds the modal
         damping Im c_j / omega_j [1/s] with the natural frequency omega_j of the structure alone. A
         mode with negative total damping is self-excited (flutter), see `rom.limit_cycles`.
+    tones : sequence of int, optional
+        Tone of each mode. Modes on one tone, (0, 0, 0), move under one force at its frequency;
+        their frequencies may be equal. They need an elastic law without lift-off, and
+        `rom.tabulate` then returns a `ToneModel`. Default: mode j is on tone j, with a force and a
+        frequency of its own.
     smallest_response : float, default 1e-5
         Dynamic force of a mode on the contacts relative to the contact forces [-]. Modes follow
         statically from the frequency on at which harmonics of friction cause less. A table
@@ -109,6 +117,14 @@ def reduce(
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
     chosen = _checked_modes(modes)
+    shared = share_a_tone(tones, len(chosen))
+    if shared:
+        sliding_law(law, structure.n_contacts)
+    if not (shared or len(chosen) <= 2):
+        raise SlipmodeError(
+            f"modes: must be one or two modes with a tone each, got {in_one_line(modes)}; more "
+            "modes share a tone, tones=(0, 0, ...)"
+        )
     if not 0 <= as_floats("smallest_response", smallest_response) <= 1:
         raise SlipmodeError(f"smallest_response: must be 0 to 1, got {smallest_response}")
     if formulation == "paper":
@@ -127,9 +143,13 @@ def reduce(
         else:
             elements = law.elements(structure.n_contacts)
             reduced = reduce_stuck(structure, chosen, elements, smallest_response)
-    reduced = replace(reduced, structure=structure)
+    reduced = replace(reduced, structure=structure, shares_tone=shared)
+    if shared:
+        given = {"carrier": carrier, "force_patterns": force_patterns}
+        given |= {"aerodynamics": aerodynamics}
+        check_tone(reduced.frequency, chosen, given)
     if warned:
-        warn(mode_frequency_findings("AB", reduced.frequency))
+        warn(mode_frequency_findings(reduced.mode_names, reduced.frequency))
     if aerodynamics is not None:
         reduced = _aeroelastic(reduced, aerodynamics)
     if carrier is not None:
@@ -144,7 +164,7 @@ def reduce(
 def _checked_modes(modes: Sequence[int]) -> tuple[int, ...]:
     numbers = as_floats("modes", list(modes) if np.iterable(modes) else modes)
     different = set(numbers.ravel().tolist())
-    if numbers.ndim != 1 or len(different) != numbers.size or numbers.size not in (1, 2):
+    if numbers.ndim != 1 or len(different) != numbers.size or not numbers.size:
         raise SlipmodeError(f"modes: must be one or two different modes, got {in_one_line(modes)}")
     if not all(mode.is_integer() for mode in different):
         raise SlipmodeError(f"modes: must be integers, got {in_one_line(modes)}")

@@ -8,6 +8,7 @@ limit_cycle.py    limit cycles of self-excited modes
 answer_error.py   errors of steady states due to the friction table
 branches/         response curves, backbones, performance curves
 direct/           steady states without a table
+tone/             several modes on one tone: steady states, curves, runs
 trajectory.py     amplitudes of a run
 motion.py         contact and elastic motion of a run, Eqs. (12), (14)
 nonresonant/      response of the other modes

@@ -17,7 +17,9 @@ from slipmode.rom.slow.direct.contact_friction import has_contact_problem
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
+from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.slow.units import SI, Shown, Units
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import (
     can_carry,
@@ -180,7 +182,7 @@ class ResonanceSurface:
 
 
 def steady(
-    model: Model,
+    model: Model | ToneModel,
     frequency: ArrayLike,
     force: Forces,
     phase: ArrayLike = 0.0,
@@ -189,12 +191,13 @@ def steady(
 
     Parameters
     ----------
-    model : Model
-        Model with one or two modes.
+    model : Model or ToneModel
+        Model with one or two modes, or with modes that share a tone.
     frequency : (..., modes) array_like
-        Forcing frequencies Omega_j [rad/s].
+        Forcing frequencies Omega_j [rad/s]; (..., 1) if the modes share a tone.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N].
+        Force amplitudes [N]; one if the modes share a tone, complex where DOFs have phases of
+        their own.
     phase : float or (modes,) array_like, default 0.0
         Phases of the forces psi_j [rad].
 
@@ -235,10 +238,15 @@ def steady(
            [3.32]])
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
-    if Omega.shape[-1] != model.modes or not np.all(np.isfinite(Omega) & (Omega > 0)):
+    tones = 1 if isinstance(model, ToneModel) else model.modes
+    if Omega.shape[-1] != tones or not np.all(np.isfinite(Omega) & (Omega > 0)):
         raise SlipmodeError(
-            f"frequency: must be finite and > 0 with a last axis of length {model.modes} [rad/s]"
+            f"frequency: must be finite and > 0 with a last axis of length {tones} [rad/s]"
         )
+    if isinstance(model, ToneModel):
+        states = ForcedTone.of(model, force, phase, Omega.ravel()).steady(Omega.ravel())
+        of_modes = [state.modal[: model.modes] for state in states]
+        return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     points = Omega.reshape(-1, model.modes)
@@ -281,6 +289,7 @@ def resonance(
         If the model has one mode, a frequency axis is not one-dimensional, or `rom.steady` refuses
         a pair of frequencies.
     """
+    model.check_mode(0)
     axes = {"frequency_A": frequency_A, "frequency_B": frequency_B}
     if model.modes != 2:
         raise SlipmodeError("model: must be of two modes for a grid of two forcing frequencies")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from tqdm import tqdm
@@ -44,12 +44,14 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling, in_tasks
 from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 
+@overload
 def tabulate(
     reduced: Reduced,
     law: Friction,
@@ -64,7 +66,30 @@ def tabulate(
     threads: int | None = None,
     progress: bool = False,
     warned: bool = True,
-) -> Model:
+) -> Model: ...
+
+
+@overload
+def tabulate(
+    reduced: Reduced, law: Friction, amplitude: None = None, tolerance: float = 1e-3
+) -> ToneModel: ...
+
+
+def tabulate(
+    reduced: Reduced,
+    law: Friction,
+    amplitude: Sequence[float] | None = None,
+    tolerance: float = 1e-3,
+    *,
+    combinations: Sequence[CombinationResonance] | None = None,
+    harmonics: int = 0,
+    headroom: float = 1.0,
+    detuning: bool | float | None = None,
+    budget: float | None = None,
+    threads: int | None = None,
+    progress: bool = False,
+    warned: bool = True,
+) -> Model | ToneModel:
     """Return a model with the friction terms S_j tabulated over the amplitude plane.
 
     The contact problem is solved at nodes |a_A|, |a_B| on the torus of both phases, source
@@ -79,7 +104,9 @@ def tabulate(
         Tanh or Coulomb if `reduced` has rigid contacts. Otherwise the elastic law that
         `rom.reduce` received, or an elastic law with equal stiffness in stick.
     amplitude : sequence of float
-        Largest amplitude |a_j| of each mode [kg^1/2 m].
+        Largest amplitude |a_j| of each mode [kg^1/2 m]. It is left out, as all that follows the
+        tolerance, if the modes share a tone: their friction is tabulated contact by contact, for
+        any amplitude.
     tolerance : float, default 0.001
         Relative error of the amplitude equation [-], see Notes.
     combinations : sequence of CombinationResonance, optional
@@ -110,8 +137,9 @@ def tabulate(
 
     Returns
     -------
-    Model
-        Reduced structure and friction table, with the measured errors in `Model.accuracy`.
+    Model or ToneModel
+        Reduced structure and friction table, with the measured errors in `Model.accuracy`;
+        `ToneModel` if the modes share a tone.
 
     Raises
     ------
@@ -140,6 +168,16 @@ def tabulate(
     >>> abs(rom.steady(model, (0.98, 1.65), [{0: 0.15}, {1: 0.15}])).round(2)
     array([3.19, 0.53])
     """
+    if amplitude is None:
+        if not reduced.shares_tone:
+            raise SlipmodeError("amplitude: is missing; give the largest amplitude of each mode")
+        if (combinations, harmonics, headroom, detuning, budget) != (None, 0, 1.0, None, None):
+            raise SlipmodeError(
+                "tabulate: modes that share a tone have tables by contact, without combinations, "
+                "harmonics, headroom, detuning and budget; leave these out"
+            )
+        return ToneModel.of(reduced, law, tolerance)
+    reduced.refuse_shared_tone("amplitude: must be left out")
     amplitude_range = extended_range(amplitude, headroom)
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
     given = checked_budget(budget)

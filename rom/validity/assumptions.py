@@ -37,7 +37,8 @@ def check_carriers(reduced: Reduced, frequency: Floats, forced: Flags) -> None:
         check_carrier("frequency", "AB"[j], float(reduced.frequency[j]), frequency[..., j])
     if np.count_nonzero(forced) == 2 and carriers_meet(frequency[..., np.newaxis, :]).any():
         raise SlipmodeError(
-            "frequency: the frequencies of modes A and B must differ at each point"
+            "frequency: the frequencies of modes A and B must differ at each point; modes of one "
+            "frequency share a tone, rom.reduce(tones=(0, 0))"
         )
 
 

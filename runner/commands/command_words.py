@@ -36,6 +36,7 @@ _ADVICE = (
     (r"\(rom\.preload, in scenes \[preload\]\)", "([preload])"),
     (r": up to where friction holds it says rom\.limit_cycles", ", and friction does not hold it"),
     (r"; rom\.limit_cycles .*", ""),
+    (r"; modes of one frequency share a tone, .*", ""),
     (r"\bgive sample_rate= \[Hz\]", "give --sample-rate [Hz]"),
     (r"\bgive unit=, such as", "give --unit, such as"),
     (r"\bgive unit=$", "give --unit"),

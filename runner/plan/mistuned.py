@@ -9,10 +9,10 @@ import numpy as np
 
 from slipmode.rom import MistunedDisk, SlipmodeError, excited_diameter
 from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.mistuned.disk_flow import SPAN
 from slipmode.rom.errors import naming
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan, make_plan

@@ -80,6 +80,7 @@ def kept_reduction(
             modes=chosen,
             contacts=elements,
             structure=structure,
+            shares_tone=False,
             **stored,
         )
 

@@ -59,6 +59,15 @@ def case(
             return drawn
 
 
+def close_modes(seed: int, distance: float, shares: tuple[float, float] = SHARES) -> Case:
+    """Return a case of one tone on two modes at a relative distance of their frequencies."""
+    rng = np.random.default_rng([53, seed])
+    while True:
+        drawn = _drawn_close(seed, rng, distance, shares)
+        if drawn is not None:
+            return drawn
+
+
 def _chain(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, stiffness, and the directions that contacts and forces may have (n, choices)."""
     n = int(rng.integers(4, 8))
@@ -133,9 +142,64 @@ def _softening(laws: Sequence[Sliders], shape: np.ndarray, a: float) -> complex:
     return change
 
 
-def _drawn(seed, rng, modes, law, ratio, distance, shares):
+def _body(rng: np.random.Generator) -> tuple[str, np.ndarray, np.ndarray, np.ndarray]:
     body = str(rng.choice(BODIES))
-    M, K, choices = {"chain": _chain, "frame": _frame, "beam": _beam, "plate": _plate}[body](rng)
+    make = {"chain": _chain, "frame": _frame, "beam": _beam, "plate": _plate}[body]
+    return body, *make(rng)
+
+
+def _joints(law: str, limits: np.ndarray, k: np.ndarray) -> list[Sliders]:
+    joints = [jenkins(*pair) for pair in zip(limits.tolist(), k.tolist(), strict=True)]
+    if law == "Iwan":
+        spread = np.linspace(0.2, 1.8, SLIDERS) / SLIDERS
+        joints = [Sliders(tuple(spread * joint.limits), (joint.stuck / SLIDERS,) * SLIDERS)
+                  for joint in joints]  # fmt: skip
+    return joints
+
+
+def _drawn_close(seed, rng, distance, shares):
+    body, M, K, choices = _body(rng)
+    A, B = (0, 1) if rng.random() < 0.5 else (1, 2)
+    count = int(rng.integers(1, min(choices.shape[1], len(M)) + 1))
+    W = choices[:, rng.choice(choices.shape[1], count, replace=False)]
+    k = rng.uniform(0.5, 1.5, count)
+    share = float(np.exp(rng.uniform(*np.log(shares))))
+
+    def excess(size):
+        squares, shapes = scipy.linalg.eigh(K + size * (W * k) @ W.T, M)
+        return size * k @ (W.T @ shapes[:, A]) ** 2 / squares[A] - share
+
+    if excess(np.trace(K)) < 0.0:
+        return None
+    k = k * brentq(excess, 0.0, np.trace(K))
+    squares, shapes = scipy.linalg.eigh(K + (W * k) @ W.T, M)
+    omega = np.sqrt(squares)
+    omega[B] = (1.0 + distance) * omega[A]
+    apart = np.abs(np.delete(omega, [A, B])[:, np.newaxis] / omega[[A, B]] - 1.0)
+    K = M @ (shapes * omega**2) @ shapes.T @ M - (W * k) @ W.T
+    moved, point = np.abs(W.T @ shapes), choices[:, rng.integers(choices.shape[1])]
+    driven = np.abs(point @ shapes)
+    if (apart.min() < 0.15 or np.linalg.eigvalsh(K)[0] < 0.0
+            or moved[:, [A, B]].max(axis=0).min() < 0.1 * moved.max()
+            or driven[[A, B]].min() < 0.1 * driven.max()):  # fmt: skip
+        return None
+    zeta, level = rng.uniform(0.002, 0.005), float(np.exp(rng.uniform(np.log(0.9), np.log(5.0))))
+    law, a = str(rng.choice(["Jenkins", "Iwan"])), 0.5 / moved[:, A].max()
+    laws = _joints(law, k / level, k)
+    soft = _softening(laws, W.T @ shapes[:, A], a)
+    Omega = float(np.sqrt(omega[A] ** 2 + soft.real) * (1.0 + rng.uniform(-0.01, 0.01)))
+    size = 2.0 * a * abs(omega[A] ** 2 - Omega**2 + 2j * zeta * omega[A] * Omega + soft)
+    C = M @ (shapes * 2.0 * zeta * omega) @ shapes.T @ M
+    name = f"{seed}: {body}, {count} {law}, share {share:.2g}, level {level:.2g}"
+    order = tuple(int(np.sum(omega < omega[j] * (1.0 - 1e-9))) for j in (A, B))
+    chosen = (order[0], order[0] + 1)
+    system = System(M, 0.5 * (C + C.T), 0.5 * (K + K.T), W, laws)
+    tone = Tone(Omega, (size / driven[A] * point).astype(complex))
+    return Case(name, law, system, chosen, shapes[:, [A, B]], (tone,), (a,))
+
+
+def _drawn(seed, rng, modes, law, ratio, distance, shares):
+    body, M, K, choices = _body(rng)
     rigid = law in ("tanh", "Coulomb")
     most = min(10, choices.shape[1], 12 - len(M) if rigid else len(M))
     count = int(rng.integers(1, most + 1))
@@ -172,12 +236,8 @@ def _drawn(seed, rng, modes, law, ratio, distance, shares):
     amplitudes = [float((1.0 if modes == 1 else 0.5) / (2.0 * moved[:, j].max())) for j in chosen]
     level = float(np.exp(rng.uniform(np.log(0.9), np.log(5.0))))
     reach = max((2.0 * a * moved[:, j]).max() for a, j in zip(amplitudes, chosen, strict=True))
-    limits = (k * reach / level).tolist()
-    laws = [jenkins(*pair) for pair in zip(limits, k.tolist(), strict=True)]
-    if law == "Iwan":
-        spread = np.linspace(0.2, 1.8, SLIDERS) / SLIDERS
-        laws = [Sliders(tuple(spread * joint.limits), (joint.stuck / SLIDERS,) * SLIDERS)
-                for joint in laws]  # fmt: skip
+    limits = k * reach / level
+    laws = _joints(law, limits, k)
     softened = {
         j: _softening(laws, W.T @ shapes[:, j], a) for a, j in zip(amplitudes, chosen, strict=True)
     }

@@ -24,6 +24,7 @@ class Excited:
     """An engine-order excitation: half the modal forces (R,), and static effects on contacts."""
 
     modal: Complexes
+    conjugate: Complexes  # of the complex conjugate of the force, which turns the other way
     past_modes: Complexes  # (N N_c,), static displacement of the contacts besides the modes [m]
 
 
@@ -93,14 +94,20 @@ class TunedModes:
 
     def excited(self, engine_order: int, force: Complexes) -> Excited:
         """Return the effects of Re(f exp(i (Omega t + E 2 pi j / N))), with f (n_s,)."""
-        N = self.structure.sectors
-        k = engine_order % N
-        modes, own = self.by_diameter[k], self.diameter == k
-        modal = np.zeros(self.diameter.size, dtype=complex)
-        modal[own] = 0.5 * np.sqrt(N) * (modes.shapes.conj().T @ force)
+        k = engine_order % self.structure.sectors
+        modes = self.by_diameter[k]
         static = modes.past_modes(force[:, np.newaxis])[:, 0]
         past = self.structure.around(0.5 * (modes.contacts @ static), k)
-        return Excited(modal, past)
+        return Excited(self._modal(k, force), self._modal(-k, force.conj()), past)
+
+    def _modal(self, nodal_diameter: int, force: Complexes) -> Complexes:
+        """Return half the modal forces (R,) of a wave of forces f (n_s,) on sector 0."""
+        N = self.structure.sectors
+        k = nodal_diameter % N
+        modal = np.zeros(self.diameter.size, dtype=complex)
+        on_sector = self.by_diameter[k].shapes.conj().T @ force
+        modal[self.diameter == k] = 0.5 * np.sqrt(N) * on_sector
+        return modal
 
     def displacement(self, modal: Complexes) -> Complexes:
         """Return displacements of the free DOFs of all sectors (..., N, n_s) by modes (..., R)."""
@@ -117,8 +124,8 @@ def past_flexibility(by_diameter: Sequence[DiameterModes]) -> Complexes:
     return np.asarray(between[apart].swapaxes(1, 2).reshape(size, size))
 
 
-def real_modes(by_diameter: Sequence[DiameterModes], least: float) -> tuple[Floats, Floats]:
-    """Return modes of the tuned disk from a frequency `least` [rad/s] on, as standing waves.
+def real_modes(by_diameter: Sequence[DiameterModes]) -> tuple[Floats, Floats]:
+    """Return modes of the tuned disk as standing waves.
 
     Frequencies (modes,) [rad/s] and displacements of all contacts (modes, N N_c) [kg^-1/2].
     """
@@ -128,8 +135,6 @@ def real_modes(by_diameter: Sequence[DiameterModes], least: float) -> tuple[Floa
         turn = np.exp(2j * np.pi * (k * np.arange(N) % N) / N) / np.sqrt(N)
         single = k in (0, N / 2)
         for omega, psi in zip(modes.frequency, modes.contact_motion.T, strict=True):
-            if omega < least:
-                continue
             wave = (turn[:, np.newaxis] * psi).ravel()
             if single:  # real but for a phase
                 at = int(np.abs(wave).argmax())

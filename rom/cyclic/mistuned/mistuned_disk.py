@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,17 +17,24 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
-from slipmode.rom.cyclic.mistuned.coupled_contacts import CoupledContacts
-from slipmode.rom.cyclic.mistuned.disk_balance import DiskBalance
-from slipmode.rom.cyclic.mistuned.disk_flow import DiskFlow, Script
-from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
+from slipmode.rom.cyclic.mistuned.disk_modes import (
+    Excited,
+    MistunedModes,
+    TunedModes,
+    past_flexibility,
+    real_modes,
+)
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.internal_resonance import InternalResonance, internal_resonance
-from slipmode.rom.cyclic.mistuned.local_contacts import HIGHEST, LocalContacts
-from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
+from slipmode.rom.cyclic.mistuned.script import Script
+from slipmode.rom.cyclic.mistuned.stuck_modes import stuck_modes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
-from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.contacts import Contacts, Elastic
+from slipmode.rom.slow.tone.contact_balance import ContactBalance
+from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts, FastModes
+from slipmode.rom.slow.tone.tone_flow import ToneFlow
+from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
 _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
@@ -145,11 +153,10 @@ class MistunedDisk:
         )
         for each in each_frequency:
             at = self._modes.at(each, excited)
-            balance = DiskBalance(at, contacts, self._springs)
+            balance = ContactBalance(each, at.flexibility, at.moved, contacts, self._springs)
             x, y = balance.with_local_contacts(x)
             if not local:
-                together = CoupledContacts.of(self._modes, self._stuck, self.law, each)
-                x, y = balance.with_coupled_contacts(together, x)
+                x, y = balance.with_coupled_contacts(self._coupled(each), x)
             found.append(at.displacement(y - self._springs * x))
         return DiskResponse(omega, np.stack(found, axis=1))
 
@@ -161,7 +168,7 @@ class MistunedDisk:
         *,
         pattern: int = 0,
         tolerance: float = 1e-3,
-    ) -> DiskFlow:
+    ) -> ToneFlow:
         """Return a disk at rest, for stepping in time.
 
         Parameters
@@ -172,7 +179,7 @@ class MistunedDisk:
             Engine order E: the force on sector j is Re(f exp(i (Omega t + E 2 pi j / N))).
         force : {DOF: amplitude} or (n_s,) array_like
             Complex amplitudes f on the free DOFs of sector 0 [N].
-            `DiskFlow.step` multiplies them by a magnitude, which is 0 at the start.
+            `ToneFlow.step` multiplies them by a magnitude, which is 0 at the start.
         pattern : int, default 0
             Row of `deviation`.
         tolerance : float, default 0.001
@@ -180,7 +187,7 @@ class MistunedDisk:
 
         Returns
         -------
-        DiskFlow
+        ToneFlow
             Disk at time 0.
 
         Raises
@@ -258,17 +265,17 @@ class MistunedDisk:
 
     def _flows(
         self, patterns: range, frequency: float, excited: Excited, tolerance: float = 1e-3
-    ) -> Iterator[DiskFlow]:
+    ) -> Iterator[ToneFlow]:
         """Yield patterns at rest; all of them have the local contacts of the first."""
         sectors, contacts = self.structure.sectors, self.structure.n_contacts
         local: LocalContacts | None = None
         for pattern in patterns:
-            modes = StuckModes.of(self._modes, pattern, self._springs, excited, frequency)
+            modes = stuck_modes(self._modes, pattern, self._springs, excited, frequency)
             if local is None:
                 every = np.diag(modes.flexibility(frequency))
                 own = every.reshape(sectors, contacts).mean(axis=0)
                 local = self._local(frequency, own)
-            yield DiskFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
+            yield ToneFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
 
     def amplification(
         self,
@@ -408,6 +415,25 @@ class MistunedDisk:
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
         warn(self.internal_resonance(engine_order, frequency).findings(), stacklevel=4)
+
+    def _coupled(self, frequency: float) -> list[CoupledContacts]:
+        """Return all contacts of each pattern together."""
+        sectors, size = self.structure.sectors, self.structure.n_contacts
+        groups: Any = [(self.law, range(j * size, (j + 1) * size)) for j in range(sectors)]
+        static = past_flexibility(self._stuck).real
+        fast = FastModes.of(static, *real_modes(self._stuck), frequency)
+
+        @cache
+        def flexibility(nu: float) -> Complexes:
+            """Return the flexibility with stuck contacts, (patterns, N N_c, N N_c)."""
+            G = self._modes.flexibility(nu)
+            return np.asarray(np.linalg.solve(np.eye(self._springs.size) + G * self._springs, G))
+
+        def of_pattern(pattern: int) -> CoupledContacts:
+            law = Contacts(groups)
+            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[pattern], frequency)
+
+        return [of_pattern(pattern) for pattern in range(len(self.deviation))]
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.

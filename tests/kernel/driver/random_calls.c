@@ -9,7 +9,7 @@ void check_elastic_refusals(void);
 void check_torus_refusals(void);
 void check_slow_flow_refusals(void);
 void check_curves_refusals(void);
-void check_disk_refusals(void);
+void check_tone_refusals(void);
 void check_full_refusals(void);
 int random_elastic_call(void);
 
@@ -133,7 +133,7 @@ static void check_creation(model *m) {
 void check_refusals(int times) {
     void (*const others[])(void) = {check_friction_refusals,  check_elastic_refusals,
                                     check_torus_refusals,     check_slow_flow_refusals,
-                                    check_curves_refusals,    check_disk_refusals,
+                                    check_curves_refusals,    check_tone_refusals,
                                     check_full_refusals};
     model m;
     (void)times;

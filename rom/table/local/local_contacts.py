@@ -1,9 +1,10 @@
-"""What the contacts of a disk do at one frequency, each with an amplitude of its own.
+"""What each contact does at one frequency, with an amplitude of its own.
 
-At the higher harmonics a contact responds to its own force by the mean flexibility g_h of all
-nodal diameters; what it does to other contacts there is of second order. Its force deficit at the
-carrier is then y(|x|) x / |x| of its own displacement 2 Re(x exp(i Omega t)): one function for
-each contact of a sector, whatever the waves.
+At the higher harmonics a contact responds to its own force by its own flexibility g_h; what it
+does to other contacts there is of second order. Its force deficit at the carrier is then
+y(|x|) x / |x| of its own displacement 2 Re(x exp(i Omega t)): one function for each kind of
+contact, whatever the modes. On a disk the contacts of all sectors are of the same kinds, and g_h
+is the mean over all nodal diameters.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import numpy as np
 from slipmode.rom.arrays import Complexes
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.cyclic.dual_contacts import DualContacts
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.local.dual_contacts import DualContacts
 
 STEPS = 512  # per period
 _MARCH = 1e-8  # distance from periodicity
@@ -29,14 +30,14 @@ HIGHEST = 15  # harmonic to which the contacts respond
 
 @frozen
 class LocalContacts:
-    """The force deficit of each contact of a sector against its displacement.
+    """The force deficit of each kind of contact against its displacement.
 
     Attributes
     ----------
     onset : float
         |x| at which the first contact begins to slip [m].
     secant : CubicHermiteSpline
-        y / |x| of the contacts, real and imaginary parts (2 N_c,) [N/m], against
+        y / |x| of the kinds, real and imaginary parts (2 kinds,) [N/m], against
         log(|x| / onset - 1). It ends where the contacts hardly hold.
     """
 
@@ -44,18 +45,18 @@ class LocalContacts:
     secant: Any
 
     @property
-    def contacts(self) -> int:
-        """Number N_c of contacts of a sector."""
+    def kinds(self) -> int:
+        """Number of kinds of contacts."""
         return int(self.secant.c.shape[-1]) // 2
 
     @classmethod
     def of(cls, law: Elastic, flexibility: Sequence[Complexes], frequency: float) -> Self:
-        """Return the contacts of a sector.
+        """Return the contacts of a law.
 
         Parameters
         ----------
         law : Elastic
-        flexibility : sequence of (N_c,) complex ndarray
+        flexibility : sequence of (kinds,) complex ndarray
             g_h of the odd harmonics h = 1, 3, ... of each contact. With g_1 the displacement below
             is the drive, x - g_1 y; 0: the displacement itself.
         frequency : float
@@ -76,23 +77,30 @@ class LocalContacts:
         return cls(onset, CubicHermiteSpline(log, parts, slopes))
 
     def __call__(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-        """Return y and its derivatives by x and by conj(x), at displacements x (..., N_c)."""
+        """Return y and its derivatives by x and by conj(x), at displacements x (..., N_c).
+
+        Contact j is of the kind j modulo the number of kinds.
+        """
+        given, x = x, x.reshape(*x.shape[:-1], -1, self.kinds)
         size = np.maximum(np.abs(x), np.finfo(float).tiny)
         past = size / self.onset - 1.0
         slips = past > _NEAREST
         log = np.log(np.clip(past, _NEAREST, _FARTHEST))
-        contacts = x.shape[-1]
-        columns = np.arange(contacts)
+        columns = np.arange(self.kinds)
         found, slope = (self.secant(log, k)[..., columns, :] for k in (0, 1))
         k, by_log = (
-            each[..., columns, columns] + 1j * each[..., columns, columns + contacts]
+            each[..., columns, columns] + 1j * each[..., columns, columns + self.kinds]
             for each in (found, slope)
         )
         k = np.where(slips, k, 0.0)
         # |x| dk/d|x|
         bends = np.where(slips & (past < _FARTHEST), by_log * size / (size - self.onset), 0.0)
         turn = (x / size) ** 2
-        return np.asarray(k * x), np.asarray(k + 0.5 * bends), np.asarray(0.5 * bends * turn)
+        y, by_x, by_conjugate = (
+            np.asarray(each, dtype=complex).reshape(given.shape)
+            for each in (k * x, k + 0.5 * bends, 0.5 * bends * turn)
+        )
+        return y, by_x, by_conjugate
 
 
 def local_problem(

@@ -1,11 +1,11 @@
-/* Amplitudes of a disk by the exponential Runge-Kutta method of fourth order of Cox and Matthews,
+/* Amplitudes on one tone by the exponential Runge-Kutta method of fourth order of Cox and Matthews,
  * J. Comput. Phys. 176 (2002), with steps by an error estimate. */
 #include <math.h>
 
 #include "base/check.h"
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
-#include "cyclic/disk_flow.h"
+#include "slow/tone/tone_flow.h"
 
 #define STAGES 4
 #define WEIGHTS 7 /* per mode: see coefficients() */
@@ -15,16 +15,16 @@
 #define MAX_SIZE 16384 /* modes, contacts, nodes: counts of doubles fit in 32 bits */
 
 typedef struct {
-    sm_disk_flow flow;
+    sm_tone_flow flow;
     double *a, *next;     /* (2, M) */
     double *load[STAGES]; /* (2, M) at the stages; the first is at a */
     double *end;          /* (2, M) load at the next amplitudes */
     double *weight;       /* (WEIGHTS, 2, M) */
 } march;
 
-static void place(march *m, const sm_disk *disk, sm_block *block) {
-    const size_t size = 2 * (size_t)disk->modes;
-    sm_disk_flow_place(&m->flow, disk, block);
+static void place(march *m, const sm_tone *tone, sm_block *block) {
+    const size_t size = 2 * (size_t)tone->modes;
+    sm_tone_flow_place(&m->flow, tone, block);
     m->a = sm_take(block, size);
     m->next = sm_take(block, size);
     for (int stage = 0; stage < STAGES; stage++) m->load[stage] = sm_take(block, size);
@@ -65,10 +65,10 @@ static void double_argument(const sm_complex phi[4], sm_complex to[4]) {
 /* Weights of a step h at a mean frequency: exp(z / 2), exp(z), and h times phi_1(z / 2) / 2,
  * phi_1(z / 2), and of the first, the middle and the last stage. */
 static void coefficients(march *m, double h, double frequency) {
-    const sm_disk *disk = m->flow.disk;
-    const int M = disk->modes;
+    const sm_tone *tone = m->flow.tone;
+    const int M = tone->modes;
     for (int k = 0; k < M; k++) {
-        const sm_complex z = sm_cx(h * disk->pole[k], h * (disk->pole[M + k] - frequency));
+        const sm_complex z = sm_cx(h * tone->pole[k], h * (tone->pole[M + k] - frequency));
         sm_complex half[4], phi[4];
         phi_functions(sm_cscale(z, 0.5), half);
         double_argument(half, phi);
@@ -90,7 +90,7 @@ static void coefficients(march *m, double h, double frequency) {
 
 /* to = (add ? to : 0) + weight * x, mode by mode. */
 static void weigh(const march *m, int weight, const double *x, int add, double *to) {
-    const int M = m->flow.disk->modes;
+    const int M = m->flow.tone->modes;
     const double *re = m->weight + 2 * weight * M, *im = re + M;
     for (int k = 0; k < M; k++) {
         const double a = re[k] * x[k] - im[k] * x[M + k], b = re[k] * x[M + k] + im[k] * x[k];
@@ -103,34 +103,34 @@ enum { HALF, WHOLE, TO_HALF, LAST_PART, FIRST, MIDDLE, LAST };
 
 /* `next` and the load there, from a and its load; `from` and `to` are parts of the march. */
 static sm_status step(march *m, double from, double to) {
-    const int size = 2 * m->flow.disk->modes;
+    const int size = 2 * m->flow.tone->modes;
     const double middle = 0.5 * (from + to);
     double *stage = m->next; /* not needed before the last sum */
     sm_status status = SM_OK;
     weigh(m, HALF, m->a, 0, stage);
     weigh(m, TO_HALF, m->load[0], 1, stage);
-    if ((status = sm_disk_flow_load(&m->flow, middle, stage, m->load[1])) != SM_OK) return status;
+    if ((status = sm_tone_flow_load(&m->flow, middle, stage, m->load[1])) != SM_OK) return status;
     weigh(m, HALF, m->a, 0, m->end);
     weigh(m, TO_HALF, m->load[1], 1, m->end);
-    if ((status = sm_disk_flow_load(&m->flow, middle, m->end, m->load[2])) != SM_OK) return status;
+    if ((status = sm_tone_flow_load(&m->flow, middle, m->end, m->load[2])) != SM_OK) return status;
     /* the second half step, from the first half step, with the load 2 n_3 - n_1 */
     weigh(m, WHOLE, m->a, 0, stage);
     weigh(m, LAST_PART, m->load[0], 1, stage);
     for (int i = 0; i < size; i++) m->end[i] = 2.0 * m->load[2][i];
     weigh(m, TO_HALF, m->end, 1, stage);
-    if ((status = sm_disk_flow_load(&m->flow, to, stage, m->load[3])) != SM_OK) return status;
+    if ((status = sm_tone_flow_load(&m->flow, to, stage, m->load[3])) != SM_OK) return status;
     weigh(m, WHOLE, m->a, 0, m->next);
     weigh(m, FIRST, m->load[0], 1, m->next);
     weigh(m, MIDDLE, m->load[1], 1, m->next);
     weigh(m, MIDDLE, m->load[2], 1, m->next);
     weigh(m, LAST, m->load[3], 1, m->next);
-    return sm_disk_flow_load(&m->flow, to, m->next, m->end);
+    return sm_tone_flow_load(&m->flow, to, m->next, m->end);
 }
 
 /* Estimated error relative to the amplitudes: with the load at the end instead of that of the last
  * stage, the method is another one of third order or more. */
 static double error_of(march *m) {
-    const int size = 2 * m->flow.disk->modes;
+    const int size = 2 * m->flow.tone->modes;
     double *difference = m->load[3];
     for (int i = 0; i < size; i++) difference[i] -= m->end[i];
     double *error = m->load[2];
@@ -144,55 +144,55 @@ static double error_of(march *m) {
     return sum > 0.0 ? sqrt(sum / fmax(before, after)) : sum;
 }
 
-static sm_status check_numbers(const sm_disk *disk, const sm_disk_inputs *inputs) {
-    const double positive[] = {disk->onset, disk->spacing, disk->tolerance, inputs->frequency[0],
+static sm_status check_numbers(const sm_tone *tone, const sm_tone_inputs *inputs) {
+    const double positive[] = {tone->onset, tone->spacing, tone->tolerance, inputs->frequency[0],
                                inputs->frequency[1]};
     sm_status status = sm_check_not_negative(inputs->duration);
     for (size_t i = 0; i < sizeof positive / sizeof *positive && status == SM_OK; i++)
         status = sm_check_positive(positive[i]);
-    if (status == SM_OK) status = sm_check_not_negative(disk->contraction);
+    if (status == SM_OK) status = sm_check_not_negative(tone->contraction);
     if (status != SM_OK) return status;
-    return isfinite(disk->first) && sm_all_finite(inputs->force, 2) ? SM_OK : SM_NOT_FINITE;
+    return isfinite(tone->first) && sm_all_finite(inputs->force, 2) ? SM_OK : SM_NOT_FINITE;
 }
 
-static sm_status check(const sm_disk *disk, const sm_disk_inputs *inputs, const double *amplitude,
+static sm_status check(const sm_tone *tone, const sm_tone_inputs *inputs, const double *amplitude,
                        const double *deficit, const double *step_size) {
-    if (!disk || !inputs || !amplitude || !deficit || !step_size) return SM_BAD_ARGUMENT;
-    if (disk->modes < 1 || disk->modes > MAX_SIZE || disk->contacts < 1
-        || disk->contacts > MAX_SIZE || disk->nodes < 2 || disk->nodes > MAX_SIZE
-        || disk->kinds < 1 || disk->contacts % disk->kinds != 0)
+    if (!tone || !inputs || !amplitude || !deficit || !step_size) return SM_BAD_ARGUMENT;
+    if (tone->modes < 1 || tone->modes > MAX_SIZE || tone->contacts < 1
+        || tone->contacts > MAX_SIZE || tone->nodes < 2 || tone->nodes > MAX_SIZE
+        || tone->kinds < 1 || tone->contacts % tone->kinds != 0)
         return SM_BAD_ARGUMENT;
-    const size_t M = 2 * (size_t)disk->modes, n = (size_t)disk->contacts;
+    const size_t M = 2 * (size_t)tone->modes, n = (size_t)tone->contacts;
     const struct {
         const double *values;
         size_t count;
-    } arrays[] = {{disk->pole, M},
-                  {disk->excitation, M},
-                  {disk->motion, M * n},
-                  {disk->projection, M * n},
-                  {disk->others, 2 * n * (n + 1)},
-                  {disk->secant, 4 * (size_t)disk->nodes * (size_t)disk->kinds},
+    } arrays[] = {{tone->pole, M},
+                  {tone->excitation, M},
+                  {tone->motion, M * n},
+                  {tone->projection, M * n},
+                  {tone->others, 2 * n * (n + 1)},
+                  {tone->secant, 4 * (size_t)tone->nodes * (size_t)tone->kinds},
                   {amplitude, M},
                   {deficit, 2 * n}};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
         if (!arrays[i].values) return SM_BAD_ARGUMENT;
         if (!sm_all_finite(arrays[i].values, arrays[i].count)) return SM_NOT_FINITE;
     }
-    const sm_status status = check_numbers(disk, inputs);
+    const sm_status status = check_numbers(tone, inputs);
     return status == SM_OK ? sm_check_not_negative(*step_size) : status;
 }
 
 static sm_status run(march *m, double *suggested) {
-    const sm_disk *disk = m->flow.disk;
-    const sm_disk_inputs *in = m->flow.inputs;
-    const size_t bytes = 2 * (size_t)disk->modes * sizeof(double);
+    const sm_tone *tone = m->flow.tone;
+    const sm_tone_inputs *in = m->flow.inputs;
+    const size_t bytes = 2 * (size_t)tone->modes * sizeof(double);
     const double swept = in->frequency[1] - in->frequency[0];
     const double period = SM_TWO_PI / fmax(in->frequency[0], in->frequency[1]);
     /* A sweep turns the phase by |Omega'| h^2 / 8 against a constant frequency. */
-    const double slow = sqrt(8.0 * disk->tolerance * in->duration / fabs(swept));
+    const double slow = sqrt(8.0 * tone->tolerance * in->duration / fabs(swept));
     const double longest = fmin(LONGEST * period, slow);
     double h = *suggested > 0.0 ? fmin(*suggested, longest) : fmin(period, longest);
-    sm_status status = sm_disk_flow_load(&m->flow, 0.0, m->a, m->load[0]);
+    sm_status status = sm_tone_flow_load(&m->flow, 0.0, m->a, m->load[0]);
     double time = 0.0;
     while (status == SM_OK && time < in->duration) {
         const double left = in->duration - time;
@@ -202,7 +202,7 @@ static sm_status run(march *m, double *suggested) {
         const double to = taken == left ? 1.0 : (time + taken) / in->duration;
         coefficients(m, taken, in->frequency[0] + 0.5 * (from + to) * swept);
         if ((status = step(m, from, to)) != SM_OK) return status;
-        const double error = error_of(m) / disk->tolerance;
+        const double error = error_of(m) / tone->tolerance;
         if (isnan(error)) return SM_NOT_FINITE;
         const double grow = error > 0.0 ? fmin(fmax(0.9 * pow(error, -0.25), 0.2), 2.0) : 2.0;
         if (error > 1.0) {
@@ -219,17 +219,17 @@ static sm_status run(march *m, double *suggested) {
     return status;
 }
 
-sm_status sm_disk_march(const sm_disk *disk, const sm_disk_inputs *inputs, double *amplitude,
+sm_status sm_tone_march(const sm_tone *tone, const sm_tone_inputs *inputs, double *amplitude,
                         double *deficit, double *step_size) {
-    sm_status status = check(disk, inputs, amplitude, deficit, step_size);
+    sm_status status = check(tone, inputs, amplitude, deficit, step_size);
     if (status != SM_OK) return status;
-    march m = {.flow = {.disk = disk, .inputs = inputs}};
+    march m = {.flow = {.tone = tone, .inputs = inputs}};
     sm_block block = {NULL, 0};
-    const size_t a_size = 2 * (size_t)disk->modes, y_size = 2 * (size_t)disk->contacts;
+    const size_t a_size = 2 * (size_t)tone->modes, y_size = 2 * (size_t)tone->contacts;
     double suggested = *step_size;
-    place(&m, disk, &block);
+    place(&m, tone, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
-    place(&m, disk, &block);
+    place(&m, tone, &block);
     memcpy(m.a, amplitude, a_size * sizeof(double));
     memcpy(m.flow.deficit, deficit, y_size * sizeof(double));
     status = run(&m, &suggested);

@@ -1,6 +1,6 @@
-/* Slow flow of a disk whose blades differ: amplitudes of all modes near one frequency. */
-#ifndef SLIPMODE_DISK_H
-#define SLIPMODE_DISK_H
+/* Slow flow of one tone: amplitudes of many modes under one force, with friction by contact. */
+#ifndef SLIPMODE_TONE_H
+#define SLIPMODE_TONE_H
 
 #include "slipmode.h"
 
@@ -11,8 +11,8 @@
  * imaginary parts; matrices are columns of these. */
 typedef struct {
     int32_t modes;            /* M */
-    int32_t contacts;         /* n of all sectors, a multiple of `kinds` */
-    int32_t kinds;            /* contacts of a sector: contact j has table j % kinds */
+    int32_t contacts;         /* n, a multiple of `kinds` */
+    int32_t kinds;            /* of contacts: contact j has table j % kinds */
     int32_t nodes;            /* of the tables, 2 or more */
     const double *pole;       /* (2, M) s_m [1/s] */
     const double *excitation; /* (2, M) b_m */
@@ -24,19 +24,19 @@ typedef struct {
     const double *secant;     /* (nodes, kinds, 2, 2) k and its slope per node, real, imaginary */
     double contraction;       /* |k| |G|: how strongly contacts act on each other */
     double tolerance;         /* of a step, relative to the amplitudes */
-} sm_disk;
+} sm_tone;
 
 /* Inputs that change linearly during a march. */
 typedef struct {
     double duration;     /* [s] */
     double frequency[2]; /* Omega at the start and at the end [rad/s] */
     double force[2];     /* F */
-} sm_disk_inputs;
+} sm_tone_inputs;
 
 /* Advances the amplitudes (2, M). The deficits (2, n) are a guess, and those at the end. `step` is
  * the first step to try [s], 0 if unknown; at the end the next one. All three are unchanged on
  * any status but SM_OK: SM_NOT_CONVERGED if no deficits were found. */
-SM_API sm_status sm_disk_march(const sm_disk *disk, const sm_disk_inputs *inputs,
+SM_API sm_status sm_tone_march(const sm_tone *tone, const sm_tone_inputs *inputs,
                                double *amplitude, double *deficit, double *step);
 
 #endif

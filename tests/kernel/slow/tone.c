@@ -1,7 +1,7 @@
-/* Calls of the slow flow of a disk whose blades differ, under contacts of constant secants. */
+/* Calls of the slow flow of one tone, under contacts of constant secants. */
 #include "fixtures.h"
 
-void check_disk_refusals(void);
+void check_tone_refusals(void);
 
 #define MODES 3
 #define CONTACTS 10 /* more than a block of rows, and not a multiple */
@@ -9,18 +9,18 @@ void check_disk_refusals(void);
 #define NODES 4
 
 typedef struct {
-    sm_disk disk;
-    sm_disk_inputs inputs;
+    sm_tone tone;
+    sm_tone_inputs inputs;
     double pole[2 * MODES], excitation[2 * MODES], motion[2 * MODES * CONTACTS],
         projection[2 * MODES * CONTACTS], others[2 * CONTACTS * (CONTACTS + 1)],
         secant[4 * NODES * KINDS], start[2 * MODES], rest[2 * CONTACTS], first, *amplitude,
         *deficit, *step;
-} disk_call;
+} tone_call;
 
 /* Contact j is moved by mode j % MODES alone, and acts on it; contacts do not act on each other.
  * From a small onset on its deficit is (0.3 + 0.1 i) c. */
-static void new_disk(disk_call *p) {
-    *p = (disk_call){.inputs = {30.0, {1.05, 1.05}, {1.0, 1.0}}};
+static void new_tone(tone_call *p) {
+    *p = (tone_call){.inputs = {30.0, {1.05, 1.05}, {1.0, 1.0}}};
     for (int m = 0; m < MODES; m++) {
         p->pole[m] = -0.01 * (m + 1);
         p->pole[MODES + m] = 1.0 + 0.1 * m;
@@ -35,7 +35,7 @@ static void new_disk(disk_call *p) {
         p->secant[4 * k] = 0.3;
         p->secant[4 * k + 1] = 0.1;
     }
-    p->disk = (sm_disk){.modes = MODES, .contacts = CONTACTS, .kinds = KINDS, .nodes = NODES,
+    p->tone = (sm_tone){.modes = MODES, .contacts = CONTACTS, .kinds = KINDS, .nodes = NODES,
                         .pole = p->pole, .excitation = p->excitation, .motion = p->motion,
                         .projection = p->projection, .others = p->others, .onset = 1e-9,
                         .first = -10.0, .spacing = 20.0, .secant = p->secant, .tolerance = 1e-6};
@@ -45,20 +45,20 @@ static void new_disk(disk_call *p) {
 }
 
 static sm_status march(void *arguments) {
-    disk_call *p = arguments;
-    return sm_disk_march(&p->disk, &p->inputs, p->amplitude, p->deficit, p->step);
+    tone_call *p = arguments;
+    return sm_tone_march(&p->tone, &p->inputs, p->amplitude, p->deficit, p->step);
 }
 
-void check_disk_refusals(void) {
-    disk_call p;
-    new_disk(&p);
-    REFUSES_INTS(&p.disk.modes, march, &p, 0, -1, INT32_MAX);
-    REFUSES_INTS(&p.disk.kinds, march, &p, 0, 3);
-    REFUSES_INTS(&p.disk.nodes, march, &p, 1, INT32_MAX);
-    REFUSES_NULL(march, &p, &p.disk.pole, &p.amplitude, &p.deficit, &p.step);
+void check_tone_refusals(void) {
+    tone_call p;
+    new_tone(&p);
+    REFUSES_INTS(&p.tone.modes, march, &p, 0, -1, INT32_MAX);
+    REFUSES_INTS(&p.tone.kinds, march, &p, 0, 3);
+    REFUSES_INTS(&p.tone.nodes, march, &p, 1, INT32_MAX);
+    REFUSES_NULL(march, &p, &p.tone.pole, &p.amplitude, &p.deficit, &p.step);
     REFUSES(&p.inputs.frequency[1], march, &p, 0.0);
-    double *const numbers[] = {&p.disk.onset, &p.disk.spacing, &p.disk.tolerance, &p.first,
-                               &p.disk.contraction, &p.inputs.duration};
+    double *const numbers[] = {&p.tone.onset, &p.tone.spacing, &p.tone.tolerance, &p.first,
+                               &p.tone.contraction, &p.inputs.duration};
     for (size_t k = 0; k < COUNT(numbers); k++) {
         REFUSES(numbers[k], march, &p, -1.0);
         REFUSES_NOT_FINITE(march, &p, {numbers[k], 1});
@@ -69,9 +69,9 @@ void check_disk_refusals(void) {
     /* contacts that act on each other so strongly that their deficits do not converge */
     for (int j = 0; j < CONTACTS; j++) p.others[2 * CONTACTS * j + (j + 1) % CONTACTS] = 1e3;
     for (int k = 0; k < 2 * CONTACTS; k++) p.rest[k] = 0.5;
-    p.disk.contraction = 400.0;
+    p.tone.contraction = 400.0;
     p.first = 0.25;
-    const disk_call before = p;
+    const tone_call before = p;
     CHECK_STATUS(march(&p), SM_NOT_CONVERGED);
     CHECK(memcmp(&p, &before, sizeof p) == 0);
 }

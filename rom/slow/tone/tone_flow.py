@@ -1,19 +1,17 @@
-"""Slow flow of a disk whose blades differ: amplitudes of all slow modes."""
+"""Slow flow of one tone: amplitudes of all modes near the frequency of one force."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
-from slipmode.rom.cyclic.mistuned.local_contacts import LocalContacts
-from slipmode.rom.cyclic.mistuned.stuck_modes import StuckModes
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.short_repr import percentage
+from slipmode.rom.slow.tone.tone_modes import ToneModes
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 # Width of the bands of frequency within which the fast modes respond as in the middle, relative to
 # the reference frequency: their response changes by less than 1e-3.
@@ -23,21 +21,21 @@ _BAND = 2e-3
 SPAN = 0.1
 
 
-class DiskFlow:
-    """Step a mistuned disk in time, from rest.
+class ToneFlow:
+    """Step a structure under one force in time, from rest.
 
-    `MistunedDisk.flow` makes it. With the force deficits y of the contacts and the magnitude F of
-    the force, the amplitudes a_m of the modes with stuck contacts obey::
+    `rom.tone_flow` and `MistunedDisk.flow` make it. With the force deficits y of the contacts and
+    the magnitude F of the force, the amplitudes a_m of the modes with stuck contacts obey::
 
         a_m' = (s_m - i Omega) a_m + b_m F + l_m y.
 
     Parameters
     ----------
-    modes : StuckModes
-        Modes of the disk with stuck contacts.
+    modes : ToneModes
+        Modes with stuck contacts.
     contacts : LocalContacts
         Force deficit of each contact against its displacement without the flexibility `own`.
-    own : (N N_c,) complex ndarray
+    own : (N_c,) complex ndarray
         Flexibility of each contact to its own force deficit [m/N].
     frequency : float
         Reference frequency, and forcing frequency Omega at the start [rad/s].
@@ -56,13 +54,14 @@ class DiskFlow:
 
     def __init__(
         self,
-        modes: StuckModes,
+        modes: ToneModes,
         contacts: LocalContacts,
         own: Complexes,
         frequency: float,
         tolerance: float,
     ) -> None:
         self.time, self.frequency, self.magnitude = 0.0, frequency, 0.0
+        self._angle = 0.0  # of the carrier [rad]
         self._modes, self._reference, self._own = modes, frequency, np.diag(own)
         self._amplitude: Floats = np.zeros((2, modes.slow.pole.size))
         self._deficit: Floats = np.zeros((2, own.size))
@@ -73,12 +72,12 @@ class DiskFlow:
         spacing = (nodes[-1] - nodes[0]) / (nodes.size - 1)
         parts = [contacts.secant(nodes), spacing * contacts.secant(nodes, 1)]
         # (nodes, kinds, value or slope, real or imaginary)
-        secant = np.array(parts).reshape(2, nodes.size, 2, contacts.contacts)
+        secant = np.array(parts).reshape(2, nodes.size, 2, contacts.kinds)
         stiffness = np.abs(parts[0]).max()
-        self._disk = kernel.Disk(
+        self._tone = kernel.Tone(
             modes=modes.slow.pole.size,
             contacts=own.size,
-            kinds=contacts.contacts,
+            kinds=contacts.kinds,
             nodes=nodes.size,
             pole=_split(modes.slow.pole),
             excitation=_split(modes.slow.excitation),
@@ -130,57 +129,80 @@ class DiskFlow:
             raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
         state = [each.copy() for each in (self._amplitude, self._deficit, self._next_step)]
         start = before if duration > 0.0 else ends
+        if duration == 0.0:
+            jump = ends[1] - before[1]
+            state[0] += _split(self._modes.slow.after_jump(jump, ends[0], self._angle))
         for band, inputs in self._in_bands(duration, start, ends):
             self._enter_band(band)
-            status = kernel.lib.sm_disk_march(self._disk, inputs, *state)
+            status = kernel.lib.sm_tone_march(self._tone, inputs, *state)
             if status == kernel.NOT_CONVERGED:
                 raise SlipmodeError(
                     "contacts: the slow flow does not converge, because contacts act too strongly "
-                    "on each other; integrate CyclicStructure.annulus() in time (rom.full)"
+                    "on each other; integrate the structure in time (rom.full), of a disk "
+                    "CyclicStructure.annulus()"
                 )
-            kernel.check(status, "slow flow of the disk")
+            kernel.check(status, "slow flow of the tone")
         self.time += duration
+        self._angle += 0.5 * duration * (before[0] + ends[0])
         self.frequency, self.magnitude = ends
         self._amplitude, self._deficit, self._next_step = state
 
     def displacement(self) -> Complexes:
-        """Return the present harmonics of all free DOFs.
+        """Return the present harmonics of all DOFs.
 
         Returns
         -------
-        (N, n_s) complex ndarray
-            Harmonics c of the displacements 2 Re(c exp(i theta)) [m].
+        (n,) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m]; (N, n_s) of the free DOFs of
+            the N sectors of a disk.
         """
-        a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
-        return self._modes.blades(self.frequency, a, self.magnitude, y)
+        _, y = self._state()
+        return self._modes.expand(self.modal_amplitude(), self.magnitude, y)
+
+    def modal_amplitude(self) -> Complexes:
+        """Return the present amplitudes of the modes.
+
+        Returns
+        -------
+        (R,) complex ndarray
+            Amplitudes a_j [kg^1/2 m], q_j = 2 Re(a_j exp(i theta)): of the retained modes, in
+            their order, then of the others. Of a disk, those of the modes with open contacts.
+        """
+        a, y = self._state()
+        return self._modes.modal(self.frequency, a, self.magnitude, y)
 
     def contact_displacement(self) -> Complexes:
         """Return the present harmonics of all contact displacements.
 
         Returns
         -------
-        (N N_c,) complex ndarray
-            Harmonics c of the displacements 2 Re(c exp(i theta)) [m], sector by sector, without
-            higher harmonics.
+        (N_c,) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i theta)) [m], without higher harmonics;
+            of a disk sector by sector.
         """
-        a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
+        a, y = self._state()
         moved = self._modes.slow.motion @ a + self._modes.flexibility(self.frequency) @ y
         return np.asarray(moved + self.magnitude * self._modes.displacement(self.frequency))
 
     def amplitude(self, dof: int) -> Floats:
-        """Return the present displacement amplitude of a DOF of every blade.
+        """Return the present displacement amplitude of a DOF.
 
         Parameters
         ----------
         dof : int
-            Free DOF of the sector.
+            DOF; of a disk, free DOF of the sector.
 
         Returns
         -------
-        (N,) ndarray
-            Amplitudes [m].
+        () ndarray
+            Amplitude [m]; (N,) of the N blades of a disk.
         """
-        return np.asarray(2.0 * np.abs(self.displacement()[:, dof]))
+        return np.asarray(2.0 * np.abs(self.displacement()[..., dof]))
+
+    def _state(self) -> tuple[Complexes, Complexes]:
+        """Return the amplitudes of the slow modes, and the force deficits of the contacts."""
+        a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
+        return a, y
 
     def _in_bands(
         self, duration: float, start: tuple[float, float], end: tuple[float, float]
@@ -195,7 +217,7 @@ class DiskFlow:
                 edge = self._reference * (1.0 + (band + 0.5 * way) * _BAND)
                 stopped = max((edge - start[0]) / (end[0] - start[0]), begun)
                 stop = (edge, start[1] + stopped * (end[1] - start[1]))
-            inputs = kernel.DiskInputs(duration=duration * (stopped - begun))
+            inputs = kernel.ToneInputs(duration=duration * (stopped - begun))
             inputs.frequency[:], inputs.force[:] = zip(begin, stop, strict=True)
             yield band, inputs
             begin, begun = stop, stopped
@@ -208,56 +230,11 @@ class DiskFlow:
     def _in_band(self, band: int) -> Floats:
         """Return what moves the contacts besides the slow modes and their own force deficits.
 
-        Columns (N N_c + 1, 2, N N_c) per force deficit of each contact, then per magnitude.
+        Columns (N_c + 1, 2, N_c) per force deficit of each contact, then per magnitude.
         """
         frequency = self._reference * (1.0 + band * _BAND)
         by_contacts = self._modes.flexibility(frequency) - self._own
         return _split(np.vstack((by_contacts.T, self._modes.displacement(frequency))))
-
-
-@frozen
-class Script:
-    """Inputs of a transient, straight lines between its times.
-
-    Attributes
-    ----------
-    time : (samples,) ndarray
-        Increasing [s].
-    frequency, magnitude : (samples,) ndarray
-        Inputs at these times.
-    """
-
-    time: Floats
-    frequency: Floats
-    magnitude: Floats
-
-    @classmethod
-    def of(cls, time: ArrayLike, frequency: ArrayLike, magnitude: ArrayLike) -> Self:
-        """Return a script of numbers, or of arrays with a number for each time."""
-        times = as_floats("time", time)
-        if times.ndim != 1 or times.size == 0 or not np.all(np.diff(times) > 0.0):
-            raise SlipmodeError(f"time: must be increasing numbers, got {in_one_line(time)}")
-        inputs = []
-        for name, value in (("frequency", frequency), ("magnitude", magnitude)):
-            given = as_floats(name, value)
-            if given.shape not in ((), times.shape) or not np.all(np.isfinite(given)):
-                raise SlipmodeError(
-                    f"{name}: must be a finite number or {times.size}, one per time, got "
-                    f"{in_one_line(value)}"
-                )
-            inputs.append(np.array(np.broadcast_to(given, times.shape)))
-        if not np.all(inputs[0] > 0.0):
-            raise SlipmodeError(f"frequency: must be > 0, got {in_one_line(frequency)}")
-        return cls(times, *inputs)
-
-    def follow(self, flow: DiskFlow) -> Complexes:
-        """Return displacements (samples, N, n_s) of a disk that is at rest at the first time."""
-        moved = []
-        steps = (np.diff(self.time, prepend=self.time[0]), self.frequency, self.magnitude)
-        for duration, frequency, magnitude in np.transpose(steps).tolist():
-            flow.step(duration, frequency=frequency, magnitude=magnitude)
-            moved.append(flow.displacement())
-        return np.array(moved)
 
 
 def _split(values: Complexes) -> Floats:

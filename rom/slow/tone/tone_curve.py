@@ -1,0 +1,214 @@
+"""Steady states of several modes on one tone against the forcing frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
+from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.extras import dataframe, extra
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.tone.tone_response import ToneResponse
+from slipmode.rom.slow.tone.tone_states import ForcedTone, ToneForce, ToneState
+from slipmode.rom.slow.units import MODAL, SI, Units
+from slipmode.rom.table.local.tone_model import ToneModel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_BAND = 0.25  # opacity of the error
+# Points of a curve: at first, at most, and the distance of a point from the straight line between
+# its neighbours beyond which there are more, relative to the largest amplitude.
+_FIRST, _MOST, _BENDS = 33, 400, 0.01
+
+
+@frozen
+class ToneCurve:
+    """Hold steady states of several modes on one tone, one for each frequency.
+
+    Attributes
+    ----------
+    frequency : (n,) ndarray
+        Forcing frequencies [rad/s].
+    amplitude : (n, modes) complex ndarray
+        Amplitudes a_j [kg^1/2 m].
+    error : (n, modes) ndarray
+        Estimated error of `amplitude` by time steps and harmonics [kg^1/2 m].
+    modes : tuple of str
+        Names of the modes.
+    response : ToneResponse
+        Structure and force.
+    states : sequence of ToneState
+        Steady states.
+    """
+
+    frequency: Floats
+    amplitude: Complexes
+    error: Floats
+    modes: tuple[str, ...]
+    response: ToneResponse
+    states: Sequence[ToneState]
+
+    def displacement(self, dof: int) -> Complexes:
+        """Return the harmonic of the displacement of a DOF at the forcing frequency.
+
+        Parameters
+        ----------
+        dof : int
+            Index of the DOF.
+
+        Returns
+        -------
+        (n,) complex ndarray
+            Harmonics c of the displacements 2 Re(c exp(i Omega t)) [m].
+
+        Raises
+        ------
+        SlipmodeError
+            If there is no such DOF.
+        """
+        check_dof(dof, self.response.reduced.n_dofs)
+        modal, deficit = (
+            np.transpose([getattr(state, name) for state in self.states])
+            for name in ("modal", "deficit")
+        )
+        return self.response.displacement(modal, deficit, dof)
+
+    def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
+        """Plot amplitudes against the frequency, with their errors.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Matplotlib axes. Default: the current axes.
+        dof : int, optional
+            DOF whose displacement amplitude is plotted. Default: |a_j|.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        Axes
+            Axes of the plot.
+        """
+        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        along = units.of_frequency(self.frequency)
+        if dof is None:
+            name = f"amplitude [{MODAL}]"
+            sizes = np.abs(self.amplitude)
+            for label, size, error in zip(self.modes, sizes.T, self.error.T, strict=True):
+                (line,) = ax.plot(along, size, label=f"|{label}|")
+                color = line.get_color()
+                ax.fill_between(along, size - error, size + error, color=color, alpha=_BAND, lw=0)
+            ax.legend()
+        else:
+            name = units.of_dof("amplitude", dof)
+            ax.plot(along, units.of_displacement(2.0 * np.abs(self.displacement(dof))))
+        ax.set(xlabel=f"frequency [{units.frequency}]", ylabel=name, ylim=(0.0, None))
+        return ax
+
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
+        """Return the curve as named columns, one row for each frequency.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Frequencies, and real parts, imaginary parts and errors of the amplitudes.
+        """
+        found = {units.named("frequency"): units.of_frequency(self.frequency)}
+        for j, mode in enumerate(self.modes):
+            a = self.amplitude[:, j]
+            found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag}
+            found |= {f"{mode}_error": self.error[:, j]}
+        if dof is not None:
+            moved = 2.0 * np.abs(self.displacement(dof))
+            found[units.of_dof("A", dof)] = units.of_displacement(moved)
+        return found
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """Return the curve as a pandas DataFrame, one row for each frequency.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
+        return dataframe(self.columns(dof, units))
+
+
+def tone_curve(
+    model: ToneModel,
+    force: ToneForce,
+    span: Sequence[float],
+    phase: float = 0.0,
+) -> ToneCurve:
+    """Return steady states of modes that share a tone, against the forcing frequency.
+
+    There is one steady state at each frequency, and it is stable: contacts that do not lift off
+    take energy from the difference of two motions.
+
+    Parameters
+    ----------
+    model : ToneModel
+        Model of modes that share a tone.
+    force : {DOF: amplitude} or (n,) array_like
+        Force amplitudes f [N] of Re(f exp(i Omega t)), complex where DOFs have phases of their
+        own.
+    span : pair of float
+        First and last frequency [rad/s].
+    phase : float, default 0.0
+        Phase of the force [rad].
+
+    Returns
+    -------
+    ToneCurve
+        Amplitudes with errors, at up to 400 frequencies that are closer where the curve bends.
+
+    Raises
+    ------
+    SlipmodeError
+        If an argument is outside its range, or a steady state is not found to the tolerance.
+    """
+    ends = as_floats("span", span)
+    if ends.shape != (2,) or not 0.0 < ends[0] < ends[1] < np.inf:
+        raise SlipmodeError(
+            f"span: must be two increasing frequencies > 0 [rad/s], got {in_one_line(span)}"
+        )
+    forced = ForcedTone.of(model, [force], phase, ends)
+    Omega = _frequencies(forced, ends)
+    states = forced.steady(Omega)
+    amplitude = np.array([state.modal[: model.modes] for state in states])
+    error = np.array([state.error for state in states])
+    names = tuple(model.reduced.mode_names)
+    return ToneCurve(Omega, amplitude, error, names, forced.response, states)
+
+
+def _frequencies(forced: ForcedTone, ends: Floats) -> Floats:
+    """Return frequencies between two ends that are closer where amplitudes bend."""
+    Omega = np.linspace(ends[0], ends[1], _FIRST)
+    while True:
+        a = forced.with_local_contacts(Omega)
+        part = ((Omega[1:-1] - Omega[:-2]) / (Omega[2:] - Omega[:-2]))[:, np.newaxis]
+        bend = np.abs(a[1:-1] - a[:-2] - part * (a[2:] - a[:-2])).max(axis=1)
+        bent = np.flatnonzero(bend > _BENDS * np.abs(a).max()) + 1
+        gaps = np.unique(np.concatenate((bent - 1, bent)))
+        if not bent.size or Omega.size + gaps.size > _MOST:
+            return np.asarray(Omega)
+        Omega = np.sort(np.append(Omega, 0.5 * (Omega[gaps] + Omega[gaps + 1])))

@@ -1,0 +1,142 @@
+"""Linear response of a reduced structure with stuck contacts to one force, at any frequency.
+
+With the modal displacements q of all modes, their dynamic stiffness D(nu) and coupling B(nu) to
+the contacts, and the contact shapes X,
+
+    D q = f_modal / 2 - B y,    x = X^T f / 2 - B^T q + (R + following) y.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.tone.coupled_contacts import FastModes
+from slipmode.rom.slow.tone.tone_modes import ToneModes
+from slipmode.rom.table.local.local_contacts import HIGHEST
+
+_TINY = np.finfo(float).tiny
+# Square of the natural frequency that rigid-body modes have instead of 0, relative to the carrier:
+# it changes their response by this much, and the poles of a mode differ.
+_RIGID = 1e-6
+
+
+@frozen
+class ToneResponse:
+    """A reduced structure under the force f cos(Omega t).
+
+    Attributes
+    ----------
+    reduced : Reduced
+    force : (n,) complex ndarray
+        f, with its phase [N].
+    """
+
+    reduced: Reduced
+    force: Complexes
+
+    def flexibility(self, frequency: float) -> Complexes:
+        """Return G of the contacts at a frequency [rad/s], (N_c, N_c) [m/N]."""
+        return np.asarray(self.reduced.reaction(frequency) - self.reduced.stiffness)
+
+    def moved(self, frequency: float) -> Complexes:
+        """Return the displacement of the contacts by the force alone, (N_c,) [m]."""
+        q, B = self.modal(frequency), self.reduced.modal_coupling(frequency)
+        return np.asarray(0.5 * self.force @ self.reduced.contact_shapes - B.T @ q)
+
+    def modal(self, frequency: float, deficit: Complexes | None = None) -> Complexes:
+        """Return q (modes + nonresonant,) [kg^1/2 m] under the force and force deficits (N_c,)."""
+        reduced = self.reduced
+        loads = self._on_modes
+        if deficit is not None:
+            loads = loads - reduced.modal_coupling(frequency) @ deficit
+        return reduced.response(frequency, loads[:, np.newaxis])[:, 0]
+
+    def displacement(self, modal: Complexes, deficit: Complexes, dof: int | slice) -> Complexes:
+        """Return displacements of DOFs under the force [m]."""
+        reduced = self.reduced
+        x = reduced.all_shapes[dof] @ modal + reduced.contact_shapes[dof] @ deficit
+        return np.asarray(x + self._static[dof])
+
+    def harmonic_gain(self, frequency: float) -> float:
+        """Return the largest response of a mode to a harmonic of a contact at a carrier [rad/s].
+
+        It is relative to the displacement of the contact at the carrier, with harmonics h of the
+        force of at most k_ref |x| / h^2, see `DiameterModes.harmonic_gain`.
+        """
+        reduced = self.reduced
+        assert reduced.contacts is not None
+        h = np.arange(3.0, HIGHEST + 1.0, 2.0)[:, np.newaxis]
+        nu, omega = h * frequency, reduced.nonresonant_frequency
+        dynamic = np.abs(omega**2 - nu**2 + 1j * nu * reduced.nonresonant_damping)
+        psi = self._motion[len(reduced.modes) :]
+        moved = np.max(reduced.contacts.reference * psi**2, axis=1)
+        return float(np.max(moved / (h**2 * np.maximum(dynamic, _TINY)), initial=0.0))
+
+    @cached_property
+    def fast(self) -> FastModes:
+        """Modes far above the modes of the tone, which are marched with the contacts."""
+        reduced, nonresonant = self.reduced, len(self.reduced.modes)
+        inertia = reduced.nonresonant_frequency[:, np.newaxis] * reduced.nonresonant_inertia
+        static = -reduced.stiffness - inertia.T @ inertia
+        frequency = reduced.nonresonant_frequency
+        highest = float(reduced.frequency.max())
+        return FastModes.of(static, frequency, self._motion[nonresonant:], highest)
+
+    def tone_modes(self, frequency: float) -> ToneModes:
+        """Return the amplitudes of first order near a frequency [rad/s]."""
+        reduced, psi, others = self.reduced, self._motion, slice(len(self.reduced.modes), None)
+        square = np.append(reduced.frequency, reduced.nonresonant_frequency) ** 2
+        own = np.append(reduced.modal_damping, reduced.nonresonant_damping)
+        # Static besides the modes, with the inertia of the modes that follow at this frequency.
+        D = reduced.modal_stiffness(frequency)[others, others]
+        retained = np.ones(len(reduced.modes), dtype=bool)
+        without = reduced.reaction(frequency, retained) - reduced.stiffness
+        shapes, inertia = reduced.nonresonant_shapes, reduced.nonresonant_inertia
+        half = 0.5 * self.force
+        beyond = reduced.contact_shapes - shapes @ inertia
+
+        def expand(modal: Complexes, magnitude: float, deficit: Complexes) -> Complexes:
+            x = reduced.all_shapes @ modal + beyond @ deficit
+            return np.asarray(x + magnitude * self._static)
+
+        return ToneModes.of(
+            np.diag(np.maximum(square, _RIGID * frequency**2)),
+            np.diag(own) + reduced.damping_coupling,
+            psi.T,
+            self._on_modes,
+            self._on_modes.conj(),
+            frequency,
+            static_flexibility=without - psi[others].T @ np.linalg.solve(D, psi[others]),
+            static_displacement=half @ beyond,
+            expand=expand,
+        )
+
+    @cached_property
+    def _on_modes(self) -> Complexes:
+        """Half the force on every mode, (modes + nonresonant,) [N kg^-1/2]."""
+        return np.asarray(0.5 * self.force @ self.reduced.all_shapes)
+
+    @cached_property
+    def _motion(self) -> Floats:
+        """Displacement of the contacts in every mode, (modes + nonresonant, N_c) [kg^-1/2]."""
+        reduced = self.reduced
+        omega = reduced.nonresonant_frequency[:, np.newaxis]
+        others = omega**2 * reduced.nonresonant_inertia - reduced.nonresonant_spring
+        return np.vstack((-reduced.spring, others))
+
+    @cached_property
+    def _static(self) -> Complexes:
+        """Static displacement besides modes and contact shapes under half the force, (n,) [m]."""
+        reduced = self.reduced
+        if reduced.structure is None:
+            return np.zeros_like(self.force)
+        omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
+        shapes, omega = reduced.all_shapes[:, omega > 0.0], omega[omega > 0.0]
+        held, half = reduced.held(reduced.structure), 0.5 * self.force
+        every = held.solve(np.column_stack((half.real, half.imag))) @ np.array([1.0, 1j])
+        return np.asarray(every - (shapes / omega**2) @ (shapes.T @ half))

@@ -1,0 +1,100 @@
+"""Several modes of a structure on one tone, with a friction table for each contact."""
+
+from __future__ import annotations
+
+from typing import NoReturn, Self
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, as_floats
+from slipmode.rom.errors import SlipmodeError, UnsettledError
+from slipmode.rom.laws.contacts import Elastic
+from slipmode.rom.laws.friction import Friction, check_law
+from slipmode.rom.reduction.reduced import Reduced
+from slipmode.rom.reduction.tones import sliding_law
+from slipmode.rom.short_repr import frozen
+from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+
+_NO_TABLE = (
+    "model: its modes share a tone, and it has no friction table over their amplitudes; use "
+    "rom.steady, rom.tone_curve or rom.tone_flow"
+)
+
+
+@frozen
+class ToneModel:
+    """Represent several modes on one tone. They act on each other through all contacts.
+
+    `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
+    `rom.tone_curve` and `rom.tone_flow` take it.
+
+    Attributes
+    ----------
+    reduced : Reduced
+        Reduced structure.
+    law : Jenkins, Iwan, Sliders or Contacts
+        Contact law.
+    tolerance : float
+        Largest error of steady amplitudes relative to the largest of them, and of a step in time
+        [-].
+    local : LocalContacts
+        Force deficit of each contact against its displacement.
+    """
+
+    reduced: Reduced
+    law: Elastic
+    tolerance: float
+    local: LocalContacts
+
+    @classmethod
+    def of(cls, reduced: Reduced, law: Friction, tolerance: float) -> Self:
+        """Return the model of modes that share a tone.
+
+        Raises
+        ------
+        SlipmodeError
+            If the law does not fit `reduced`, or the tolerance is outside its range.
+        """
+        if not 1e-4 <= as_floats("tolerance", tolerance) <= 0.1:
+            raise SlipmodeError(
+                f"tolerance: must be 1e-4 to 0.1 for modes that share a tone, got {tolerance}"
+            )
+        reference = None if reduced.contacts is None else reduced.contacts.reference
+        check_law(reduced.n_contacts, reference, law)
+        sliding = sliding_law(law, reduced.n_contacts)
+        middle = float(reduced.frequency.mean())
+        alone = np.zeros(reduced.n_contacts, dtype=complex)
+        local = local_contacts(reduced, sliding, middle, alone)
+        return cls(reduced, sliding, tolerance, local)
+
+    @property
+    def modes(self) -> int:
+        """Number of modes."""
+        return len(self.reduced.modes)
+
+    @property
+    def table(self) -> NoReturn:
+        """Refuse what needs a friction table over the amplitudes of one or two modes."""
+        raise SlipmodeError(_NO_TABLE)
+
+    def check_mode(self, mode: int) -> NoReturn:
+        """Refuse what asks for a mode by itself."""
+        raise SlipmodeError(_NO_TABLE)
+
+
+def local_contacts(
+    reduced: Reduced, law: Elastic, frequency: float, at_carrier: Complexes
+) -> LocalContacts:
+    """Return the contacts at a frequency [rad/s], each with its own flexibility at harmonics.
+
+    `at_carrier` (N_c,) is their flexibility at the carrier [m/N], see `LocalContacts.of`.
+    """
+    harmonics = range(3, HIGHEST + 1, 2)
+    every = (reduced.reaction(h * frequency) - reduced.stiffness for h in harmonics)
+    try:
+        return LocalContacts.of(law, [at_carrier, *(np.diag(G) for G in every)], frequency)
+    except UnsettledError:
+        # Close to a mode a harmonic of one contact alone may not converge, while all contacts
+        # together do. Steady states include the mode, and transients state what they neglect.
+        static = np.diag(-reduced.stiffness).astype(complex)
+        return LocalContacts.of(law, [at_carrier, *(static for _ in harmonics)], frequency)
