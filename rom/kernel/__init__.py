@@ -8,9 +8,10 @@ torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact 
            rigid/ in lanes and by elastic/; periodic/: the driver, search.c, for all laws;
            growth.c: the rate correction
 table/     look-up of the bicubic surface of S_j, Eq. (20)
-slow/      Eqs. (18), (19): first_order.c; their steps, dopri5.c; slow_flow.c: checked entries;
-           branches/: curves of steady states; component/: the step-able component;
-           motion/: Eq. (12) along a trajectory; tone/: amplitudes of many modes on one tone
+slow/      Eqs. (18), (19): slow_flow.c, with coefficients.c and friction_model.c; dopri5.c: time
+           steps; entries.c: checked entries; branches/: curves of steady states; component/:
+           the step-able component; motion/: Eq. (12) along a trajectory
+cyclic/    amplitudes of disks whose blades differ
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the time integration
 base/      complex numbers, lanes, checks, messages

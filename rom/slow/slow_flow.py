@@ -6,7 +6,7 @@ mass_j a_j' + stiffness_j a_j = F_j exp(i phase_j) / 2 + Q_j(|a_A|, |a_B|) a_j
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,30 +25,30 @@ def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kern
         return shifted_flow(model, 0.0)
     applied = AppliedForces.of(model.reduced, force_patterns)
     flow = shifted_flow(model, applied.shift)
-    for mode in range(model.modes):
-        for other, response in enumerate(applied.cross_response[mode]):
-            flow.cross_response[mode][other][:] = (response.real, response.imag)
-        for part, response in enumerate(applied.other_modes[mode]):
-            flow.other_modes[mode][part][:] = (response.real, response.imag)
+    _store(flow.cross_response, applied.cross_response)
+    _store(flow.other_modes, applied.other_modes)
     return flow
 
 
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
-    shifts = np.full(model.modes, shift, dtype=complex)
     reduced = model.reduced
     flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
-    coupling_ratio = reduced.coupling_coefficients.tolist()
-    for mode in range(model.modes):
-        flow.natural[mode] = reduced.frequency[mode]
-        flow.carrier[mode] = reduced.carrier[mode]
-        flow.damping[mode] = reduced.modal_damping[mode]
-        for power, coefficient in enumerate(coupling_ratio[mode]):
-            flow.coupling_ratio[mode][power][:] = (coefficient.real, coefficient.imag)
-        flow.off_resonance[mode][:] = (shifts[mode].real, shifts[mode].imag)
+    _store(flow.natural, reduced.frequency)
+    _store(flow.carrier, reduced.carrier)
+    _store(flow.damping, reduced.modal_damping)
+    _store(flow.coupling_ratio, reduced.coupling_coefficients)
+    _store(flow.off_resonance, np.full(model.modes, shift, dtype=complex))
     for k, term in enumerate(model.combinations):
         flow.combination[k] = kernel.Combination(term.mode, term.n, term.m)
     return flow
+
+
+def _store(field: Any, values: Complexes | Floats) -> None:
+    """Store values (modes, ...) in a field of the core, which has a row for each possible mode."""
+    rows = np.frombuffer(field, dtype=values.dtype).reshape(kernel.MODES, -1)
+    given = values.reshape(len(values), -1)
+    rows[: given.shape[0], : given.shape[1]] = given
 
 
 def inputs_of(

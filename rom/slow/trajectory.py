@@ -153,7 +153,7 @@ class SlowTrajectory:
             rates(flow, self._inputs(1.0), self.amplitude[1:]),
         )
 
-    def _inputs(self, part: float, steps: Any = slice(None)) -> NDArray[np.void]:
+    def _inputs(self, part: float | Floats, steps: Any = slice(None)) -> NDArray[np.void]:
         """Return the core's inputs after a part (0 to 1) of steps, (steps,)."""
         later = part * np.diff(self.time)[steps]
         elapsed, frequency = later[:, np.newaxis], self.frequency[steps]
@@ -250,27 +250,27 @@ class SlowTrajectory:
         counts = np.ones(self.time.size - 1, dtype=int)
         counts[steps] = parts
         of, first = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - counts
-        part = np.arange(of.size) - first[of]
-        later = part * (np.diff(self.time) / counts)[of]
+        number = np.arange(of.size) - first[of]  # of a part in its step
+        part = number / counts[of]
+        inputs = self._inputs(part, of)
+        elapsed = (part * np.diff(self.time)[of])[:, np.newaxis]
         amplitude = np.vstack((self.amplitude[of], self.amplitude[-1:]))
-        amplitude[np.nonzero(part)] = between[1:].swapaxes(0, 1).reshape(-1, modes)
+        amplitude[np.nonzero(number)] = between[1:].swapaxes(0, 1).reshape(-1, modes)
         discontinuity = self.discontinuity
         if discontinuity is not None:
             discontinuity = np.where(part[:, np.newaxis] > 0, 0.0, discontinuity[of])
-        time, elapsed = self.time[of] + later, later[:, np.newaxis]
-        turned = (self.frequency[of] + 0.5 * self.frequency_rate[of] * elapsed) * elapsed
         return replace(
             self,
-            time=np.append(time, self.time[-1]),
+            time=np.append(self.time[of] + elapsed[:, 0], self.time[-1]),
             amplitude=amplitude,
-            angle=np.vstack((self.angle[of] + turned, self.angle[-1:])),
-            frequency=self.frequency[of] + self.frequency_rate[of] * elapsed,
+            angle=np.vstack((inputs["angle"][:, :modes], self.angle[-1:])),
+            frequency=inputs["frequency"][:, :modes],
             frequency_rate=self.frequency_rate[of],
             force=self.force[of] + self.force_rate[of] * elapsed,
             force_rate=self.force_rate[of],
             discontinuity=discontinuity,
-            scale=self.scale_at(time),
-            scale_rate=self.limit_scale[1][of],
+            scale=inputs["limit_scale"],
+            scale_rate=inputs["limit_scale_rate"],
         )
 
     def effective(self, model: Model) -> Complexes:

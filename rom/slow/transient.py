@@ -8,12 +8,10 @@ force is about the change of the contact force in one cycle. Steady states do no
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
@@ -65,15 +63,11 @@ class TransientError:
             hold = np.array(limits(law, reduced.n_contacts))
             load = 2.0 * coupling
             return cls(load, load, hold, hold, moved * per_force)
-        part = _FrictionParts.of(reduced.contacts)
-        moved = coupling[:, part.column]
-        return cls(
-            2.0 * moved * part.stiffness,
-            2.0 * coupling @ part.slip_load,
-            part.onset,
-            part.largest,
-            2.0 * moved * per_force,
-        )
+        parts = map(np.array, zip(*_friction_parts(reduced.contacts), strict=True))
+        column, stiffness, onset, largest, slip_load = parts
+        moved = coupling[:, column]
+        load = 2.0 * moved * stiffness
+        return cls(load, 2.0 * coupling @ slip_load.T, onset, largest, 2.0 * moved * per_force)
 
     def at(
         self, rate: Complexes | Floats, frequency: Floats, amplitude: Complexes | Floats
@@ -90,37 +84,27 @@ class TransientError:
         return np.asarray(np.where(slips, force, 0.0) @ self.displacement.T)
 
 
-@dataclass(frozen=True, eq=False)
-class _FrictionParts:
-    """Sliders, and DOFs of contacts under varying normal loads, (parts,) each."""
+def _friction_parts(contacts: Elements) -> Iterator[tuple[int, float, float, float, Floats]]:
+    """Yield sliders, and DOFs of contacts under varying normal loads.
 
-    column: NDArray[np.int64]  # contact DOF
-    stiffness: Floats  # [N/m]
-    onset: Floats  # force at which slip begins [N]
-    largest: Floats  # bound of the mean force [N]
-    slip_load: Floats  # (N_c, parts), force compared with `onset` per contact displacement [N/m]
-
-    @classmethod
-    def of(cls, contacts: Elements) -> Self:
-        found: list[tuple[int, float, float, float, Floats]] = []
-        for element in contacts.element:
-            if element["law"] == SLIDERS:
-                column, first = element["column"][0], element["first_slider"]
-                for limit, spring in contacts.slider[first : first + element["sliders"]]:
-                    load = np.zeros(contacts.reference.size)
-                    load[column] = spring
-                    found.append((column, spring, limit, limit, load))
-                continue
-            tangential, (normal,) = np.split(element["column"][: element["tangents"] + 1], [-1])
-            load = np.zeros(contacts.reference.size)
-            load[tangential] = element["tangential_stiffness"]
-            load[normal] = element["friction"] * element["normal_stiffness"]
-            hold = element["friction"] * element["preload"]
-            for column in tangential:
-                found.append((column, element["tangential_stiffness"], hold, np.inf, load))
-            found.append((normal, element["normal_stiffness"], hold, np.inf, load))
-        column, stiffness, onset, largest, slip_load = map(np.array, zip(*found, strict=True))
-        return cls(column, stiffness, onset, largest, slip_load.T)
+    Each is a contact DOF, a stiffness [N/m], the force at which slip begins [N], the bound of the
+    mean force [N], and the force compared with `onset` per contact displacement, (N_c,) [N/m].
+    """
+    for element in contacts.element:
+        load = np.zeros(contacts.reference.size)
+        if element["law"] == SLIDERS:
+            column, first = element["column"][0], element["first_slider"]
+            for limit, spring in contacts.slider[first : first + element["sliders"]]:
+                load[column] = spring
+                yield column, spring, limit, limit, load.copy()
+            continue
+        tangential, (normal,) = np.split(element["column"][: element["tangents"] + 1], [-1])
+        load[tangential] = element["tangential_stiffness"]
+        load[normal] = element["friction"] * element["normal_stiffness"]
+        hold = element["friction"] * element["preload"]
+        for column in tangential:
+            yield column, element["tangential_stiffness"], hold, np.inf, load
+        yield normal, element["normal_stiffness"], hold, np.inf, load
 
 
 def said_error(modes: Sequence[str], error: Floats) -> str:

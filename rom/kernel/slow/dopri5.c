@@ -1,11 +1,15 @@
-/* A step of the slow flow: Dormand and Prince 1980, the 5(4) pair with first-same-as-last. */
+/* A time step of the slow flow: the pair 5(4) of Dormand and Prince (1980).
+ *
+ *   k_p = f(t + c_p h, y + h sum_q w_pq k_q),  y_new = y + h sum_q w_7q k_q,
+ * with the error estimate h sum_p e_p k_p. The last stage is the first stage of the next step. The
+ * component (component.c) calls it and chooses the step size.
+ */
 #include <math.h>
 
 #include "base/lanes.h"
 #include "slow/slow_flow.h"
 
 #define STAGES 7
-#define AMPLITUDES (2 * SM_MODES) /* the first of the unknowns */
 
 static const double NODE[STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
 static const double WEIGHT[STAGES][STAGES - 1] = {
@@ -21,94 +25,66 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
                                      -17253.0 / 339200.0, 22.0 / 525.0,
                                      -1.0 / 40.0};
 
-#define PAIR 2 /* unknowns side by side: as derivatives are written, so that no load waits */
+/* Amplitudes below it become 0 [kg^1/2 m]: the square of a smaller one is a denormal, which is
+ * slow. */
+#define SMALLEST_AMPLITUDE 1e-140
+/* Absolute tolerance of an amplitude, relative to the tolerance times the range of the table. */
+#define ABSOLUTE_TOLERANCE 1e-3
 
-/* Unknowns from `first` to before `end`: y + h sum of the stages so far, `count` of them.
- * `count`, `first` and `end` are literals. */
-SM_INLINE void move(const double *y, double h, double (*k)[SM_UNKNOWNS], int count, int first,
-                    int end, double *y_new) {
-    for (int pair = first; pair < end; pair += PAIR) {
-        SM_SIMD
-        for (int u = pair; u < pair + PAIR; u++) {
-            double sum = 0.0;
-            for (int p = 0; p < count; p++)
-                if (WEIGHT[count][p] != 0.0) sum += WEIGHT[count][p] * k[p][u];
-            const double moved = y[u] + h * sum;
-            /* the square of a smaller amplitude is a denormal, which is slow */
-            y_new[u] = count == STAGES - 1 && fabs(moved) < 1e-140 ? 0.0 : moved;
-        }
-    }
-}
-
-/* Estimated error of the amplitudes after the step, relative to the tolerance. The range of the
- * table goes with the friction limits. */
-SM_INLINE double error_of(const sm_table *table, double limit_scale, double h, double tolerance,
-                          double (*k)[SM_UNKNOWNS], const double *y_new) {
-    const double range[SM_MODES] = {table->node_a[table->count_a - 1],
-                                    table->modes == SM_MODES ? table->node_b[table->count_b - 1]
-                                                             : 0.0};
-    double e[AMPLITUDES] = {0.0}, largest = 0.0;
+/* Returns the estimated error of the amplitudes after the step, relative to the tolerance. The
+ * range of the table is proportional to the friction limits. */
+SM_INLINE double error_of(const sm_time_step *step, double (*k)[SM_UNKNOWNS], const double *y_new) {
+    const sm_table *table = &step->flow->table;
+    double e[SM_AMPLITUDES] = {0.0}, largest = 0.0;
     for (int p = 0; p < STAGES; p++)
-        for (int u = 0; u < AMPLITUDES; u++) e[u] += ERROR[p] * k[p][u];
+        for (int u = 0; u < SM_AMPLITUDES; u++) e[u] += ERROR[p] * k[p][u];
     for (int j = 0; j < table->modes; j++) {
         const double *a = y_new + 2 * j, *e_j = e + 2 * j;
+        const double range = j == 0 ? table->node_a[table->count_a - 1]
+                                    : table->node_b[table->count_b - 1];
         const double modulus = sqrt(a[0] * a[0] + a[1] * a[1]);
-        const double scale = tolerance * (modulus + 1e-3 * limit_scale * range[j]);
-        const double relative = h * sqrt(e_j[0] * e_j[0] + e_j[1] * e_j[1]) / scale;
+        const double allowed = step->tolerance
+                               * (modulus + ABSOLUTE_TOLERANCE * step->end.limit_scale * range);
+        const double relative = step->h * sqrt(e_j[0] * e_j[0] + e_j[1] * e_j[1]) / allowed;
         if (!isfinite(relative)) return relative;
         largest = fmax(largest, relative);
     }
     return largest;
 }
 
-/* A step over h that starts `elapsed` seconds after the inputs do, and its stages so far. */
-typedef struct {
-    const sm_slow_flow *flow;
-    const sm_inputs *inputs, *end;
-    double elapsed, h;
-    int held; /* the inputs move their angles alone */
-    sm_instant *instant;
-    const double *y;
-    double (*k)[SM_UNKNOWNS];
-} attempt;
-
-SM_INLINE void set_instant(const attempt *step, int stage) {
-    const double later = step->elapsed + NODE[stage] * step->h;
-    if (NODE[stage] == 1.0) {
-        sm_instant_set(step->instant, step->flow, step->end);
-    } else if (step->held) {
-        sm_instant_advance(step->instant, step->flow, step->inputs, later);
-    } else {
-        const sm_inputs now = sm_inputs_after(step->inputs, step->flow->table.modes, later);
-        sm_instant_set(step->instant, step->flow, &now);
+/* Evaluates a stage; `stage` is a literal, so that the sum is unrolled. */
+SM_INLINE sm_status add_stage(const sm_time_step *step, int stage, sm_instant *instant,
+                              const double *y, double (*k)[SM_UNKNOWNS], double *y_new) {
+    const int last = stage == STAGES - 1;
+    const int count = last ? SM_UNKNOWNS : SM_AMPLITUDES; /* no rate depends on energies */
+    for (int u = 0; u < count; u++) {
+        double sum = 0.0;
+        for (int p = 0; p < stage; p++)
+            if (WEIGHT[stage][p] != 0.0) sum += WEIGHT[stage][p] * k[p][u];
+        const double moved = y[u] + step->h * sum;
+        y_new[u] = last && u < SM_AMPLITUDES && fabs(moved) < SMALLEST_AMPLITUDE ? 0.0 : moved;
     }
+    if (NODE[stage] == 1.0)
+        sm_instant_set(instant, step->flow, &step->end);
+    else
+        sm_instant_advance(instant, step->flow, step->inputs,
+                           step->elapsed + NODE[stage] * step->h);
+    return sm_slow_flow_derivative(step->flow, instant, y_new, k[stage]);
 }
 
-/* `stage` is a literal. */
-SM_INLINE sm_status add_stage(const attempt *step, int stage, double *y_new) {
-    set_instant(step, stage);
-    move(step->y, step->h, step->k, stage, 0, AMPLITUDES, y_new);
-    return sm_slow_flow_derivative_at(step->flow, step->instant, y_new, step->k[stage]);
-}
-
-SM_HOT_ONE sm_status sm_slow_flow_dopri5(const sm_slow_flow *flow, const sm_inputs *inputs,
-                                      double elapsed, double h, const sm_inputs *end,
-                                      double tolerance, sm_instant *instant, const double *y,
-                                      const double *dy, double *y_new, double *dy_new,
-                                      double *error) {
+SM_HOT_ONE sm_status sm_dopri5(const sm_time_step *step, sm_instant *instant,
+                               const sm_flow_point *start, sm_flow_point *end, double *error) {
+    const double *y = start->y;
     double k[STAGES][SM_UNKNOWNS];
-    for (int u = 0; u < SM_UNKNOWNS; u++) k[0][u] = dy[u];
-    const attempt step = {flow, inputs, end, elapsed, h, sm_instant_holds(instant, inputs),
-                          instant, y, k};
-    sm_status status = add_stage(&step, 1, y_new);
-    if (status == SM_OK) status = add_stage(&step, 2, y_new);
-    if (status == SM_OK) status = add_stage(&step, 3, y_new);
-    if (status == SM_OK) status = add_stage(&step, 4, y_new);
-    if (status == SM_OK) status = add_stage(&step, 5, y_new);
-    if (status == SM_OK) status = add_stage(&step, 6, y_new);
+    memcpy(k[0], start->dy, sizeof k[0]);
+    sm_status status = add_stage(step, 1, instant, y, k, end->y);
+    if (status == SM_OK) status = add_stage(step, 2, instant, y, k, end->y);
+    if (status == SM_OK) status = add_stage(step, 3, instant, y, k, end->y);
+    if (status == SM_OK) status = add_stage(step, 4, instant, y, k, end->y);
+    if (status == SM_OK) status = add_stage(step, 5, instant, y, k, end->y);
+    if (status == SM_OK) status = add_stage(step, 6, instant, y, k, end->y);
     if (status != SM_OK) return status;
-    move(y, h, k, STAGES - 1, AMPLITUDES, SM_UNKNOWNS, y_new); /* no rate depends on these */
-    *error = error_of(&flow->table, end->limit_scale, h, tolerance, k, y_new);
-    for (int u = 0; u < SM_UNKNOWNS; u++) dy_new[u] = k[STAGES - 1][u];
+    memcpy(end->dy, k[STAGES - 1], sizeof end->dy);
+    *error = error_of(step, k, end->y);
     return SM_OK;
 }

@@ -1,155 +1,226 @@
-/* The slow flow, checked: what callers from outside get. */
+/* The slow flow: amplitude equations (18), (19) in the frame of the forcing.
+ *
+ * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
+ *   (d/dt + mass) (d/dt - slow) a = load = force / 2 + c s G(e),  e = c (a + shift force) / s,
+ * with the coefficients of coefficients.c and the friction terms G of friction_model.c. To first
+ * order in the rate of the load, (d/dt - slow) a = load / mass - (load / mass)' / mass, which is
+ * integrated:
+ *   mass a' + stiffness a = load - load' / mass + mass' load / mass^2 + lag.
+ * The lag is the friction force less the friction force of steady motion. The paper neglects load',
+ * mass' and the lag. Time steps (dopri5.c) and the entries (entries.c, branches/) call this file.
+ */
 #include "slow/slow_flow.h"
 
 #include <math.h>
 
-#include "base/check.h"
-#include "table/table.h"
+#include "base/lanes.h"
 
-#define MAX_ORDER 1000 /* of a combination resonance */
-
-static int combination_is_valid(const sm_combination *combination, int modes) {
-    const int most = modes == SM_MODES ? MAX_ORDER : 0;
-    return combination->mode >= 0 && combination->mode < modes && combination->n >= -MAX_ORDER &&
-           combination->n <= MAX_ORDER && combination->m >= -most && combination->m <= most;
+SM_INLINE sm_complex scaled_sum(sm_complex a, double x, sm_complex b, double y) {
+    return sm_cx(x * a.re + y * b.re, x * a.im + y * b.im);
 }
 
-sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
-    const int modes = flow->table.modes;
-    if (modes < 1 || modes > SM_MODES || flow->table.combinations < 0
-        || flow->table.combinations > SM_COMBINATIONS)
-        return SM_BAD_ARGUMENT;
+/* `modes` is a literal, here and below. */
+SM_INLINE sm_status flow_at(const sm_slow_flow *flow, sm_instant *instant, int modes,
+                            sm_friction_terms terms, const double *y, sm_flow_state *state) {
+    sm_complex e[SM_MODES] = {{0.0, 0.0}};
     for (int j = 0; j < modes; j++) {
-        const sm_status status = sm_check_positive(flow->natural[j]);
-        if (status != SM_OK) return status;
-        if (!isfinite(flow->damping[j]) /* < 0 of a self-excited mode */
-            || !sm_all_finite(flow->coupling_ratio[j][0],
-                           sizeof flow->coupling_ratio[j] / sizeof(double))
-            || !sm_all_finite(flow->off_resonance[j], 2)
-            || !sm_all_finite(flow->cross_response[j][0],
-                              sizeof flow->cross_response[j] / sizeof(double))
-            || !sm_all_finite(flow->other_modes[j][0],
-                              sizeof flow->other_modes[j] / sizeof(double)))
-            return SM_NOT_FINITE;
+        state->amplitude[j] = sm_pair(y + 2 * j);
+        e[j] = sm_cadd(sm_cmul(instant->ratio[j], state->amplitude[j]), instant->offset[j]);
     }
-    for (int k = 0; k < flow->table.combinations; k++)
-        if (!combination_is_valid(&flow->combination[k], modes)) return SM_BAD_ARGUMENT;
-    return sm_table_check_shape(&flow->table);
-}
-
-sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                                sm_inputs *now) {
-    const sm_status status = sm_slow_flow_check(flow);
+    const sm_status status = sm_friction_at(flow, instant, terms, e, &state->friction);
     if (status != SM_OK) return status;
-    if (!isfinite(elapsed)) return SM_NOT_FINITE;
-    *now = sm_inputs_after(inputs, flow->table.modes, elapsed);
-    return sm_inputs_check(now, flow->table.modes);
-}
-
-sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                            const double *amplitude, double *rate, double *powers) {
-    if (!flow || !inputs || !amplitude || !rate || !powers) return SM_BAD_ARGUMENT;
-    sm_inputs now;
-    sm_status status = sm_slow_flow_check_at(flow, inputs, elapsed, &now);
-    if (status != SM_OK) return status;
-    const int modes = flow->table.modes;
-    double y[SM_UNKNOWNS] = {0.0}, dy[SM_UNKNOWNS];
-    sm_instant instant = {.known = 0};
-    for (int k = 0; k < 2 * modes; k++) y[k] = amplitude[k];
-    status = sm_slow_flow_derivative(flow, &now, &instant, y, dy);
-    if (status != SM_OK) return status;
-    if (!sm_all_finite(dy, SM_UNKNOWNS)) return SM_NOT_FINITE;
-    for (int k = 0; k < 2 * modes; k++) rate[k] = dy[k];
-    powers[0] = dy[SM_PUT_IN];
-    powers[1] = dy[SM_DISSIPATED];
+    for (int j = 0; j < modes; j++) {
+        state->gain[j] = sm_cmul(instant->gain[j], state->friction.unit[j]);
+        state->reaction[j] = sm_cmul(state->gain[j], state->friction.term[j]);
+        const sm_complex load = scaled_sum(instant->now.force[j], 0.5, state->reaction[j], 1.0);
+        state->follow[j] = sm_cmul(load, instant->per_mass[j]);
+        state->rate[j] =
+            sm_csub(state->follow[j], sm_cmul(instant->spring[j], state->amplitude[j]));
+    }
     return SM_OK;
 }
 
-/* ---- derivatives along a direction in amplitudes and inputs ---------------------------------
- *
- * The rates contain the derivative of the table along the flow, so their exact derivative would
- * need its second derivatives. A central difference of the rates is used instead. */
-
-/* Distance of the two points relative to the ranges of amplitudes and inputs. The error of the
- * difference is FAR^2 by its order and 1e-16 / FAR by rounding. */
-#define FAR 1e-5
-
-/* A point and a direction through it. */
-typedef struct {
-    const sm_slow_flow *flow;
-    sm_inputs at, along;
-    double y[2 * SM_MODES], dy[2 * SM_MODES];
-} straight_line;
-
-static sm_status derivative_at(const straight_line *line, double distance, double *derivative) {
-    sm_inputs inputs = line->at;
-    double *value = (double *)(void *)&inputs, y[SM_UNKNOWNS] = {0.0};
-    const double *change = (const double *)(const void *)&line->along;
-    for (size_t k = 0; k < sizeof inputs / sizeof *value; k++) value[k] += distance * change[k];
-    for (int k = 0; k < 2 * SM_MODES; k++) y[k] = line->y[k] + distance * line->dy[k];
-    sm_instant instant = {.known = 0};
-    return sm_slow_flow_derivative(line->flow, &inputs, &instant, y, derivative);
+/* Returns a + shift force. */
+SM_INLINE sm_complex shifted(const sm_slow_flow *flow, const sm_instant *instant,
+                             const sm_flow_state *state, int j) {
+    const sm_complex shift = sm_pair(flow->off_resonance[j]);
+    return sm_cadd(state->amplitude[j], sm_cmul(shift, instant->now.force[j]));
 }
 
-/* Distance along the line over which nothing changes by more than FAR of its range; of rates, in
- * the time of one radian of the mode. */
-static double short_distance(const straight_line *line) {
-    const sm_table *table = &line->flow->table;
-    const sm_inputs *at = &line->at, *along = &line->along;
-    const double range[SM_MODES] = {table->node_a[table->count_a - 1],
-                                    table->modes == SM_MODES ? table->node_b[table->count_b - 1]
-                                                             : 1.0};
-    double size = 0.0;
-    for (int j = 0; j < table->modes; j++) {
-        const double natural = line->flow->natural[j], elastic = natural * natural * range[j];
-        const double sizes[] = {hypot(line->dy[2 * j], line->dy[2 * j + 1]) / range[j],
-                                hypot(along->force[j], along->force_rate[j] / natural) / elastic,
-                                hypot(along->frequency[j], along->frequency_rate[j] / natural)
-                                    / at->frequency[j],
-                                hypot(along->phase[j], along->phase_rate[j] / natural),
-                                hypot(along->limit_scale, along->limit_scale_rate / natural)
-                                    / at->limit_scale,
-                                fabs(along->angle[j])};
-        for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) size = fmax(size, sizes[k]);
+SM_INLINE void flow_change(const sm_slow_flow *flow, const sm_instant *instant, int modes,
+                           const sm_flow_state *state, const sm_complex *amplitude,
+                           const sm_coefficients *d, sm_complex *load, sm_complex *w) {
+    const sm_coefficients *now = &instant->now;
+    const sm_friction *f = &state->friction;
+    const double s = now->limit_scale, per_s = 1.0 / s;
+    for (int k = 0; k < modes; k++) {
+        const sm_complex back = sm_conj(f->unit[k]);
+        w[k] = sm_cmul(sm_cmul(back, instant->ratio[k]), amplitude[k]);
+        if (!d) continue;
+        const sm_complex by_force = sm_cmul(sm_pair(flow->off_resonance[k]), d->force[k]);
+        const sm_complex moved = shifted(flow, instant, state, k);
+        const sm_complex by_inputs =
+            sm_cadd(sm_cmul(d->coupling[k], moved), sm_cmul(now->coupling[k], by_force));
+        w[k] = sm_cadd(w[k], sm_cscale(sm_cmul(back, by_inputs), per_s));
+        w[k].re -= f->modulus[k] * d->limit_scale * per_s;
     }
-    return size > 0.0 ? FAR / size : 1.0;
+    for (int j = 0; j < modes; j++) {
+        sm_complex term = f->beat[j];
+        for (int k = 0; k < modes; k++) {
+            const sm_complex along = f->along[j][k], across = f->across[j][k];
+            term.re += along.re * w[k].re + across.re * w[k].im;
+            term.im += along.im * w[k].re + across.im * w[k].im;
+            if (!d || !flow->table.detuning) continue;
+            const double *by_frequency = f->by_frequency + 2 * (j * modes + k);
+            term = sm_cadd(term, sm_cscale(sm_pair(by_frequency), d->detuning[k]));
+        }
+        load[j] = sm_cmul(state->gain[j], term);
+        if (!d) continue;
+        const sm_complex gain = scaled_sum(d->coupling[j], s, now->coupling[j], d->limit_scale);
+        const sm_complex rescaled = sm_cmul(sm_cmul(gain, f->unit[j]), f->term[j]);
+        load[j] = sm_cadd(load[j], scaled_sum(rescaled, 1.0, d->force[j], 0.5));
+    }
 }
 
-/* Central difference; one-sided at the edge of the table. */
-static sm_status change_along(const straight_line *line, double change[SM_UNKNOWNS]) {
-    double here[SM_UNKNOWNS], ahead[SM_UNKNOWNS], behind[SM_UNKNOWNS];
-    const double distance = short_distance(line);
-    const sm_status status = derivative_at(line, 0.0, here);
+SM_HOT_ONE sm_status sm_flow_at(const sm_slow_flow *flow, sm_instant *instant,
+                                sm_friction_terms terms, const double *y, sm_flow_state *state) {
+    return flow->table.modes == 1 ? flow_at(flow, instant, 1, terms, y, state)
+                                  : flow_at(flow, instant, SM_MODES, terms, y, state);
+}
+
+void sm_flow_change(const sm_slow_flow *flow, const sm_instant *instant,
+                    const sm_flow_state *state, const sm_complex *amplitude,
+                    const sm_coefficients *d, sm_complex *load, sm_complex *w) {
+    flow_change(flow, instant, flow->table.modes, state, amplitude, d, load, w);
+}
+
+void sm_flow_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
+                      const sm_flow_state *state, double *jacobian) {
+    const sm_friction *f = &state->friction;
+    const int modes = flow->table.modes, unknowns = 2 * modes;
+    for (int j = 0; j < modes; j++) {
+        const sm_complex gain = sm_cmul(state->gain[j], instant->per_mass[j]);
+        double *re = jacobian + 2 * j * unknowns, *im = re + unknowns;
+        for (int k = 0; k < modes; k++) {
+            /* relative change of the effective amplitude by Re a; by Im a it is i w */
+            const sm_complex w = sm_cmul(sm_conj(f->unit[k]), instant->ratio[k]);
+            const sm_complex along = sm_cmul(gain, f->along[j][k]);
+            const sm_complex across = sm_cmul(gain, f->across[j][k]);
+            const sm_complex own = j == k ? instant->spring[j] : sm_cx(0.0, 0.0);
+            re[2 * k] = along.re * w.re + across.re * w.im - own.re;
+            im[2 * k] = along.im * w.re + across.im * w.im - own.im;
+            re[2 * k + 1] = across.re * w.re - along.re * w.im + own.im;
+            im[2 * k + 1] = across.im * w.re - along.im * w.im - own.re;
+        }
+    }
+}
+
+/* Computes the lag of the friction forces while the effective amplitudes change by w per second:
+ * their moduli grow, and the contacts move at Omega_k + d(arg e_k)/dt. */
+SM_INLINE void find_lag(const sm_slow_flow *flow, const sm_instant *instant, int modes,
+                        const sm_flow_state *state, const sm_complex *w, sm_complex *lag) {
+    const sm_friction *f = &state->friction;
+    const sm_table *table = &flow->table;
+    for (int j = 0; j < modes; j++) lag[j] = sm_cx(0.0, 0.0);
+    if (!table->rate_correction && !table->detuning) return;
+    for (int k = 0; k < modes; k++) {
+        const int at_rest = f->modulus[k] == 0.0; /* the amplitude grows in the direction of w */
+        const sm_complex growth = sm_cx(w[k].re, at_rest ? w[k].im : 0.0);
+        double change = 0.0; /* of the detuning, by the rotation */
+        if (table->detuning && !at_rest)
+            change = sm_detuning(flow, k, instant->inputs.frequency[k] + w[k].im / f->modulus[k])
+                     - instant->now.detuning[k];
+        for (int j = 0; j < modes; j++) {
+            const int at = 2 * (j * modes + k);
+            if (table->rate_correction)
+                lag[j] = sm_cadd(lag[j], sm_cmul(sm_pair(f->lag + at), growth));
+            if (table->detuning)
+                lag[j] = sm_cadd(lag[j], sm_cscale(sm_pair(f->by_frequency + at), change));
+        }
+    }
+    for (int j = 0; j < modes; j++) lag[j] = sm_cmul(state->gain[j], lag[j]);
+}
+
+/* Returns the power from the forces to the contacts besides their shift of the amplitudes. The
+ * table has it for forces g_j that hold the amplitudes steady, g_j (1 + 2 shift D) = 2 (D (a +
+ * shift force) - reaction) with D the stiffness. It is proportional to the force: sum |F|
+ * Re(conj(F) g) / sum |F| |g|^2 is the factor, 1 in a steady state and 0 without a force. At most
+ * 1: g vanishes at some amplitudes. */
+SM_INLINE double forces_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
+                              const sm_flow_state *state, const sm_complex *lag,
+                              double tabulated) {
+    double along = 0.0, steady = 0.0;
+    for (int j = 0; j < modes; j++) {
+        const sm_complex F = instant->now.force[j], D = instant->now.stiffness[j];
+        const sm_complex ratio = sm_cscale(sm_cmul(sm_pair(flow->off_resonance[j]), D), 2.0);
+        const sm_complex reaction = sm_cadd(state->reaction[j], lag[j]);
+        const sm_complex load = sm_csub(sm_cmul(D, shifted(flow, instant, state, j)), reaction);
+        const sm_complex g = sm_cdiv(sm_cscale(load, 2.0), sm_cx(1.0 + ratio.re, ratio.im));
+        const double size = sqrt(sm_cabs2(F));
+        along += size * sm_cmul(sm_conj(F), g).re;
+        steady += size * sm_cabs2(g);
+    }
+    if (fabs(along) >= steady) return along > 0.0 ? tabulated : along < 0.0 ? -tabulated : 0.0;
+    return tabulated * along / steady;
+}
+
+/* Returns the mean of F cos(theta + phase) x' for the motion x of the loaded DOFs, which the mode,
+ * the other modes and the contacts move; by reciprocity of the shift, the reaction moves them by
+ * it. */
+SM_INLINE double input_power(const sm_slow_flow *flow, const sm_instant *instant, int j,
+                          sm_complex a, sm_complex reaction, sm_complex rate) {
+    const sm_complex F = instant->now.force[j];
+    const sm_complex by_contacts = sm_cmul(sm_pair(flow->off_resonance[j]), reaction);
+    const sm_complex by_others = sm_cadd(sm_cmul(sm_pair(flow->other_modes[j][0]), F),
+                                         sm_cmul(sm_pair(flow->other_modes[j][1]), a));
+    const sm_complex x = sm_cadd(a, scaled_sum(by_contacts, 2.0, by_others, 1.0));
+    const double Omega = instant->inputs.frequency[j];
+    const sm_complex velocity = sm_cx(rate.re - Omega * x.im, rate.im + Omega * x.re);
+    return sm_cmul(sm_conj(F), velocity).re;
+}
+
+SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, int modes,
+                               const double *y, double *dy) {
+    sm_flow_state state;
+    sm_complex load[SM_MODES], w[SM_MODES], lag[SM_MODES] = {{0.0, 0.0}};
+    const sm_status status = flow_at(flow, instant, modes, SM_ALL_TERMS, y, &state);
     if (status != SM_OK) return status;
-    const sm_status forth = derivative_at(line, distance, ahead);
-    const sm_status back = derivative_at(line, -distance, behind);
-    if (forth != SM_OK && back != SM_OK) return forth;
-    const double *to = forth == SM_OK ? ahead : here, *from = back == SM_OK ? behind : here;
-    const double length = distance * ((forth == SM_OK) + (back == SM_OK));
-    for (int k = 0; k < SM_UNKNOWNS; k++) change[k] = (to[k] - from[k]) / length;
+    for (int u = 2 * modes; u < SM_UNKNOWNS; u++) dy[u] = 0.0;
+    if (!flow->paper) {
+        const sm_coefficients *d = instant->constant ? NULL : &instant->rate;
+        flow_change(flow, instant, modes, &state, state.rate, d, load, w);
+        find_lag(flow, instant, modes, &state, w, lag);
+    }
+    for (int j = 0; j < modes; j++) {
+        sm_complex rate = state.rate[j];
+        if (!flow->paper) {
+            if (!instant->constant)
+                load[j] = sm_csub(load[j], sm_cmul(instant->rate.mass[j], state.follow[j]));
+            const sm_complex delayed = sm_csub(lag[j], sm_cmul(load[j], instant->per_mass[j]));
+            rate = sm_cadd(rate, sm_cmul(delayed, instant->per_mass[j]));
+        }
+        const sm_complex reaction = sm_cadd(state.reaction[j], lag[j]);
+        dy[2 * j] = rate.re;
+        dy[2 * j + 1] = rate.im;
+        dy[SM_PUT_IN] += input_power(flow, instant, j, state.amplitude[j], reaction, rate);
+        /* the modes, and the forces by the shift, transfer this mean power to the contacts */
+        const sm_complex moved = shifted(flow, instant, &state, j);
+        const double Omega = instant->inputs.frequency[j];
+        dy[SM_DISSIPATED] -= 2.0 * Omega * sm_cmul(sm_conj(moved), reaction).im;
+    }
+    if (flow->table.power) {
+        const double square = instant->now.limit_scale * instant->now.limit_scale;
+        const double *tabulated = state.friction.power;
+        const double by_forces =
+            forces_power(flow, instant, modes, &state, lag, square * tabulated[1]);
+        dy[SM_PUT_IN] += by_forces;
+        dy[SM_DISSIPATED] = fmax(dy[SM_DISSIPATED] + square * tabulated[0] + by_forces, 0.0);
+    }
     return SM_OK;
 }
 
-sm_status sm_slow_flow_directional(const sm_slow_flow *flow, const sm_slow_point *at,
-                                   const sm_slow_point *along, double *d_rate, double *d_powers) {
-    if (!flow || !at || !along || !d_rate || !d_powers) return SM_BAD_ARGUMENT;
-    if (!at->inputs || !at->amplitude || !along->inputs || !along->amplitude)
-        return SM_BAD_ARGUMENT;
-    straight_line line = {.flow = flow};
-    sm_status status = sm_slow_flow_check_at(flow, at->inputs, 0.0, &line.at);
-    if (status != SM_OK) return status;
-    const int modes = flow->table.modes;
-    line.along = sm_inputs_after(along->inputs, modes, 0.0);
-    for (int k = 0; k < 2 * modes; k++) {
-        line.y[k] = at->amplitude[k];
-        line.dy[k] = along->amplitude[k];
-    }
-    double change[SM_UNKNOWNS];
-    status = change_along(&line, change);
-    if (status != SM_OK) return status;
-    if (!sm_all_finite(change, SM_UNKNOWNS)) return SM_NOT_FINITE;
-    for (int k = 0; k < 2 * modes; k++) d_rate[k] = change[k];
-    d_powers[0] = change[SM_PUT_IN];
-    d_powers[1] = change[SM_DISSIPATED];
-    return SM_OK;
+SM_HOT_ONE sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, sm_instant *instant,
+                                             const double *y, double *dy) {
+    return flow->table.modes == 1 ? derivative(flow, instant, 1, y, dy)
+                                  : derivative(flow, instant, SM_MODES, y, dy);
 }

@@ -1,39 +1,66 @@
+/* Rates of the slow flow, and its time steps. */
 #ifndef SLIPMODE_SLOW_FLOW_H
 #define SLIPMODE_SLOW_FLOW_H
 
-#include "slow/first_order.h"
-#include "slipmode.h"
+#include "slow/friction_model.h"
 
-/* a_A, a_B and the energies dissipated at the contacts and put in by the forces */
-#define SM_UNKNOWNS (2 * SM_MODES + 2)
-#define SM_DISSIPATED (2 * SM_MODES)
-#define SM_PUT_IN (2 * SM_MODES + 1)
+/* Unknowns: amplitudes (modes, 2), then the energies that the contacts dissipate and the forces
+ * supply. */
+#define SM_AMPLITUDES (2 * SM_MODES)
+#define SM_DISSIPATED SM_AMPLITUDES
+#define SM_PUT_IN (SM_AMPLITUDES + 1)
+#define SM_UNKNOWNS (SM_AMPLITUDES + 2)
 
-/* Everything but the contents of the table. */
+/* The amplitude equations without a'', at given amplitudes. */
+typedef struct {
+    sm_complex amplitude[SM_MODES];
+    sm_friction friction;
+    sm_complex gain[SM_MODES];     /* c s unit_j */
+    sm_complex reaction[SM_MODES]; /* c s G_j: force of the contacts on the mode */
+    sm_complex follow[SM_MODES];   /* (force / 2 + reaction) / mass */
+    sm_complex rate[SM_MODES];     /* follow - stiffness a / mass */
+} sm_flow_state;
+
+/* Evaluates the equations at amplitudes y (modes, 2) and the inputs of the instant. */
+sm_status sm_flow_at(const sm_slow_flow *flow, sm_instant *instant, sm_friction_terms terms,
+                     const double *y, sm_flow_state *state);
+
+/* Computes the change of (force / 2 + reaction) along changes of amplitudes and coefficients, and
+ * the relative change w of the effective amplitudes, d|e| + i |e| d(arg e). d is NULL for constant
+ * coefficients. The beat, which is 0 for SM_CARRIERS, is added for a change per second. */
+void sm_flow_change(const sm_slow_flow *flow, const sm_instant *instant,
+                    const sm_flow_state *state, const sm_complex *amplitude,
+                    const sm_coefficients *d, sm_complex *load, sm_complex *w);
+
+/* Computes d rate / d amplitude (2 modes, 2 modes) of the equations without a'', with a column for
+ * each real part and each imaginary part. */
+void sm_flow_jacobian(const sm_slow_flow *flow, const sm_instant *instant,
+                      const sm_flow_state *state, double *jacobian);
+
+/* Computes the derivative of the unknowns at the inputs of the instant. */
+sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, sm_instant *instant, const double *y,
+                                  double *dy);
+
+/* Checks everything but the contents of the table. */
 sm_status sm_slow_flow_check(const sm_slow_flow *flow);
 
-/* The flow and the inputs `elapsed` seconds after their start, which are put
- * into *now. */
-sm_status sm_slow_flow_check_at(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                                sm_inputs *now);
+/* Unknowns and their derivative at a time. */
+typedef struct {
+    double y[SM_UNKNOWNS], dy[SM_UNKNOWNS];
+} sm_flow_point;
 
-/* Derivative of the unknowns. It has one compiled body, and what `instant` remembers is only spared
- * work: equal arguments give equal bits. */
-sm_status sm_slow_flow_derivative(const sm_slow_flow *flow, const sm_inputs *now,
-                                  sm_instant *instant, const double *y, double *dy);
-/* At the inputs that `instant` is set to. */
-sm_status sm_slow_flow_derivative_at(const sm_slow_flow *flow, sm_instant *instant,
-                                     const double *y, double *dy);
+/* A time step of `h` seconds that starts `elapsed` seconds after the inputs and ends at inputs
+ * `end`. */
+typedef struct {
+    const sm_slow_flow *flow;
+    const sm_inputs *inputs;
+    sm_inputs end;
+    double elapsed, h, tolerance;
+} sm_time_step;
 
-/* One Dormand-Prince 5(4) step from y (with derivative dy), `elapsed` seconds after the inputs'
- * start, over h: new values, the derivative there and the error relative to tolerance (1 is the
- * limit). `end`: the inputs at the end of the step. */
-sm_status sm_slow_flow_dopri5(const sm_slow_flow *flow, const sm_inputs *inputs, double elapsed,
-                           double h, const sm_inputs *end, double tolerance, sm_instant *instant,
-                           const double *y, const double *dy, double *y_new, double *dy_new,
-                           double *error);
-
-/* The inputs at a part of a line. */
-sm_inputs sm_forced_inputs(const sm_forced *forced, double part);
+/* Integrates over the step; `error` is the error estimate relative to the tolerance (1 is the
+ * limit). */
+sm_status sm_dopri5(const sm_time_step *step, sm_instant *instant, const sm_flow_point *start,
+                    sm_flow_point *end, double *error);
 
 #endif

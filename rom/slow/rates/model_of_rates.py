@@ -1,7 +1,7 @@
 """Models of damping and frequency that depend on the amplitudes, without contacts.
 
 In free vibration the amplitudes obey da_j/dt = (s_j(|a|) - i Omega_j) a_j, s_j = -delta_j +
-i omega_j. The amplitude equation, as rom/kernel/slow/first_order.c has it, has this solution with
+i omega_j. The amplitude equation, as rom/kernel/slow/slow_flow.c has it, has this solution with
 
     S_j = (s_j - s_0j) (s_j - conj(s_0j)) |a_j|,    dS_j / d(d|a_k|/dt) = |a_j| ds_j / d|a_k|,
 

@@ -1,4 +1,10 @@
-/* What a branch of a solution curve passes through, and where its points are stable. */
+/* Points on a branch of a solution curve: whether it passes through a solution, and their
+ * stability.
+ *
+ * A point is stable if all roots of the characteristic polynomial of dF/dy have negative real
+ * parts, by Routh's criterion. Python and the explorer call it, to trace each branch once and to
+ * draw its stability.
+ */
 #include <math.h>
 #include <string.h>
 
@@ -20,13 +26,14 @@ int32_t sm_curve_passes(int32_t unknowns, size_t points, size_t stride, const do
             const double off = z[r] - row[r] - part * (row[stride + (size_t)r] - row[r]);
             away += off * off;
         }
-        /* the curve may be a twentieth of the chord away from it */
+        /* a curve deviates from its chord by up to a twentieth of the chord */
         if (sqrt(away) <= 1e-6 + 0.05 * sqrt(square)) return 1;
     }
     return 0;
 }
 
-/* The characteristic polynomial of a matrix (k, k), the highest power first (Faddeev, LeVerrier). */
+/* Computes the characteristic polynomial of a matrix (k, k), the highest power first (Faddeev,
+ * LeVerrier). */
 static void characteristic(int k, const double *J, double *coefficient) {
     double M[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS] = {0.0};
     coefficient[0] = 1.0;
@@ -42,8 +49,8 @@ static void characteristic(int k, const double *J, double *coefficient) {
     }
 }
 
-/* By Routh's reduction: a polynomial c_0 x^n + c_1 x^(n-1) + ... has its roots on the left if c_0 and
- * c_1 have one sign, and if one of a degree less has. */
+/* Routh's reduction: all roots of c_0 x^n + c_1 x^(n-1) + ... have negative real parts if c_0 and
+ * c_1 have one sign, and if this holds for a polynomial of a degree less. */
 int32_t sm_curve_is_stable(int32_t unknowns, const double *row) {
     double c[SM_CURVE_UNKNOWNS + 2] = {0.0};
     characteristic(unknowns, row + 2 * (unknowns + 1), c);

@@ -1,18 +1,25 @@
-/* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977). */
+/* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977).
+ *
+ * A point z = (y, p) is predicted along the tangent, or on the cubic through the last two points,
+ * and corrected by Newton's method on F = 0 and normal (z - guess) = 0. Its tangent solves J t = 0.
+ * Steps follow the effort of Newton's method. Python and the explorer trace steady states
+ * (forced.c) with it.
+ */
 #include <math.h>
 #include <string.h>
 
+#include "contact/elastic/equations.h"
 #include "slipmode.h"
 
 #define MOST SM_CURVE_UNKNOWNS
-#define SHORTEST 1e-7 /* step, and distance of two points */
+#define SHORTEST 1e-7 /* step, and distance of two points that are not equal, in units of z */
 #define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
 
-/* z = (y, p), the direction there, and dF/dy (k, k). */
+/* z = (y, p), the unit tangent, and dF/dy (k, k). */
 typedef struct {
     double z[SM_CURVE_UNKNOWNS + 1], tangent[SM_CURVE_UNKNOWNS + 1];
     double jacobian[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS];
-    int passes; /* of Newton's method that led to it */
+    int passes; /* iterations of Newton's method */
 } point;
 
 static double dot(int n, const double *a, const double *b) {
@@ -27,82 +34,61 @@ static double distance(int n, const double *a, const double *b) {
     return sqrt(square);
 }
 
-/* How far Newton's method may go. */
+/* Limits of Newton's method. */
 typedef struct {
     int passes;
-    double good;     /* last update: what it leaves is its square */
-    double longest;  /* update: longer ones are shortened to it */
-    double farthest; /* from the start: beyond, there may not be an F */
+    double good;     /* largest last update: the remaining error is about its square */
+    double longest;  /* longest update: longer ones are shortened to it */
+    double farthest; /* largest distance from the guess */
 } search;
 
 static const search FOLLOWING = {8, 5e-7, INFINITY, 0.05}, BISECTING = {8, 1e-8, INFINITY, 0.05},
                     SEARCHING = {30, 1e-8, 0.3, INFINITY};
 
-/* Replaces the two right-hand sides in the last columns by the solutions; returns 0 if the matrix
- * (n, n) is singular. */
-static int solved(int n, double A[MOST + 1][MOST + 3]) {
-    for (int c = 0; c < n; c++) {
-        int pivot = c;
-        for (int r = c + 1; r < n; r++)
-            if (fabs(A[r][c]) > fabs(A[pivot][c])) pivot = r;
-        if (!(fabs(A[pivot][c]) > 0.0)) return 0;
-        for (int k = c; pivot != c && k < n + 2; k++) {
-            const double swapped = A[c][k];
-            A[c][k] = A[pivot][k];
-            A[pivot][k] = swapped;
-        }
-        for (int r = c + 1; r < n; r++) {
-            const double factor = A[r][c] / A[c][c];
-            for (int k = c + 1; k < n + 2; k++) A[r][k] -= factor * A[c][k];
-        }
-    }
-    for (int right = n; right < n + 2; right++)
-        for (int r = n - 1; r >= 0; r--) {
-            double value = A[r][right];
-            for (int k = r + 1; k < n; k++) value -= A[r][k] * A[k][right];
-            A[r][right] = value / A[r][r];
-        }
-    return 1;
+/* Replaces a right-hand side (n) by the solution; the last row of the matrix is the normal, the
+ * others are J (n - 1, n). Returns 0 if the matrix is singular. */
+static int solved(int n, const double *J, const double *normal, double *right) {
+    double matrix[(MOST + 1) * (MOST + 1)];
+    const size_t row = (size_t)n, above = (row - 1) * row;
+    memcpy(matrix, J, above * sizeof *J);
+    memcpy(matrix + above, normal, row * sizeof *normal);
+    return sm_eliminate(row, matrix, right);
 }
 
-/* Newton's method on F = 0 in the plane through a guess; the tangent points onward. */
+/* Solves F = 0 in the plane through a guess by Newton's method; the tangent points onward. */
 static sm_status corrected(const sm_curve *curve, search limits, const double *guess,
                            const double *normal, const double *onward, point *found) {
     const int k = curve->unknowns, n = k + 1;
-    double z[MOST + 1], F[MOST], J[MOST * (MOST + 1)];
+    double z[MOST + 1], J[MOST * (MOST + 1)];
     memcpy(z, guess, (size_t)n * sizeof *z);
     for (int passes = 0; passes < limits.passes; passes++) {
-        double A[MOST + 1][MOST + 3], off = 0.0, size = 0.0, far = 0.0;
-        if (curve->rates(curve->of, z, F, J) != SM_OK) return SM_NOT_CONVERGED;
-        for (int r = 0; r < k; r++) {
-            memcpy(A[r], J + r * n, (size_t)n * sizeof *J);
-            A[r][n] = F[r];
-            A[r][n + 1] = 0.0;
-        }
-        for (int c = 0; c < n; c++) off += normal[c] * (z[c] - guess[c]);
-        memcpy(A[k], normal, (size_t)n * sizeof *normal);
-        A[k][n] = off;
-        A[k][n + 1] = 1.0; /* the tangent: J t = 0, normal t = 1 */
-        if (!solved(n, A)) return SM_NOT_CONVERGED;
+        double update[MOST + 1], size = 0.0, far = 0.0; /* J u = F, normal u = normal (z - guess) */
+        if (curve->rates(curve->of, z, update, J) != SM_OK) return SM_NOT_CONVERGED;
+        update[k] = 0.0;
+        for (int c = 0; c < n; c++) update[k] += normal[c] * (z[c] - guess[c]);
+        if (!solved(n, J, normal, update)) return SM_NOT_CONVERGED;
         for (int r = 0; r < n; r++) {
-            if (!isfinite(A[r][n])) return SM_NOT_CONVERGED;
-            size = fmax(size, fabs(A[r][n]));
+            if (!isfinite(update[r])) return SM_NOT_CONVERGED;
+            size = fmax(size, fabs(update[r]));
         }
         if (size <= fmax(limits.good, curve->noise)) {
-            double tangent[MOST + 1];
-            found->passes = passes;
-            for (int r = 0; r < n; r++) tangent[r] = A[r][n + 1];
+            double tangent[MOST + 1] = {0.0}; /* J t = 0, normal t = 1 */
+            tangent[k] = 1.0;
+            if (!solved(n, J, normal, tangent)) return SM_NOT_CONVERGED;
             const double length = sqrt(dot(n, tangent, tangent));
             const double sign = dot(n, tangent, onward) < 0.0 ? -1.0 : 1.0;
-            for (int r = 0; r < n; r++) found->tangent[r] = sign * tangent[r] / length;
-            for (int r = 0; r < n; r++) found->z[r] = z[r] - A[r][n];
+            found->passes = passes;
+            for (int r = 0; r < n; r++) {
+                found->tangent[r] = sign * tangent[r] / length;
+                found->z[r] = z[r] - update[r];
+            }
             for (int r = 0; r < k; r++)
                 memcpy(found->jacobian + r * k, J + r * n, (size_t)k * sizeof *J);
             return SM_OK;
         }
         const double part = size > limits.longest ? limits.longest / size : 1.0;
         for (int r = 0; r < n; r++) {
-            z[r] -= part * A[r][n];
+            z[r] -= part * update[r];
             far = fmax(far, fabs(z[r] - guess[r]));
         }
         if (far > limits.farthest) return SM_NOT_CONVERGED;
@@ -115,7 +101,7 @@ static int is_valid(const sm_curve *curve) {
            && curve->largest_step > 0.0 && curve->noise >= 0.0;
 }
 
-/* Where points of a branch go: the rows that follow one another by `stride` doubles. */
+/* Rows of points of a branch, `stride` doubles apart. */
 typedef struct {
     double *row;
     ptrdiff_t stride;
@@ -130,7 +116,7 @@ static void put(const sm_curve *curve, rows out, size_t number, const point *at)
     memcpy(row + 2 * n, at->jacobian, (size_t)(k * k) * sizeof *row);
 }
 
-/* The point at p = 0 or p = 1 between two. */
+/* Computes the point at p = 0 or p = 1 between two points. */
 static sm_status at_end(const sm_curve *curve, const point *inside,
                         const point *outside, point *found) {
     const int k = curve->unknowns, n = k + 1;
@@ -143,8 +129,9 @@ static sm_status at_end(const sm_curve *curve, const point *inside,
     return corrected(curve, FOLLOWING, guess, upwards, inside->tangent, found);
 }
 
-/* The next point at a distance along the tangent, guessed on the cubic through the last two and their
- * tangents, `before` being NULL at the first; unless the curve bends too much for it. */
+/* Computes the next point at a distance along the tangent. The guess lies on the cubic through the
+ * last two points and their tangents; `before` is NULL at the first point. Fails if the curve turns
+ * too far. */
 static sm_status stepped(const sm_curve *curve, const point *before,
                          const point *last, double step, point *found) {
     const int n = curve->unknowns + 1;
@@ -166,7 +153,7 @@ static sm_status stepped(const sm_curve *curve, const point *before,
     return turn < cos(0.15) ? SM_NOT_CONVERGED : SM_OK;
 }
 
-/* From a start on along its tangent; how many points there are, at most `most`. */
+/* Traces the curve from a start along its tangent; returns the number of points, at most `most`. */
 static size_t traced(const sm_curve *curve, const point *start, size_t most, rows out,
                      int *closed) {
     const int k = curve->unknowns, n = k + 1;

@@ -1,6 +1,11 @@
-/* Steady states of a forced slow flow at parts of its line of inputs: where curves of it start. */
+/* Steady states of a forced slow flow at given parts of its line of inputs.
+ *
+ * Moduli of the amplitudes that may balance the forces are found on a grid over the friction table;
+ * Newton's method on the equations of forced.c starts from them. Python and the explorer start
+ * solution curves from the result.
+ */
 #include "base/check.h"
-#include "slow/slow_flow.h"
+#include "slow/branches/forced.h"
 
 #define CELLS 32        /* of the amplitude range of each of two modes, see `is_candidate` */
 #define CELLS_ALONE 100 /* of the range of a single mode */
@@ -22,16 +27,15 @@ typedef struct {
  *
  * The left-hand side for z = |z| is the force that the moduli need. */
 typedef struct {
-    double limit_scale;
-    sm_complex coupling[SM_MODES], shifted[SM_MODES]; /* c, shift F */
-    sm_complex spring[SM_MODES], gain[SM_MODES], acting[SM_MODES];
+    sm_instant at; /* ratio = c / s, gain = c s */
+    sm_complex spring[SM_MODES], acting[SM_MODES];
 } load;
 
 static int corners(const grid *g, int mode) { return g->cells[mode] + 1; }
 
 static int corner_at(const grid *g, int a, int b) { return a * corners(g, 1) + b; }
 
-/* The modulus of a mode at a place along its cells. */
+/* Returns the modulus of a mode at a position along its cells. */
 static double modulus_at(const grid *g, int mode, double place) {
     const int cells = g->cells[mode];
     return place < cells ? place * (g->range[mode] / cells) : cells > 0 ? g->range[mode] : 0.0;
@@ -40,7 +44,8 @@ static double modulus_at(const grid *g, int mode, double place) {
 static sm_status look_up(const sm_table *table, const double *modulus, sm_complex *friction) {
     double columns[SM_MOST_FIELDS];
     const sm_status status = sm_table_lookup(table, 1, modulus, columns);
-    for (int j = 0; status == SM_OK && j < table->modes; j++) friction[j] = sm_pair(columns + 2 * j);
+    for (int j = 0; status == SM_OK && j < table->modes; j++)
+        friction[j] = sm_pair(columns + 2 * j);
     return status;
 }
 
@@ -49,7 +54,8 @@ static sm_status set_grid(grid *g, const sm_forced *forced) {
     g->modes = forced->flow->table.modes;
     for (int j = 0; j < SM_MODES; j++) {
         const int moved = j < g->modes
-                          && (forced->inputs[0].force[j] != 0.0 || forced->inputs[1].force[j] != 0.0);
+                          && (forced->inputs[0].force[j] != 0.0
+                              || forced->inputs[1].force[j] != 0.0);
         g->cells[j] = !moved ? 0 : g->modes > 1 ? CELLS : CELLS_ALONE;
         g->range[j] = forced->scale[j];
     }
@@ -62,28 +68,20 @@ static sm_status set_grid(grid *g, const sm_forced *forced) {
 }
 
 static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *inputs) {
-    double rest[2 * SM_MODES] = {0.0}, balance[8 * SM_MODES];
-    const double *stiffness = balance + 2 * flow->table.modes; /* after mass_j */
-    const sm_status status = sm_slow_flow_balance(flow, 1, inputs, rest, balance, NULL);
+    const sm_status status = sm_inputs_check(inputs, flow->table.modes);
     if (status != SM_OK) return status;
-    l->limit_scale = inputs->limit_scale;
+    l->at.known = 0;
+    sm_instant_set(&l->at, flow, inputs);
     for (int j = 0; j < flow->table.modes; j++) {
-        const sm_complex slope = sm_pair(flow->coupling_ratio[j][1]);
-        const sm_complex turned = sm_cx(-inputs->frequency[j] * slope.im, inputs->frequency[j] * slope.re);
-        const sm_complex constant = sm_cadd(sm_cx(1.0, 0.0), sm_pair(flow->coupling_ratio[j][0]));
-        const sm_complex coupling = sm_cadd(constant, turned), k = sm_pair(stiffness + 2 * j);
-        const sm_complex force = sm_cscale(sm_unit(inputs->phase[j]), inputs->force[j]);
-        l->coupling[j] = coupling;
-        l->shifted[j] = sm_cmul(sm_pair(flow->off_resonance[j]), force);
-        l->spring[j] = sm_cscale(sm_cdiv(k, coupling), inputs->limit_scale);
-        l->gain[j] = sm_cscale(coupling, inputs->limit_scale);
-        l->acting[j] = sm_cadd(sm_cscale(force, 0.5), sm_cmul(k, l->shifted[j]));
+        const sm_complex half = sm_cscale(l->at.now.force[j], 0.5);
+        l->spring[j] = sm_cdiv(l->at.now.stiffness[j], l->at.ratio[j]);
+        l->acting[j] = sm_cadd(half, sm_cmul(l->spring[j], l->at.offset[j]));
     }
     return SM_OK;
 }
 
 static sm_complex force_needed(const load *l, int mode, double modulus, sm_complex friction) {
-    return sm_csub(sm_cscale(l->spring[mode], modulus), sm_cmul(l->gain[mode], friction));
+    return sm_csub(sm_cscale(l->spring[mode], modulus), sm_cmul(l->at.gain[mode], friction));
 }
 
 /* Notes at each corner, for each mode, whether the acting force suffices (1) and whether it is not
@@ -104,8 +102,8 @@ static void set_sides(grid *g, const load *l) {
         }
 }
 
-/* Whether the force needed falls below the acting one at some corners of the cell, and exceeds it at
- * others, for each mode. */
+/* Returns whether the needed force is below the acting force at some corners of the cell and above
+ * it at others, for each mode. */
 static int is_candidate(const grid *g, int a, int b) {
     unsigned sides = 0;
     for (int i = 0; i <= (g->cells[0] > 0); i++)
@@ -113,7 +111,8 @@ static int is_candidate(const grid *g, int a, int b) {
     return sides == (g->modes > 1 ? 15u : 3u);
 }
 
-/* The amplitudes in the middle of a cell whose phases balance the forces, in units of the curve. */
+/* Computes amplitudes in the middle of a cell whose phases balance the forces, in units of the
+ * curve. */
 static sm_status guess(const grid *g, const load *l, const sm_table *table, const int *cell,
                        double *z) {
     double modulus[SM_MODES];
@@ -126,10 +125,10 @@ static sm_status guess(const grid *g, const load *l, const sm_table *table, cons
         const sm_complex turn = sm_cmul(l->acting[j], sm_conj(needed));
         const double length = sqrt(sm_cabs2(turn));
         const sm_complex unit = length > 0.0 ? sm_cscale(turn, 1.0 / length) : sm_cx(1.0, 0.0);
-        const sm_complex effective = sm_cscale(unit, l->limit_scale * modulus[j]);
-        const sm_complex a = sm_csub(sm_cdiv(effective, l->coupling[j]), l->shifted[j]);
-        z[2 * j] = a.re / (l->limit_scale * g->range[j]);
-        z[2 * j + 1] = a.im / (l->limit_scale * g->range[j]);
+        const sm_complex moved = sm_csub(sm_cscale(unit, modulus[j]), l->at.offset[j]);
+        const sm_complex a = sm_cdiv(moved, l->at.ratio[j]);
+        z[2 * j] = a.re / (l->at.now.limit_scale * g->range[j]);
+        z[2 * j + 1] = a.im / (l->at.now.limit_scale * g->range[j]);
     }
     return status;
 }

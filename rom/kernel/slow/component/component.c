@@ -1,5 +1,11 @@
-/* The step-able component: inputs held or ramped over a step, slow flow, contact motion at the
- * communication point. */
+/* The step-able component: slow flow and contact motion under inputs that change linearly over a
+ * step.
+ *
+ * A step jumps the amplitudes where the forces are discontinuous (discontinuity.c), integrates the
+ * amplitude equations (dopri5.c) with step size control, and hands each internal step to the
+ * contact motion (contact_output.c), which is integrated when it is read. Python, the FMU and the
+ * explorer call the entries.
+ */
 #include <stdlib.h>
 
 #include "base/check.h"
@@ -30,8 +36,7 @@ struct sm_component {
     sm_inputs inputs;
     slow_state slow;
     uint64_t accepted, rejected;
-    /* what follows from state and inputs, kept where it is known: to the bit what it would be */
-    int rate_known;
+    int rate_known; /* 1: `rate` is the derivative of the unknowns at present */
     double rate[SM_UNKNOWNS];
     sm_instant instant;
 };
@@ -84,17 +89,19 @@ sm_status sm_component_create(const sm_slow_flow *flow, const sm_contact *contac
 
 void sm_component_free(sm_component *component) { free(component); }
 
-/* The inputs carry the angles for the combination resonances; the state has them exactly. */
+/* Copies the angles of the state, which are exact sums, to the inputs for the combination
+ * resonances. */
 static void align_angles(sm_component *c) {
     for (int j = 0; j < SM_MODES; j++) c->inputs.angle[j] = c->slow.angle[j].value;
 }
 
-/* SM_OK where the slow flow is defined: finite amplitudes inside the table. */
+/* Computes the derivative of the unknowns; returns SM_OK for finite amplitudes inside the table. */
 static sm_status rate_at(const sm_component *c, const sm_inputs *inputs, const double *amplitude,
                          double *rate) {
     sm_instant instant = {.known = 0};
     if (!sm_all_finite(amplitude, 2 * (size_t)c->flow.table.modes)) return SM_NOT_FINITE;
-    return sm_slow_flow_derivative(&c->flow, inputs, &instant, amplitude, rate);
+    sm_instant_set(&instant, &c->flow, inputs);
+    return sm_slow_flow_derivative(&c->flow, &instant, amplitude, rate);
 }
 
 sm_status sm_component_reset(sm_component *c, double time, const double *amplitude) {
@@ -107,7 +114,7 @@ sm_status sm_component_reset(sm_component *c, double time, const double *amplitu
     memcpy(fresh.amplitude, amplitude, 2 * (size_t)c->flow.table.modes * sizeof(double));
     c->slow = fresh;
     align_angles(c);
-    c->rate_known = 0; /* the angles are others */
+    c->rate_known = 0; /* the angles have changed */
     sm_contact_output_reset(&c->contacts);
     return SM_OK;
 }
@@ -123,7 +130,7 @@ sm_status sm_component_set_amplitude(sm_component *c, const double *amplitude) {
     return SM_OK;
 }
 
-/* The limits can be scaled where friction is homogeneous. */
+/* Checks the inputs; the limits can be scaled if friction is homogeneous. */
 static sm_status check_inputs(const sm_component *c, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, c->flow.table.modes);
     const int scaled = inputs->limit_scale != 1.0 || inputs->limit_scale_rate != 0.0;
@@ -145,76 +152,64 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     return status;
 }
 
-/* A step to begin with. From rest a = rate h at first, and the error of a step is measured
- * against that: it is of the order of (h |stiffness / mass|)^4. The factor is measured, 5 less a
- * margin. */
-static double first_step(const sm_component *c) {
+/* Factor of the first internal step: from rest a = rate h at first, so the relative error of a step
+ * is of the order of (h |stiffness / mass|)^4; 5 was measured to meet the tolerance. */
+#define FIRST_STEP 4.0
+
+/* Returns the first internal step at the present inputs [s], to which the instant is set. */
+static double first_step(sm_component *c) {
     double fastest = 0.0;
+    sm_instant_set(&c->instant, &c->flow, &c->inputs);
     for (int j = 0; j < c->flow.table.modes; j++)
-        fastest = fmax(fastest, sm_cabs2(sm_of(&c->instant.factor.spring, j)));
-    return 4.0 * sqrt(sqrt(c->tolerance) / fastest);
+        fastest = fmax(fastest, sm_cabs2(c->instant.spring[j]));
+    return FIRST_STEP * sqrt(sqrt(c->tolerance) / fastest);
 }
 
-/* The unknowns, their derivative, and the next internal step. */
-typedef struct {
-    double y[SM_UNKNOWNS], dy[SM_UNKNOWNS], step;
-} integration;
-
-/* Integrates the slow flow over [0, duration], to the inputs `after`, in so many tries at most. The
- * contacts' queue is advanced with it. */
+/* Integrates the slow flow from `now` over [0, duration], to the inputs `after`, in at most `most`
+ * tries. `next_step` is the internal step to begin with, 0 for none, and becomes the next one. */
 static sm_status integrate(sm_component *c, double duration, int64_t most, const sm_inputs *after,
-                           integration *now) {
-    double *y = now->y, *dy = now->dy;
-    const int wanted = c->contacts.motion.wanted;
+                           sm_flow_point *now, double *next_step) {
     sm_inputs begin = c->inputs;
-    double y_new[SM_UNKNOWNS], dy_new[SM_UNKNOWNS], error;
+    sm_instant_set(&c->instant, &c->flow, &c->inputs);
     sm_status status = SM_OK;
     if (c->rate_known)
-        memcpy(dy, c->rate, sizeof now->dy);
+        memcpy(now->dy, c->rate, sizeof now->dy);
     else
-        status = sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, y, dy);
-    double elapsed = 0.0, h = now->step > 0.0 ? now->step : fmin(duration, first_step(c));
-    int64_t tries = 0;
-    while (status == SM_OK && elapsed < duration) {
+        status = sm_slow_flow_derivative(&c->flow, &c->instant, now->y, now->dy);
+    double elapsed = 0.0, h = *next_step > 0.0 ? *next_step : fmin(duration, first_step(c));
+    for (int64_t tries = 0; status == SM_OK && elapsed < duration;) {
         if (++tries > most) return SM_STEP_TOO_SMALL;
         const double left = duration - elapsed;
         const int last = h >= left * (1.0 - 1e-12);
-        const double tried = last ? left : h;
-        const sm_inputs end =
-            last ? *after : sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + tried);
-        sm_status outcome =
-            sm_slow_flow_dopri5(&c->flow, &c->inputs, elapsed, tried, &end, c->tolerance,
-                             &c->instant, y, dy, y_new, dy_new, &error);
+        sm_time_step step = {&c->flow, &c->inputs, *after, elapsed, last ? left : h, c->tolerance};
+        if (!last) step.end = sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + step.h);
+        sm_flow_point next;
+        double error;
+        sm_status outcome = sm_dopri5(&step, &c->instant, now, &next, &error);
         if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
         if (outcome != SM_OK || error > 1.0) {
-            /* a stage beyond the table, or an overflow: come closer to it, then say so */
-            h = tried * (outcome != SM_OK ? 0.25 : fmax(0.2, 0.9 * pow(error, -0.2)));
+            /* a stage beyond the table, or an overflow: come closer to it, then return its
+             * status */
+            h = step.h * (outcome != SM_OK ? 0.25 : fmax(0.2, 0.9 * pow(error, -0.2)));
             c->rejected++;
             if (h < 1e-13 * (duration + 1.0 / c->inputs.frequency[0]))
                 return outcome != SM_OK ? outcome : SM_STEP_TOO_SMALL;
             continue;
         }
         c->accepted++;
-        if (wanted) {
-            sm_stretch stretch = {.duration = tried, .inputs = begin};
-            memcpy(stretch.y, y, sizeof stretch.y);
-            memcpy(stretch.rate, dy, sizeof stretch.rate);
-            memcpy(stretch.y_end, y_new, sizeof stretch.y_end);
-            memcpy(stretch.rate_end, dy_new, sizeof stretch.rate_end);
-            status = sm_contact_output_add(&c->contacts, &c->flow, &stretch, &end);
-            begin = end;
-        }
-        memcpy(y, y_new, sizeof y_new);
-        memcpy(dy, dy_new, sizeof dy_new);
-        elapsed = last ? duration : elapsed + tried;
-        const double grown = tried * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
+        if (c->contacts.motion.wanted)
+            status = sm_contact_output_add(&c->contacts, &step, &begin, now, &next);
+        begin = step.end;
+        *now = next;
+        elapsed = last ? duration : elapsed + step.h;
+        const double grown = step.h * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
         h = last && grown < h ? h : grown; /* a step cut short by the call says little */
     }
-    now->step = h;
+    *next_step = h;
     return status;
 }
 
-/* The slow state `duration` later, as far as time and inputs tell. */
+/* Returns the slow state `duration` later, with the amplitudes and the energy of now. */
 static slow_state later(const sm_component *c, double duration) {
     slow_state fresh = c->slow;
     sm_add(&fresh.time, duration);
@@ -244,49 +239,43 @@ static void stay_inside(const sm_component *c, double *amplitude) {
     }
 }
 
-/* Advances by `duration` in so many tries at most; otherwise the state is as before, but for the
- * contacts' queue. */
+/* Advances by `duration` in at most `most` tries. On failure only the queue of the contacts has
+ * changed. */
 static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
     sm_status status = sm_inputs_check(&after, c->flow.table.modes);
     if (status != SM_OK) return status;
     slow_state fresh = later(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
-    integration now = {.y = {0.0}, .step = fresh.step};
-    const double *dy = now.dy;
+    sm_flow_point now = {.y = {0.0}};
     memcpy(now.y, c->slow.amplitude, sizeof c->slow.amplitude);
     if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, now.y)) {
         stay_inside(c, now.y);
         c->rate_known = 0;
     }
-    status = integrate(c, duration, most, &after, &now);
+    status = integrate(c, duration, most, &after, &now, &fresh.step);
     if (status != SM_OK) return status;
-    fresh.step = now.step;
     memcpy(fresh.amplitude, now.y, sizeof fresh.amplitude);
     fresh.held = sm_hold_force(&after);
     sm_add(&fresh.energy, now.y[SM_DISSIPATED]);
     if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
-        !sm_all_finite(dy, SM_UNKNOWNS))
+        !sm_all_finite(now.dy, SM_UNKNOWNS))
         return SM_NOT_FINITE;
-
     c->slow = fresh;
     c->inputs = after;
-    memcpy(c->rate, dy, sizeof c->rate);
+    memcpy(c->rate, now.dy, sizeof c->rate);
     c->rate_known = 1;
     return SM_OK;
 }
 
-/* The same, and the queue is as before as well. */
+/* Advances by `duration` in at most `most` tries. On failure nothing has changed. */
 static sm_status advance(sm_component *c, double duration, int64_t most) {
     sm_status status = sm_check_positive(duration);
     if (status != SM_OK || !c->contacts.motion.wanted)
         return status == SM_OK ? try_advance(c, duration, most) : status;
     sm_contact_output_begin(&c->contacts);
     status = try_advance(c, duration, most);
-    if (status == SM_OK)
-        sm_contact_output_commit(&c->contacts, &c->flow);
-    else
-        sm_contact_output_abandon(&c->contacts);
+    if (status != SM_OK) sm_contact_output_abandon(&c->contacts);
     return status;
 }
 
@@ -345,7 +334,7 @@ sm_status sm_component_recent_motion(sm_component *c, const sm_inputs *inputs,
     return sm_contact_output_recent(&c->contacts, &c->flow, &at, rate, detail, motion);
 }
 
-/* Outputs after a step. If the motion cannot be computed, its outputs are NaN. */
+/* Writes the outputs after a step. If the motion cannot be computed, its outputs are NaN. */
 static sm_status read_row(sm_component *c, double *row) {
     const sm_status status = sm_component_outputs(c, row);
     if (status == SM_OK) return status;
@@ -369,24 +358,16 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
     return status;
 }
 
-/* The next internal step, were it not cut short. */
-static double own_step(sm_component *c) {
-    double rate[SM_UNKNOWNS];
-    if (c->slow.step > 0.0) return c->slow.step;
-    (void)sm_slow_flow_derivative(&c->flow, &c->inputs, &c->instant, c->slow.amplitude, rate);
-    return first_step(c);
-}
-
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
     const double least = 1e-3 / c->inputs.frequency[0]; /* a thousandth of a radian of mode A */
     sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
     const double step = c->slow.step;
-    for (double h = own_step(c); h > least; h = c->slow.step) {
+    for (double h = step > 0.0 ? step : first_step(c); h > least; h = c->slow.step) {
         *taken = h < left * (1.0 - 1e-12) ? h : left;
         if (advance(c, *taken, 1) == SM_OK) return SM_OK;
-        c->slow.step = 0.25 * *taken; /* more was too much, or led out of the table */
+        c->slow.step = 0.25 * *taken; /* the error was too large, or a stage left the table */
     }
     *taken = fmin(least, left);
     status = advance(c, *taken, MAX_TRIES);

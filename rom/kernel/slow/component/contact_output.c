@@ -1,7 +1,13 @@
+/* The contact motion of a component at its communication points.
+ *
+ * Contacts are integrated, eq. (12), when they are read. Until then the slow motion waits in a
+ * queue with room for as long as contacts remember, so that motion which is not read costs little.
+ * Elastic displacements are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j exp(i phase_j))
+ * exp(i theta_j) + contacts_out x_c + response. The component (component.c) calls the entries.
+ */
 #include "slow/component/contact_output.h"
 
 #include "base/check.h"
-#include "base/cnumber.h"
 #include "base/exact_sum.h"
 
 static size_t node_count(const sm_table *table) {
@@ -46,129 +52,118 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
     }
     sm_march_place(&out->march, &out->contact, orders, block);
     out->state = sm_take(block, sm_march_state_count(contact));
-    out->before.state = sm_take(block, sm_march_state_count(contact));
+    out->state_before = sm_take(block, sm_march_state_count(contact));
     out->queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
-    out->before.queue = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
+    out->queue_before = (void *)sm_take(block, sm_doubles(sizeof *out->queue));
     for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(block, 2 * (size_t)orders * n);
 }
 
-static double slowest_period(const sm_contact_output *out, const sm_inputs *inputs) {
+/* Returns the seconds that the contacts remember at given frequencies, or a part of them. */
+static double periods(const sm_contact_output *out, const double *frequency, double count) {
     double slowest = INFINITY;
-    for (int j = 0; j < out->contact.modes; j++) slowest = fmin(slowest, inputs->frequency[j]);
-    return SM_TWO_PI / slowest;
+    for (int j = 0; j < out->contact.modes; j++) slowest = fmin(slowest, frequency[j]);
+    return count * SM_TWO_PI / slowest;
 }
 
-/* Seconds for which the contacts remember. */
-static double memory_of(const sm_contact_output *out, const sm_inputs *inputs) {
-    return out->motion.memory_periods * slowest_period(out, inputs);
+/* Adds the shift of the amplitudes by the forces, which acts on the contacts as an amplitude, and
+ * its rate. */
+static void add_shift(const sm_slow_flow *flow, const sm_inputs *in, double *amplitude,
+                      double *rate) {
+    for (int j = 0; j < flow->table.modes; j++) {
+        const sm_complex shift = sm_cmul(sm_pair(flow->off_resonance[j]), sm_unit(in->phase[j]));
+        const sm_complex shifted = sm_cscale(shift, in->force[j]);
+        const sm_complex growth =
+            sm_cmul(shift, sm_cx(in->force_rate[j], in->phase_rate[j] * in->force[j]));
+        amplitude[2 * j] += shifted.re;
+        amplitude[2 * j + 1] += shifted.im;
+        rate[2 * j] += growth.re;
+        rate[2 * j + 1] += growth.im;
+    }
 }
 
-static void find_reaction(sm_contact_output *out, const sm_slow_flow *flow,
-                          const sm_inputs *inputs, const double *y, double *reaction) {
-    const sm_response_point point = sm_response_point_at(flow, &out->instant, inputs, y);
+/* Returns the stretch from inputs and unknowns at its start to those at its end. */
+static sm_stretch stretch_between(const sm_slow_flow *flow, double duration,
+                                  const sm_inputs *begin, const sm_flow_point *from,
+                                  const sm_inputs *end, const sm_flow_point *to) {
+    sm_stretch stretch = {.segment = {.duration = duration},
+                          .limit_scale = begin->limit_scale,
+                          .limit_scale_rate = begin->limit_scale_rate};
+    sm_segment *g = &stretch.segment;
+    memcpy(g->amplitude_start, from->y, sizeof g->amplitude_start);
+    memcpy(g->amplitude_end, to->y, sizeof g->amplitude_end);
+    memcpy(g->rate_start, from->dy, sizeof g->rate_start);
+    memcpy(g->rate_end, to->dy, sizeof g->rate_end);
+    memcpy(g->angle, begin->angle, sizeof g->angle);
+    memcpy(g->frequency, begin->frequency, sizeof g->frequency);
+    memcpy(g->frequency_rate, begin->frequency_rate, sizeof g->frequency_rate);
+    add_shift(flow, begin, g->amplitude_start, g->rate_start);
+    add_shift(flow, end, g->amplitude_end, g->rate_end);
+    return stretch;
+}
+
+/* Computes the frequencies and the limit scale at a time of a stretch. */
+static double state_at(const sm_stretch *stretch, double elapsed, double *frequency) {
+    const sm_segment *g = &stretch->segment;
+    for (int j = 0; j < SM_MODES; j++)
+        frequency[j] = g->frequency[j] + elapsed * g->frequency_rate[j];
+    return stretch->limit_scale + elapsed * stretch->limit_scale_rate;
+}
+
+/* Computes the force of the modes on the contacts at a time of a stretch. */
+static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow,
+                          const sm_stretch *stretch, double elapsed, const double *amplitude,
+                          double *reaction) {
+    double frequency[SM_MODES];
+    const double scale = state_at(stretch, elapsed, frequency);
+    const sm_response_point point = sm_response_point_at(flow, frequency, scale, amplitude);
     sm_response_coefficients(&point, out->motion.orders_count, out->motion.orders,
                              (size_t)out->contact.contacts, out->motion.reaction, reaction);
 }
 
-/* The reaction at both ends of a stretch; where one ends the next begins. */
-static void find_reactions(sm_contact_output *out, const sm_slow_flow *flow,
-                           const sm_stretch *stretch, const sm_inputs *end) {
-    const int same =
-        out->reaction_known
-        && memcmp(&out->reaction_inputs, &stretch->inputs, offsetof(sm_inputs, angle)) == 0
-        && memcmp(out->reaction_amplitude, stretch->y, sizeof out->reaction_amplitude) == 0;
-    double *spare = out->reaction[0];
-    out->reaction[0] = out->reaction[1];
-    out->reaction[1] = spare;
-    if (!same) find_reaction(out, flow, &stretch->inputs, stretch->y, out->reaction[0]);
-    find_reaction(out, flow, end, stretch->y_end, out->reaction[1]);
-    out->reaction_known = 1;
-    out->reaction_inputs = *end;
-    memcpy(out->reaction_amplitude, stretch->y_end, sizeof out->reaction_amplitude);
-}
-
-/* What acts on the contacts as an amplitude at the carrier: with the force that acts on them. */
-static void add_off_resonance(const sm_slow_flow *flow, int j, sm_complex force,
-                              double *amplitude) {
-    const sm_complex off_resonance = sm_cmul(sm_pair(flow->off_resonance[j]), force);
-    amplitude[2 * j] += off_resonance.re;
-    amplitude[2 * j + 1] += off_resonance.im;
-}
-
-static sm_segment segment_of(const sm_slow_flow *flow, const sm_stretch *stretch,
-                             const sm_inputs *end) {
-    sm_segment g = {.duration = stretch->duration};
-    const sm_inputs *start = &stretch->inputs;
-    memcpy(g.amplitude_start, stretch->y, sizeof g.amplitude_start);
-    memcpy(g.amplitude_end, stretch->y_end, sizeof g.amplitude_end);
-    memcpy(g.rate_start, stretch->rate, sizeof g.rate_start);
-    memcpy(g.rate_end, stretch->rate_end, sizeof g.rate_end);
-    for (int j = 0; j < flow->table.modes; j++) {
-        g.angle[j] = start->angle[j];
-        g.frequency[j] = start->frequency[j];
-        g.frequency_rate[j] = start->frequency_rate[j];
-        if (flow->off_resonance[j][0] == 0.0 && flow->off_resonance[j][1] == 0.0) continue;
-        const sm_complex from = sm_unit(start->phase[j]), to = sm_unit(end->phase[j]);
-        const double growth = start->force_rate[j], phase_rate = start->phase_rate[j];
-        add_off_resonance(flow, j, sm_cscale(from, start->force[j]), g.amplitude_start);
-        add_off_resonance(flow, j, sm_cscale(to, end->force[j]), g.amplitude_end);
-        add_off_resonance(flow, j, sm_cmul(from, sm_cx(growth, phase_rate * start->force[j])),
-                          g.rate_start);
-        add_off_resonance(flow, j, sm_cmul(to, sm_cx(growth, phase_rate * end->force[j])),
-                          g.rate_end);
-    }
-    return g;
-}
-
-/* Marches over a stretch but for its first `from` seconds. */
+/* Integrates the contacts over a stretch without its first `from` seconds. */
 static sm_status march(sm_contact_output *out, const sm_slow_flow *flow, const sm_stretch *stretch,
                        double from, sm_detail detail) {
-    const double to = stretch->duration;
-    const sm_inputs end = sm_inputs_after(&stretch->inputs, out->contact.modes, to);
-    sm_segment g = segment_of(flow, stretch, &end);
+    sm_segment g = stretch->segment;
     if (out->response.orders_count > 0) {
-        find_reactions(out, flow, stretch, &end);
+        find_reaction(out, flow, stretch, 0.0, g.amplitude_start, out->reaction[0]);
+        find_reaction(out, flow, stretch, g.duration, g.amplitude_end, out->reaction[1]);
         g.reaction_start = out->reaction[0];
         g.reaction_end = out->reaction[1];
     }
-    const double scale =
-        stretch->inputs.limit_scale + stretch->inputs.limit_scale_rate * 0.5 * (from + to);
+    double frequency[SM_MODES];
+    const double scale = state_at(stretch, 0.5 * (from + g.duration), frequency);
     if (out->contact.law == SM_ELASTIC)
         out->march.solver.scale = scale;
     else
         for (int i = 0; i < out->contact.contacts; i++)
             out->scaled_limit[i] = scale * out->limit[i];
-    return sm_march_along(&out->march, &out->contact, &g, from, to, out->motion.steps_per_period,
-                          detail);
+    return sm_march_along(&out->march, &out->contact, &g, from, g.duration,
+                          out->motion.steps_per_period, detail);
 }
 
 void sm_contact_output_begin(sm_contact_output *out) {
-    const sm_stretch_queue *queue = out->queue;
-    out->before.first = queue->first;
-    out->before.count = queue->count;
-    out->before.whole = 0;
-    out->before.end = queue->end;
-    if (queue->count > 0) out->before.last = *sm_queue_at(queue, queue->count - 1);
+    memcpy(out->state_before, out->state, sm_march_state_count(&out->contact) * sizeof(double));
+    sm_queue_copy(out->queue, out->queue_before);
 }
 
 void sm_contact_output_abandon(sm_contact_output *out) {
-    sm_stretch_queue *queue = out->queue;
-    if (out->before.whole) {
-        *queue = *out->before.queue;
-        memcpy(out->state, out->before.state, sm_march_state_count(&out->contact) * sizeof(double));
-    }
-    queue->first = out->before.first;
-    queue->count = out->before.count;
-    queue->end = out->before.end;
-    if (queue->count > 0)
-        queue->stretch[(queue->first + queue->count - 1) % SM_STRETCHES] = out->before.last;
+    memcpy(out->state, out->state_before, sm_march_state_count(&out->contact) * sizeof(double));
+    sm_queue_copy(out->queue_before, out->queue);
 }
 
-/* The first stretch leaves the queue: marched, unless contacts do not remember it anyway. */
+/* Returns the seconds at the start of the queue that the contacts do not remember at its end. */
+static double forgotten(const sm_contact_output *out) {
+    const sm_stretch *last = sm_queue_at(out->queue, out->queue->count - 1);
+    double frequency[SM_MODES];
+    (void)state_at(last, last->segment.duration, frequency);
+    return sm_queue_duration(out->queue) - periods(out, frequency, out->motion.memory_periods);
+}
+
+/* Removes the first stretch from the queue, after an integration over it if the contacts remember
+ * it. */
 static sm_status take_first(sm_contact_output *out, const sm_slow_flow *flow) {
     const sm_stretch *first = sm_queue_at(out->queue, 0);
-    const double later = sm_queue_duration(out->queue) - first->duration;
-    if (later < memory_of(out, &out->queue->end)) {
+    if (forgotten(out) < first->segment.duration) {
         sm_march_start(&out->march, &out->contact, out->state);
         const sm_status status = march(out, flow, first, 0.0, SM_RESOLVED);
         if (status != SM_OK) return status;
@@ -178,44 +173,32 @@ static sm_status take_first(sm_contact_output *out, const sm_slow_flow *flow) {
     return SM_OK;
 }
 
-sm_status sm_contact_output_add(sm_contact_output *out, const sm_slow_flow *flow,
-                                const sm_stretch *stretch, const sm_inputs *end) {
-    const double longest = 0.5 * slowest_period(out, &stretch->inputs);
-    sm_stretch_queue *queue = out->queue;
-    if (sm_queue_is_full(queue) && !sm_queue_continues(queue, stretch, longest)) {
-        if (!out->before.whole) {
-            *out->before.queue = *queue;
-            memcpy(out->before.state, out->state,
-                   sm_march_state_count(&out->contact) * sizeof(double));
-            out->before.whole = 1;
-        }
-        const sm_status status = take_first(out, flow);
-        if (status != SM_OK) return status;
-    }
-    sm_queue_add(queue, stretch, end, longest);
-    return SM_OK;
+sm_status sm_contact_output_add(sm_contact_output *out, const sm_time_step *step,
+                                const sm_inputs *begin, const sm_flow_point *from,
+                                const sm_flow_point *to) {
+    const sm_stretch stretch =
+        stretch_between(step->flow, step->h, begin, from, &step->end, to);
+    const double longest = periods(out, begin->frequency, 0.5);
+    if (sm_queue_add(out->queue, &stretch, longest)) return SM_OK;
+    const sm_status status = take_first(out, step->flow);
+    if (status == SM_OK) (void)sm_queue_add(out->queue, &stretch, longest);
+    return status;
 }
 
-void sm_contact_output_commit(sm_contact_output *out, const sm_slow_flow *flow) {
-    /* Room for four stretches as the next step begins. One that cannot be marched stays: reading the
-     * motion returns its status. */
-    while (out->queue->count > SM_STRETCHES - 4 && take_first(out, flow) == SM_OK) continue;
-}
-
-/* Brings the state to the present. */
+/* Integrates the contacts to the present. */
 static sm_status march_all(sm_contact_output *out, const sm_slow_flow *flow) {
     sm_stretch_queue *queue = out->queue;
     if (queue->count == 0) return SM_OK;
-    double skipped = sm_queue_duration(queue) - memory_of(out, &queue->end);
+    double skipped = forgotten(out);
     sm_march_start(&out->march, &out->contact, out->state);
     for (int k = 0; k < queue->count; k++) {
         const sm_stretch *stretch = sm_queue_at(queue, k);
-        if (skipped < stretch->duration) {
+        if (skipped < stretch->segment.duration) {
             const sm_detail detail = k + 1 < queue->count ? SM_RESOLVED : SM_TO_BE_READ;
             const sm_status status = march(out, flow, stretch, fmax(0.0, skipped), detail);
             if (status != SM_OK) return status;
         }
-        skipped -= stretch->duration;
+        skipped -= stretch->segment.duration;
     }
     sm_march_read(&out->march, &out->contact, out->state);
     queue->count = 0;
@@ -247,36 +230,42 @@ void sm_contact_output_set_state(sm_contact_output *out, const double *values) {
     sm_queue_read(out->queue, values + count);
 }
 
-/* What moves the structure at a contact DOF where x_c and f_c (N_c) are: x_c, or the force that an
- * elastic contact falls short by. */
-static double draw(const sm_contact_output *out, size_t i, const double *x_c, const double *f_c) {
-    return out->contact.law == SM_ELASTIC ? out->contact.elastic->reference[i] * x_c[i] - f_c[i] : x_c[i];
+/* Returns the coordinate that moves the structure at a contact DOF: x_c, or the force deficit of an
+ * elastic contact. */
+static double source_of(const sm_contact_output *out, size_t i, double x_c, double f_c) {
+    return out->contact.law == SM_ELASTIC ? out->contact.elastic->reference[i] * x_c - f_c : x_c;
 }
 
-/* x (elastic) where the contacts are at x_c, with forces behind. */
-static void read_elastic(sm_contact_output *out, const sm_slow_flow *flow,
-                         const sm_inputs *inputs, const double *y, const double *x_c, double *x) {
+/* Computes elastic displacements x from contact motion (x_c, v_c, f_c). */
+static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
+                         const sm_inputs *inputs, const double *y, const double *contact,
+                         double *x) {
     const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
     const size_t elastic = (size_t)out->motion.elastic;
+    double amplitude[2 * SM_MODES] = {0.0}, rate[2 * SM_MODES] = {0.0};
     sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES], force[SM_MODES];
     for (size_t j = 0; j < modes; j++) {
         carrier[j] = sm_unit(inputs->angle[j]);
         q[j] = sm_cscale(sm_cmul(sm_pair(y + 2 * j), carrier[j]), 2.0);
-        force[j] = sm_cscale(sm_cmul(sm_unit(inputs->phase[j]), carrier[j]), 2.0 * inputs->force[j]);
+        const sm_complex phasor = sm_cmul(sm_unit(inputs->phase[j]), carrier[j]);
+        force[j] = sm_cscale(phasor, 2.0 * inputs->force[j]);
     }
     for (size_t k = 0; k < elastic; k++) {
         x[k] = 0.0;
         for (size_t j = 0; j < modes; j++) {
-            const double *shape = out->motion.modes_out + 2 * (k * modes + j);
-            x[k] += shape[0] * q[j].re - shape[1] * q[j].im;
-            const double *response = out->motion.forces_out + 2 * (k * modes + j);
-            x[k] += response[0] * force[j].re - response[1] * force[j].im;
+            const size_t at = 2 * (k * modes + j);
+            x[k] += sm_cmul(sm_pair(out->motion.modes_out + at), q[j]).re
+                    + sm_cmul(sm_pair(out->motion.forces_out + at), force[j]).re;
         }
         for (size_t i = 0; i < n; i++)
-            x[k] += out->motion.contacts_out[k * n + i] * draw(out, i, x_c, x_c + 2 * n);
+            x[k] += out->motion.contacts_out[k * n + i]
+                    * source_of(out, i, contact[i], contact[2 * n + i]);
     }
     if (out->response.orders_count == 0) return;
-    const sm_response_point point = sm_response_point_at(flow, &out->instant, inputs, y);
+    memcpy(amplitude, y, 2 * modes * sizeof *y);
+    add_shift(flow, inputs, amplitude, rate);
+    const sm_response_point point =
+        sm_response_point_at(flow, inputs->frequency, inputs->limit_scale, amplitude);
     sm_response_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
                          out->motion.response, carrier, x);
 }
@@ -293,8 +282,8 @@ sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flo
     return SM_OK;
 }
 
-/* The inputs without rates so fast that a frequency or limit would have been zero within the duration
- * before. */
+/* Returns the inputs without rates so fast that a frequency or limit would have been 0 within the
+ * duration before. */
 static sm_inputs without_fast_rates(const sm_inputs *inputs, int modes, double duration) {
     sm_inputs slow = *inputs;
     for (int j = 0; j < modes; j++)
@@ -308,25 +297,24 @@ static sm_inputs without_fast_rates(const sm_inputs *inputs, int modes, double d
 sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *flow,
                                    const sm_slow_point *at, const double *rate, sm_detail detail,
                                    double *values) {
-    const sm_inputs *inputs = at->inputs;
-    const double *y = at->amplitude;
     const int modes = out->contact.modes;
-    const size_t count = (size_t)out->contact.contacts, bytes = count * sizeof(double);
-    const double duration = memory_of(out, inputs);
-    const sm_inputs end = without_fast_rates(inputs, modes, duration);
-    sm_stretch past = {.duration = duration, .inputs = sm_inputs_after(&end, modes, -duration)};
+    const double duration = periods(out, at->inputs->frequency, out->motion.memory_periods);
+    const sm_inputs end = without_fast_rates(at->inputs, modes, duration);
+    const sm_inputs begin = sm_inputs_after(&end, modes, -duration);
+    sm_flow_point from = {.y = {0.0}}, to = {.y = {0.0}};
     for (int k = 0; k < 2 * modes; k++) {
-        past.y[k] = y[k] - duration * rate[k];
-        past.y_end[k] = y[k];
-        past.rate[k] = past.rate_end[k] = rate[k];
+        from.y[k] = at->amplitude[k] - duration * rate[k];
+        to.y[k] = at->amplitude[k];
+        from.dy[k] = to.dy[k] = rate[k];
     }
+    const sm_stretch past = stretch_between(flow, duration, &begin, &from, &end, &to);
     sm_march_start(&out->march, &out->contact, NULL);
     const sm_status status = march(out, flow, &past, 0.0, detail);
     if (status != SM_OK) return status;
-    memcpy(values, out->march.x, bytes);
-    memcpy(values + count, out->march.v, bytes);
-    memcpy(values + 2 * count, out->march.force, bytes);
+    const size_t n = (size_t)out->contact.contacts;
+    const double *const rows[] = {out->march.x, out->march.v, out->march.force};
+    for (size_t k = 0; k < 3; k++) memcpy(values + k * n, rows[k], n * sizeof *values);
     if (out->motion.elastic > 0)
-        read_elastic(out, flow, inputs, past.y_end, values, values + 3 * count);
+        read_elastic(out, flow, at->inputs, to.y, values, values + 3 * n);
     return SM_OK;
 }

@@ -1,93 +1,85 @@
-#include "slow/component/contact_output.h"
+/* The response of the modes to the harmonics of the contacts, tabulated over the amplitude plane.
+ *
+ * Coefficients are linear between the nodes of the friction table: the response is a few per cent
+ * of the motion, so that a surface of higher order would gain nothing. A harmonic (n, m) has the
+ * phase of u_A^n u_B^m of the effective amplitudes, and is proportional to the scale of the
+ * friction limits. The contact output (contact_output.c) calls it.
+ */
+#include "slow/component/response_surface.h"
 
 #include <math.h>
 
-#include "base/cnumber.h"
 #include "base/lanes.h"
-#include "slow/first_order.h"
 #include "table/table.h"
 
-/* The cell that holds x, and how far into it x is, from 0 to 1; beyond the last node: 1. */
-static double place_in_cell(const double *node, int32_t count, double x, int32_t guess,
-                            size_t *cell) {
+/* Returns the position of x in its cell, from 0 to 1; beyond the last node 1. */
+static double place_in_cell(const double *node, int32_t count, double x, size_t *cell) {
     const double inside = fmin(x, node[count - 1]);
-    const int32_t found = sm_find_cell(node, count, inside, guess);
+    const int32_t found = sm_find_cell(node, count, inside, -1);
     *cell = (size_t)found;
     return (inside - node[found]) / (node[found + 1] - node[found]);
 }
 
-sm_response_point sm_response_point_at(const sm_slow_flow *flow, sm_instant *instant,
-                                       const sm_inputs *inputs, const double *y) {
+sm_response_point sm_response_point_at(const sm_slow_flow *flow, const double *frequency,
+                                       double limit_scale, const double *amplitude) {
     const sm_table *table = &flow->table;
-    const size_t count_b = (size_t)table->count_b;
-    sm_effective effective;
-    sm_instant_set(instant, flow, inputs);
-    sm_effective_at(flow, instant, y, &effective);
+    const double *node[SM_MODES] = {table->node_a, table->node_b};
+    const int32_t count[SM_MODES] = {table->count_a, table->count_b};
+    size_t cell[SM_MODES] = {0, 0};
+    double place[SM_MODES] = {0.0, 0.0};
     sm_response_point point;
-    for (int j = 0; j < SM_MODES; j++) /* there are no harmonics of a mode at rest */
-        point.unit[j] = effective.modulus[j] > 0.0 ? sm_of(&effective.unit, j) : sm_cx(0.0, 0.0);
-    size_t a, b = 0;
-    const double in_a = place_in_cell(table->node_a, table->count_a, effective.modulus[0],
-                                      instant->cell[0], &a);
-    double in_b = 0.0;
-    if (table->modes == SM_MODES)
-        in_b = place_in_cell(table->node_b, table->count_b, effective.modulus[1], instant->cell[1],
-                             &b);
-    const size_t next_b = table->modes == SM_MODES ? b + 1 : b;
-    const double scale = inputs->limit_scale;
+    for (int j = 0; j < SM_MODES; j++) {
+        point.unit[j] = sm_cx(0.0, 0.0);
+        if (j >= table->modes) continue;
+        const sm_complex coupling = sm_coupling_at(flow, j, frequency[j]);
+        const sm_complex e = sm_cmul(coupling, sm_pair(amplitude + 2 * j));
+        const double modulus = sqrt(sm_cabs2(e));
+        if (modulus > 0.0) point.unit[j] = sm_cscale(e, 1.0 / modulus);
+        place[j] = place_in_cell(node[j], count[j], modulus / limit_scale, &cell[j]);
+    }
     for (int k = 0; k < 4; k++) {
-        const double along_a = k & 1 ? in_a : 1.0 - in_a, along_b = k & 2 ? in_b : 1.0 - in_b;
-        point.node[k] = (k & 1 ? a + 1 : a) * count_b + (k & 2 ? next_b : b);
-        point.weight[k] = scale * along_a * along_b;
+        const size_t next_a = k & 1, next_b = table->modes == SM_MODES ? k >> 1 : 0;
+        point.node[k] = (cell[0] + next_a) * (size_t)table->count_b + cell[1] + next_b;
+        point.weight[k] = limit_scale * (k & 1 ? place[0] : 1.0 - place[0])
+                          * (k & 2 ? place[1] : 1.0 - place[1]);
     }
     return point;
 }
 
-/* Values at the point, as they are at the nodes. */
-SM_INLINE double interpolated(const sm_response_point *point, const double *values,
-                              size_t per_node, size_t k) {
-    double sum = 0.0;
-    for (int c = 0; c < 4; c++) sum += point->weight[c] * values[point->node[c] * per_node + k];
+/* Returns coefficient k of a table with `per_node` doubles at each node. */
+SM_INLINE sm_complex coefficient_at(const sm_response_point *point, const double *values,
+                                    size_t per_node, size_t k) {
+    sm_complex sum = sm_cx(0.0, 0.0);
+    for (int c = 0; c < 4; c++)
+        sum = sm_cadd(sum, sm_cscale(sm_pair(values + point->node[c] * per_node + 2 * k),
+                                     point->weight[c]));
     return sum;
 }
 
 SM_HOT void sm_response_coefficients(const sm_response_point *point, int count,
                                      const int32_t *orders, size_t width, const double *values,
-                                     double *restrict coefficient) {
-    const size_t per_node = (size_t)count * width * 2;
+                                     double *coefficient) {
+    const size_t all = (size_t)count * width;
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
     sm_harmonic_phasors(count, orders, point->unit, re, im);
-    SM_SIMD
-    for (size_t k = 0; k < per_node; k++)
-        coefficient[k] = interpolated(point, values, per_node, k);
-    for (size_t q = 0; q < (size_t)count; q++)
-        for (double *c = coefficient + 2 * q * width, *end = c + 2 * width; c < end; c += 2) {
-            const double rotated = c[0] * re[q] - c[1] * im[q];
-            c[1] = c[0] * im[q] + c[1] * re[q];
-            c[0] = rotated;
-        }
+    for (size_t k = 0; k < all; k++) {
+        const sm_complex c = sm_cmul(coefficient_at(point, values, 2 * all, k),
+                                     sm_cx(re[k / width], im[k / width]));
+        coefficient[2 * k] = c.re;
+        coefficient[2 * k + 1] = c.im;
+    }
 }
 
-#define BLOCK 32 /* values side by side: even, they come in pairs */
-
 SM_HOT void sm_response_add_sums(const sm_response_point *point, int count, const int32_t *orders,
-                          size_t width, const double *values, const sm_complex carrier[SM_MODES],
-                          double *signal) {
-    const size_t per_node = (size_t)count * width * 2;
+                                 size_t width, const double *values,
+                                 const sm_complex carrier[SM_MODES], double *signal) {
+    const size_t all = (size_t)count * width;
+    const sm_complex wave[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
+                                       sm_cmul(point->unit[1], carrier[1])};
     double re[SM_MOST_ORDERS], im[SM_MOST_ORDERS];
-    const sm_complex rotated[SM_MODES] = {sm_cmul(point->unit[0], carrier[0]),
-                                         sm_cmul(point->unit[1], carrier[1])};
-    sm_harmonic_phasors(count, orders, rotated, re, im);
-    size_t q = 0, s = 0;
-    for (size_t first = 0; first < per_node; first += BLOCK) {
-        double value[BLOCK];
-        const size_t size = per_node - first < BLOCK ? per_node - first : BLOCK;
-        SM_SIMD
-        for (size_t k = 0; k < size; k++)
-            value[k] = interpolated(point, values, per_node, first + k);
-        for (size_t k = 0; k < size; k += 2) {
-            signal[s] += re[q] * value[k] - im[q] * value[k + 1];
-            if (++s == width) s = 0, q++;
-        }
+    sm_harmonic_phasors(count, orders, wave, re, im);
+    for (size_t k = 0; k < all; k++) {
+        const sm_complex c = coefficient_at(point, values, 2 * all, k);
+        signal[k % width] += re[k / width] * c.re - im[k / width] * c.im;
     }
 }

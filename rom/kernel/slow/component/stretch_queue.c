@@ -1,37 +1,54 @@
+/* A queue of slow motion over which the contacts have not been integrated yet.
+ *
+ * Contact motion is integrated when it is read (contact_output.c). Until then each internal step of
+ * the slow flow adds a stretch here; short steps are joined as long as one cubic describes them.
+ */
 #include "slow/component/stretch_queue.h"
 
-#include <stddef.h>
 #include <string.h>
 
 #include "base/check.h"
-#include "slow/instant.h"
+#include "slow/motion/segment.h"
 
 #define WIDTH (sizeof(sm_stretch) / sizeof(double))
 
-static sm_stretch *last_of(sm_stretch_queue *queue) {
-    return &queue->stretch[(queue->first + queue->count - 1) % SM_STRETCHES];
-}
+#define EQUAL(a, b) (memcmp((a), (b), sizeof(a)) == 0)
 
-int sm_queue_continues(const sm_stretch_queue *queue, const sm_stretch *stretch, double longest) {
-    if (queue->count == 0) return 0;
-    const sm_stretch *last = sm_queue_at(queue, queue->count - 1);
-    return last->duration + stretch->duration <= longest
-           && memcmp(&queue->end, &stretch->inputs, offsetof(sm_inputs, angle)) == 0
-           && memcmp(last->y_end, stretch->y, sizeof last->y_end) == 0;
-}
+/* Relative difference of frequencies and limits that rounding of a linear change does not
+ * exceed. */
+#define ROUNDING 1e-12
 
-void sm_queue_add(sm_stretch_queue *queue, const sm_stretch *stretch, const sm_inputs *end,
-                  double longest) {
-    if (sm_queue_continues(queue, stretch, longest)) {
-        sm_stretch *last = last_of(queue);
-        last->duration += stretch->duration;
-        memcpy(last->y_end, stretch->y_end, sizeof last->y_end);
-        memcpy(last->rate_end, stretch->rate_end, sizeof last->rate_end);
-    } else {
-        queue->count++;
-        *last_of(queue) = *stretch;
+static int is_near(double a, double b) { return fabs(a - b) <= ROUNDING * fabs(b); }
+
+/* Returns whether amplitudes, frequencies and limits of a stretch continue those of another
+ * smoothly. */
+static int continues(const sm_stretch *last, const sm_stretch *next) {
+    const sm_segment *a = &last->segment, *b = &next->segment;
+    for (int j = 0; j < SM_MODES; j++) {
+        const double end = a->frequency[j] + a->frequency_rate[j] * a->duration;
+        if (!is_near(end, b->frequency[j])) return 0;
     }
-    queue->end = *end;
+    return EQUAL(a->amplitude_end, b->amplitude_start) && EQUAL(a->rate_end, b->rate_start)
+           && EQUAL(a->frequency_rate, b->frequency_rate)
+           && is_near(last->limit_scale + last->limit_scale_rate * a->duration, next->limit_scale)
+           && last->limit_scale_rate == next->limit_scale_rate;
+}
+
+int sm_queue_add(sm_stretch_queue *queue, const sm_stretch *stretch, double longest) {
+    const sm_segment *added = &stretch->segment;
+    if (queue->count > 0) {
+        sm_stretch *last = &queue->stretch[(queue->first + queue->count - 1) % SM_STRETCHES];
+        sm_segment *g = &last->segment;
+        if (g->duration + added->duration <= longest && continues(last, stretch)) {
+            g->duration += added->duration;
+            memcpy(g->amplitude_end, added->amplitude_end, sizeof g->amplitude_end);
+            memcpy(g->rate_end, added->rate_end, sizeof g->rate_end);
+            return 1;
+        }
+    }
+    if (queue->count == SM_STRETCHES) return 0;
+    queue->stretch[(queue->first + queue->count++) % SM_STRETCHES] = *stretch;
+    return 1;
 }
 
 void sm_queue_drop_first(sm_stretch_queue *queue) {
@@ -39,26 +56,34 @@ void sm_queue_drop_first(sm_stretch_queue *queue) {
     queue->count--;
 }
 
+void sm_queue_copy(const sm_stretch_queue *from, sm_stretch_queue *to) {
+    to->first = 0;
+    to->count = from->count;
+    for (int k = 0; k < from->count; k++) to->stretch[k] = *sm_queue_at(from, k);
+}
+
 double sm_queue_duration(const sm_stretch_queue *queue) {
     double duration = 0.0;
-    for (int k = 0; k < queue->count; k++) duration += sm_queue_at(queue, k)->duration;
+    for (int k = 0; k < queue->count; k++) duration += sm_queue_at(queue, k)->segment.duration;
     return duration;
 }
 
 void sm_queue_write(const sm_stretch_queue *queue, double *values) {
     memset(values, 0, SM_QUEUE_DOUBLES * sizeof *values);
     values[0] = queue->count;
-    memcpy(values + 1, &queue->end, sizeof queue->end);
-    values += 1 + sizeof queue->end / sizeof *values;
     for (int k = 0; k < queue->count; k++)
-        memcpy(values + (size_t)k * WIDTH, sm_queue_at(queue, k), sizeof(sm_stretch));
+        memcpy(values + 1 + (size_t)k * WIDTH, sm_queue_at(queue, k), sizeof(sm_stretch));
 }
 
 void sm_queue_read(sm_stretch_queue *queue, const double *values) {
     queue->first = 0;
-    queue->count = (int)values[0];
-    memcpy(&queue->end, values + 1, sizeof queue->end);
-    memcpy(queue->stretch, values + 1 + sizeof queue->end / sizeof *values, sizeof queue->stretch);
+    queue->count = (int32_t)values[0];
+    memcpy(queue->stretch, values + 1, sizeof queue->stretch);
+}
+
+/* Returns whether a linear function of time is positive from 0 to the duration. */
+static int stays_positive(double value, double rate, double duration) {
+    return value > 0.0 && value + rate * duration > 0.0;
 }
 
 sm_status sm_queue_check(const double *values, int modes) {
@@ -66,12 +91,14 @@ sm_status sm_queue_check(const double *values, int modes) {
     if (!(values[0] >= 0.0 && values[0] <= SM_STRETCHES)) return SM_BAD_ARGUMENT;
     sm_queue_read(&queue, values);
     for (int k = 0; k < queue.count; k++) {
-        const sm_inputs end =
-            sm_inputs_after(&queue.stretch[k].inputs, modes, queue.stretch[k].duration);
-        sm_status status = sm_check_positive(queue.stretch[k].duration);
-        if (status == SM_OK) status = sm_inputs_check(&queue.stretch[k].inputs, modes);
-        if (status == SM_OK) status = sm_inputs_check(&end, modes);
+        const sm_stretch *s = &queue.stretch[k];
+        const sm_segment *g = &s->segment;
+        const sm_status status = sm_segments_check(1, g, modes);
         if (status != SM_OK) return status;
+        int positive = stays_positive(s->limit_scale, s->limit_scale_rate, g->duration);
+        for (int j = 0; j < modes; j++)
+            positive &= stays_positive(g->frequency[j], g->frequency_rate[j], g->duration);
+        if (!positive) return SM_BAD_ARGUMENT;
     }
     return SM_OK;
 }

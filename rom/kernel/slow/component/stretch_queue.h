@@ -1,48 +1,40 @@
-/* The slow motion that contacts have yet to be marched through, if anybody asks for them. */
+/* Slow motion over which the contacts have not been integrated yet. */
 #ifndef SLIPMODE_STRETCH_QUEUE_H
 #define SLIPMODE_STRETCH_QUEUE_H
 
 #include "slipmode.h"
 
-#define SM_STRETCHES 40 /* room, for the memory of the contacts in halves of a period and more */
+/* Stretches in a queue. Two successive ones that could not be joined are longer than half a period,
+ * so a full queue has 10 periods, unless inputs jump. */
+#define SM_STRETCHES 40
 
-/* Between two instants of a step: inputs at its start with their angles, amplitudes and their
- * rates. Doubles alone: it is part of a component's state. */
+/* Slow motion between two instants of a time step. Part of the state of a component, as doubles. */
 typedef struct {
-    double duration;
-    sm_inputs inputs;
-    double y[2 * SM_MODES], rate[2 * SM_MODES];
-    double y_end[2 * SM_MODES], rate_end[2 * SM_MODES];
+    sm_segment segment; /* its reactions are NULL in a queue */
+    double limit_scale, limit_scale_rate;
 } sm_stretch;
 
+/* A ring of successive stretches. */
 typedef struct {
-    int first, count;
-    sm_stretch stretch[SM_STRETCHES]; /* in a ring */
-    sm_inputs end;                    /* inputs at the end of the last one */
+    int32_t first, count;
+    sm_stretch stretch[SM_STRETCHES];
 } sm_stretch_queue;
 
 static inline const sm_stretch *sm_queue_at(const sm_stretch_queue *queue, int k) {
     return &queue->stretch[(queue->first + k) % SM_STRETCHES];
 }
 
-static inline int sm_queue_is_full(const sm_stretch_queue *queue) {
-    return queue->count == SM_STRETCHES;
-}
-
-/* Adds a stretch that ends with inputs `end`. It becomes part of the last one where it goes on as
- * that does and both are not longer than `longest`; the queue is not full otherwise. */
-void sm_queue_add(sm_stretch_queue *queue, const sm_stretch *stretch, const sm_inputs *end,
-                  double longest);
+/* Joins a stretch to the last one if it continues it smoothly and both together are at most
+ * `longest` seconds long; otherwise adds it. Returns 0 if the queue is too full to add it. */
+int sm_queue_add(sm_stretch_queue *queue, const sm_stretch *stretch, double longest);
 void sm_queue_drop_first(sm_stretch_queue *queue);
-/* Whether sm_queue_add would make it part of the last one. */
-int sm_queue_continues(const sm_stretch_queue *queue, const sm_stretch *stretch, double longest);
+void sm_queue_copy(const sm_stretch_queue *from, sm_stretch_queue *to);
 double sm_queue_duration(const sm_stretch_queue *queue);
 
-/* As doubles, in order. */
-#define SM_QUEUE_DOUBLES \
-    (1 + (SM_STRETCHES * sizeof(sm_stretch) + sizeof(sm_inputs)) / sizeof(double))
+/* Doubles of a queue: the number of stretches, and the stretches in order. */
+#define SM_QUEUE_DOUBLES (1 + SM_STRETCHES * sizeof(sm_stretch) / sizeof(double))
 void sm_queue_write(const sm_stretch_queue *queue, double *values);
-sm_status sm_queue_check(const double *values, int modes);
 void sm_queue_read(sm_stretch_queue *queue, const double *values);
+sm_status sm_queue_check(const double *values, int modes);
 
 #endif

@@ -1,14 +1,17 @@
-/* Contacts marched along a slow trajectory: eq. (12) with the slowly varying amplitudes.
+/* Time integration of the contacts along a slow trajectory: eq. (12) with slowly varying
+ * amplitudes.
  *
- * The steps follow the carriers. A contact that begins to slip is left with a vibration of its
- * own, of its mass on the stiffness behind it, which decays within a fraction of a period: the
- * steps that would miss it are halved.
+ * The steps follow the carriers; rigid contacts use sdirk2.c, elastic contacts are quasi-static. A
+ * rigid contact that begins to slip vibrates with its mass on the stiffness of the structure, for a
+ * fraction of a period: steps that do not resolve this vibration are halved. sm_contact_motion
+ * (contact_motion.c) and the component (contact_output.c) call it.
  */
 #include "slow/motion/contact_march.h"
 
 #include "base/check.h"
 #include "base/exact_sum.h"
 
+/* Returns the doubles that the sliders remember. */
 static size_t remembered(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
 }
@@ -16,11 +19,10 @@ static size_t remembered(const sm_contact *contact) {
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_block *block) {
     const int contacts = contact->contacts;
     const size_t n = (size_t)contacts;
-    sm_forcing_place(&march->forcing, contacts, block);
+    sm_forcing_place(&march->forcing, contacts, orders, block);
     march->force = sm_take(block, n);
     march->acceleration = sm_take(block, n);
-    march->pull = sm_take(block, n);
-    sm_reaction_place(&march->reaction, contacts, orders, block);
+    march->inertia = sm_take(block, n);
     if (contact->law == SM_ELASTIC) {
         march->flexibility = sm_take(block, n * n);
         for (size_t k = 0; k < n * n && block->memory; k++)
@@ -32,7 +34,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
                                 block);
         return;
     }
-    march->before = sm_take(block, 6 * n); /* numbers of each contact that a step changes */
+    march->before = sm_take(block, 6 * n); /* rows of keep_rigid */
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts, block);
     sm_lanes_place(&march->lane, contacts, 1, block);
@@ -46,13 +48,13 @@ size_t sm_march_state_count(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? 4 * n + remembered(contact) : 5 * n;
 }
 
-/* The rows of a state, one number of each contact in each. */
+/* Sets the rows of a state, which have one number per contact; returns how many there are. */
 static int rows_of(const sm_march *march, const sm_contact *contact, double *row[5]) {
     row[0] = march->x;
     row[1] = march->v;
     row[2] = march->force;
     row[3] = contact->law == SM_ELASTIC ? march->last_u : march->acceleration;
-    row[4] = march->pull;
+    row[4] = march->inertia;
     return contact->law == SM_ELASTIC ? 4 : 5;
 }
 
@@ -81,7 +83,7 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
         memcpy(state + 4 * n, march->memory, remembered(contact) * sizeof(double));
 }
 
-/* g = r - S v, where rounding must not carry it beyond the limit. */
+/* Computes the friction force r - S v, without rounding beyond the limit. */
 SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     for (int i = 0; i < n; i++) {
         const double limit = s->laws[i].limit;
@@ -91,14 +93,15 @@ SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     }
 }
 
-/* A step to displacements u of contacts that stick; it takes h seconds. */
+/* Makes a step of h seconds of elastic contacts, which would be at displacements u if they
+ * stuck. */
 static sm_status step_elastic(sm_march *march, const double *u, double h) {
     const sm_contact *contact = march->forcing.contact;
     const int n = contact->contacts;
     double *moved = march->v;
     for (int i = 0; i < n; i++) {
         moved[i] = march->x[i];
-        march->x[i] += u[i] - march->last_u[i]; /* as if nothing slipped */
+        march->x[i] += u[i] - march->last_u[i]; /* initial guess: no slip */
     }
     const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
     if (status != SM_OK) return status;
@@ -111,7 +114,7 @@ static sm_status step_elastic(sm_march *march, const double *u, double h) {
     return SM_OK;
 }
 
-/* Steps of another length: S is another matrix. Contacts go on, or begin anew. */
+/* Changes the step size, which changes the matrix S; contacts continue, or start. */
 static sm_status set_level(sm_march *march, const sm_contact *contact, int level, double h) {
     sm_stepper *stepper = &march->stepper[level];
     const sm_status status = sm_stepper_set(stepper, contact, h);
@@ -125,24 +128,19 @@ static sm_status set_level(sm_march *march, const sm_contact *contact, int level
     return SM_OK;
 }
 
-/* A rigid step as it begins: what it changes. */
-SM_INLINE void keep_rigid(const int n, const sm_march *march) {
-    const sm_warm *warm = &march->warm;
-    const double *row[] = {march->x, march->v, march->force, march->pull, warm->tanh, warm->sech2};
-    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
-        for (int i = 0; i < n; i++) march->before[(int)k * n + i] = row[k][i];
-}
-
-static void put_back_rigid(const int n, sm_march *march) {
-    const sm_warm *warm = &march->warm;
-    double *row[] = {march->x, march->v, march->force, march->pull, warm->tanh, warm->sech2};
-    for (size_t k = 0; k < sizeof row / sizeof *row; k++)
-        for (int i = 0; i < n; i++) row[k][i] = march->before[(int)k * n + i];
-    for (int i = 0; i < n; i++)
+/* Keeps the numbers that a rigid step changes, or restores them. */
+SM_INLINE void keep_rigid(const int n, sm_march *march, int restores) {
+    sm_warm *warm = &march->warm;
+    double *row[] = {march->x, march->v, march->force, march->inertia, warm->tanh, warm->sech2};
+    double *kept = march->before;
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++, kept += n)
+        memcpy(restores ? row[k] : kept, restores ? kept : row[k], (size_t)n * sizeof *kept);
+    for (int i = 0; restores && i < n; i++)
         warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
-/* Largest deviation of velocities v from straight lines, h seconds after the step's start. */
+/* Returns the largest deviation of velocities v from straight lines, h seconds after the step
+ * began. */
 SM_INLINE double bend(const int n, const sm_march *march, const double *v, double h) {
     const double *start = march->before + n, *acceleration = march->acceleration;
     double most = 0.0;
@@ -153,8 +151,9 @@ SM_INLINE double bend(const int n, const sm_march *march, const double *v, doubl
     return most;
 }
 
-/* A step of h seconds, of that level: a part of the longest, from there on in it. A velocity that
- * bends by more than is allowed ends it early; by how much one does. */
+/* Makes a rigid step of h seconds at a level: the fraction `part` of the longest step, from `at` on
+ * in it. A velocity that bends by more than `allowed` ends the step early; `bent` is the largest
+ * bend. */
 SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double at,
                                double part, double tolerance, double allowed, double *bent) {
     if (level != march->level) {
@@ -164,11 +163,11 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     const sm_stepper *stepper = &march->stepper[level];
     sm_lanes *lane = &march->lane;
     march->warm.tolerance = tolerance;
-    keep_rigid(n, march);
+    keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_TR_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
-        const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->pull, stage);
+        const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->inertia, stage);
         if (status != SM_OK) return status;
         *bent = bend(n, march, lane->v, end * h);
         if (*bent > allowed) return SM_OK;
@@ -177,12 +176,12 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     const double per_h = 1.0 / h;
     for (int i = 0; i < n; i++) {
         const double mean = (march->v[i] - march->before[n + i]) * per_h;
-        march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* steps of next to nothing */
+        march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* very short steps */
     }
     return SM_OK;
 }
 
-/* The velocity that the fastest rigid contact would have without friction. */
+/* Returns the velocity that the fastest rigid contact would have without friction. */
 static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     const size_t n = (size_t)contact->contacts;
     double fastest = 0.0;
@@ -198,8 +197,8 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Seconds in which the slowest vibration of the rigid contacts decays to exp(-5), which need not be
- * resolved; infinite: it does not. */
+/* Returns the seconds in which the slowest vibration of the rigid contacts decays to exp(-5), which
+ * need not be resolved; infinity without decay. */
 static double lasting(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
@@ -215,8 +214,8 @@ typedef struct {
     double from, to, h;
     int finest;         /* level */
     int64_t whole, end; /* a step of level 0, and all */
-    int64_t lasting;    /* from where on vibrations last to the end */
-    double bend;        /* of a velocity that is allowed; infinite: any */
+    int64_t lasting;    /* time from which on vibrations last to the end */
+    double bend;        /* allowed bend of a velocity; infinity: any */
     int to_be_read;
 } sm_steps;
 
@@ -233,7 +232,8 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
     const double count = ceil((to - from) / longest * (1.0 - 1e-9));
     if (!(count <= 1e10)) return SM_BAD_ARGUMENT; /* that would take hours */
     const int elastic = contact->law == SM_ELASTIC;
-    /* elastic contacts have no inertia: later steps do not depend on the motion between two steps */
+    /* elastic contacts have no inertia: later steps do not depend on the motion between two
+     * steps */
     const int halvings = elastic ? 6 : SM_RIGID_LEVELS - 1;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
@@ -255,17 +255,17 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
     return SM_OK;
 }
 
-/* Of the next step: that level, or a finer one where longer steps are to follow. */
+/* Returns the level of the next step: the given one, or a finer one up to the next longer step. */
 SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
     while (level < steps->finest && (at & ((steps->whole >> level) - 1)) != 0) level++;
     return level;
 }
 
-/* Rigid contacts, step by step. */
+/* Integrates rigid contacts. */
 SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *steps) {
     const double least = ldexp(1.0, -steps->finest);
     int level = 0;
-    int64_t known = 0; /* as far as the forcing is */
+    int64_t known = 0; /* time up to which the forcing is known */
     march->level = -1;
     sm_forcing_find(n, 1, &march->forcing, steps->from);
     for (int64_t at = 0; at < steps->end;) {
@@ -290,7 +290,7 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
                        level < finest ? allowed : INFINITY, &bent);
         if (status != SM_OK) return status;
         if (level < finest && bent > allowed) {
-            put_back_rigid(n, march);
+            keep_rigid(n, march, 1);
             level += bent > 4.0 * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }
@@ -300,7 +300,7 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
     return SM_OK;
 }
 
-/* Elastic contacts: the steps that are all the same, */
+/* Makes `count` equal steps of elastic contacts. */
 SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *steps,
                                  int64_t count) {
     for (int64_t k = 1; k <= count; k++) {
@@ -313,7 +313,8 @@ SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *s
     return SM_OK;
 }
 
-/* and the last one, from whose end their velocity is read: in two, the second next to nothing. */
+/* Makes the last step of elastic contacts, at whose end the velocity is read, as a long and a short
+ * step. */
 SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *steps,
                                 int64_t count) {
     sm_forcing *forcing = &march->forcing;
@@ -332,9 +333,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
     sm_status status = divide(contact, segment, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
-    const int reacting = contact->response && segment->reaction_start && segment->reaction_end;
-    sm_forcing_start(&march->forcing, contact, segment, reacting ? &march->reaction : NULL, from,
-                     steps.h);
+    sm_forcing_start(&march->forcing, contact, segment, from, steps.h);
     if (contact->law == SM_ELASTIC) {
         const int64_t count = steps.end / steps.whole, same = steps.finest > 0 ? count - 1 : count;
         status = take_elastic(n, march, &steps, same);
@@ -343,7 +342,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
         status = n == 2 ? take_rigid(2, march, &steps) : take_rigid(n, march, &steps);
     }
     if (status != SM_OK) return status;
-    /* a NaN or infinity anywhere on the way is still in the displacement */
+    /* a NaN or infinity during the integration is still in the displacement */
     const size_t count = (size_t)n;
     const int finite = sm_all_finite(march->x, count) && sm_all_finite(march->v, count)
                        && sm_all_finite(march->force, count);

@@ -1,7 +1,8 @@
-/* Contact motion at given times along a slow trajectory.
+/* Contact motion at given times along a slow trajectory, eq. (12).
  *
- * Friction forgets its past within a few periods, so the march may start a few periods before
- * the first sample; there is no need to start at t = 0.
+ * The contacts are integrated (contact_march.c) over segments of slow motion. Friction forgets its
+ * past within a few periods, so the segments may start a few periods before the first sample.
+ * rom/slow/motion.py and rom/cyclic call it.
  */
 #include <stdlib.h>
 
@@ -41,7 +42,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                 g++;
                 continue;
             }
-            /* a step of next to nothing, from the segment's end to the sample, has no velocity */
+            /* a very short step, from the end of the segment to the sample, has no velocity */
             const double past = times[k] - end, rounding = 1e-9 * segment[g].duration;
             const double to = past < rounding || g + 1 == segments ? times[k] : end;
             const sm_detail detail = to == times[k] ? SM_TO_BE_READ : SM_RESOLVED;

@@ -1,91 +1,154 @@
-/* What acts on the contacts along a segment: cubics between instants that are one step apart.
+/* Forces on the contacts along a segment of slow motion:
  *
- * There it is exact, and so is its rate of change. In between lie the stages of the steps, of
- * several lengths: the error of a cubic is (nu h)^4 / 384 for a harmonic nu, 2e-6 for a carrier at 40
- * steps a period. The carriers, and the harmonics of the modes' response, have a factor from one instant
- * to the next. In a sweep the factors would move, so there they are computed anew.
+ *   u(t) = -2 Re sum_j L_j a_j exp(i theta_j) + Re sum_nm G_nm exp(i (n theta_A + m theta_B)),
+ *
+ * with cubic amplitudes a_j and linear coefficients G_nm of the response of the modes. At instants
+ * that are a step h apart u and its rate are exact. Between them, where the stages of shorter steps
+ * lie, u is a cubic, with the error (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40
+ * steps a period. At constant frequencies the phasors are advanced by constant factors. The time
+ * integration of the contacts (contact_march.c) is the only caller.
  */
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
+#include "base/block.h"
 #include "base/exact_sum.h"
-#include "slow/motion/reaction.h"
+#include "slow/motion/segment.h"
+
+#define SM_ROW 4 /* harmonics side by side in vectors: rows are filled up with zeros */
 
 typedef struct {
     const sm_contact *contact;
     const sm_segment *segment;
-    sm_reaction *reaction; /* NULL: none */
     double amplitude[SM_MODES][2][4]; /* cubics in the fraction of the segment */
-    int swept, since;      /* instants since the carriers were exact */
     double h;
-    sm_complex carrier[SM_MODES], by[SM_MODES]; /* at the last instant; to the next */
+    int swept, since;      /* 1: the frequencies change; instants since the phasors were exact */
+    sm_complex carrier[SM_MODES], factor[SM_MODES]; /* at the last instant; from it to the next */
     double *value, *rate;  /* (N_c) at the last instant; rate times h */
     double *cubic;         /* (N_c, 4) in the fraction of the step that ends there */
-    struct {               /* what those factors, and the harmonics', were found for */
-        double h, frequency[SM_MODES];
-        const sm_reaction *reaction;
-    } found;
+    int orders;            /* harmonics of the response on this segment */
+    size_t row;            /* `orders` of the contact, filled up */
+    double *re, *im, *factor_re, *factor_im; /* (row) phasors of the harmonics, and their factors */
+    double *turn;          /* (row) angles of the factors */
+    double *start, *slope; /* (N_c, 2, row): real parts, imaginary parts of G over the segment */
 } sm_forcing;
 
-SM_INLINE void sm_forcing_place(sm_forcing *f, int contacts, sm_block *block) {
-    const size_t n = (size_t)contacts;
-    f->found.h = 0.0;
+static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_block *block) {
+    const size_t n = (size_t)contacts, row = ((size_t)orders + SM_ROW - 1) / SM_ROW * SM_ROW;
+    double **rows[] = {&f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn};
+    f->row = row;
     f->value = sm_take(block, n);
     f->rate = sm_take(block, n);
     f->cubic = sm_take(block, 4 * n);
+    f->start = sm_take(block, 2 * n * row);
+    f->slope = sm_take(block, 2 * n * row);
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, row);
 }
 
-/* Whether the factors for steps of h are there already; they will be. */
-SM_INLINE int factors_found(sm_forcing *f) {
-    int same = f->found.h == f->h && f->found.reaction == f->reaction;
-    for (int j = 0; j < f->contact->modes; j++) {
-        same = same && f->found.frequency[j] == f->segment->frequency[j];
-        f->found.frequency[j] = f->segment->frequency[j];
-    }
-    f->found.h = f->h;
-    f->found.reaction = f->reaction;
-    return same;
+/* Returns the angle of a carrier in a step, at its present frequency. */
+SM_INLINE double sm_forcing_angle(const sm_forcing *f, int j, double elapsed) {
+    return f->h * (f->segment->frequency[j] + f->segment->frequency_rate[j] * elapsed);
 }
 
-SM_INLINE void find_factors(sm_forcing *f) {
-    for (int j = 0; j < SM_MODES; j++)
-        f->by[j] = j < f->contact->modes ? sm_unit(f->segment->frequency[j] * f->h)
-                                         : sm_cx(1.0, 0.0);
-    sm_reaction *reaction = f->reaction;
-    if (reaction)
-        sm_reaction_set(reaction, &reaction->by, f->contact->response->orders, f->by);
-}
-
-/* The carriers and harmonics, exactly. */
-SM_INLINE void sm_forcing_set(sm_forcing *f, double elapsed) {
+/* Computes carriers, phasors and turns at a time of the segment from their angles. */
+static inline void sm_forcing_set(sm_forcing *f, double elapsed) {
     f->since = 0;
     sm_segment_carriers(f->segment, f->contact->modes, elapsed, f->carrier);
-    if (f->reaction)
-        sm_reaction_set(f->reaction, &f->reaction->now, f->contact->response->orders, f->carrier);
+    if (f->orders == 0) return;
+    const int32_t *order = f->contact->response->orders;
+    sm_harmonic_phasors(f->orders, order, f->carrier, f->re, f->im);
+    for (int q = 0; q < f->orders; q++) {
+        f->turn[q] = 0.0;
+        for (int j = 0; j < f->contact->modes; j++)
+            f->turn[q] += order[2 * q + j] * sm_forcing_angle(f, j, elapsed);
+    }
 }
 
-/* c(r) and, in place of the rest, dc/dr. */
+/* Starts at a time of a segment, in steps of h. */
+static inline void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
+                                    const sm_segment *segment, double elapsed, double h) {
+    const int responds = contact->response && segment->reaction_start && segment->reaction_end;
+    f->contact = contact;
+    f->segment = segment;
+    f->h = h;
+    f->orders = responds ? contact->response->orders_count : 0;
+    f->swept = 0;
+    for (int j = 0; j < SM_MODES; j++) {
+        f->factor[j] = sm_cx(1.0, 0.0);
+        if (j >= contact->modes) continue;
+        f->swept |= segment->frequency_rate[j] != 0.0;
+        f->factor[j] = sm_unit(h * segment->frequency[j]);
+        sm_segment_cubics(segment, j, f->amplitude[j]);
+    }
+    if (f->orders > 0)
+        sm_harmonic_phasors(f->orders, contact->response->orders, f->factor, f->factor_re,
+                            f->factor_im);
+    const size_t columns = 2 * (size_t)contact->contacts;
+    for (size_t q = 0; q < (size_t)f->orders; q++)
+        for (size_t k = 0; k < columns; k++) {
+            const double from = segment->reaction_start[q * columns + k];
+            f->start[k * f->row + q] = from;
+            f->slope[k * f->row + q] = segment->reaction_end[q * columns + k] - from;
+        }
+    sm_forcing_set(f, elapsed);
+}
+
+/* Moves carriers and phasors on to the next instant, at `elapsed`. */
+SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
+    if (f->swept || ++f->since == SM_EXACT_STEPS) {
+        sm_forcing_set(f, elapsed);
+        return;
+    }
+    for (int j = 0; j < SM_MODES; j++) f->carrier[j] = sm_cmul(f->carrier[j], f->factor[j]);
+    double *restrict re = f->re, *restrict im = f->im;
+    SM_SIMD
+    for (size_t q = 0; q < f->row; q++) {
+        const double real = re[q] * f->factor_re[q] - im[q] * f->factor_im[q];
+        im[q] = re[q] * f->factor_im[q] + im[q] * f->factor_re[q];
+        re[q] = real;
+    }
+}
+
+/* Computes c(r) and dc/dr of a cubic. */
 SM_INLINE void sm_cubic(const double c[4], double r, double *value, double *slope) {
     *value = c[0] + r * (c[1] + r * (c[2] + r * c[3]));
     *slope = c[1] + r * (2.0 * c[2] + r * 3.0 * c[3]);
 }
 
-/* The forcing (N_c) there, -2 Re sum_j L_j a_j exp(i theta_j) and the reaction, and its rate if
- * that is wanted. `n` is N_c; it and `rates` may be literals. */
+/* Adds the response of the modes at the fraction r of the segment, and its rate if `rates`. */
+SM_INLINE void sm_forcing_add_response(const int n, const int rates, sm_forcing *f, double r) {
+    const size_t row = f->row;
+    const double h_r = f->h / f->segment->duration;
+    for (size_t i = 0; i < (size_t)n; i++) {
+        const double *start_re = f->start + 2 * i * row, *start_im = start_re + row;
+        const double *slope_re = f->slope + 2 * i * row, *slope_im = slope_re + row;
+        double sum = 0.0, change = 0.0;
+        SM_SIMD_SUM(sum, change)
+        for (size_t q = 0; q < row; q++) {
+            const double re = start_re[q] + r * slope_re[q], im = start_im[q] + r * slope_im[q];
+            sum += re * f->re[q] - im * f->im[q];
+            if (rates)
+                change += (h_r * slope_re[q] - f->turn[q] * im) * f->re[q]
+                          - (h_r * slope_im[q] + f->turn[q] * re) * f->im[q];
+        }
+        f->value[i] += sum;
+        if (rates) f->rate[i] += change;
+    }
+}
+
+/* Computes the forces (n) at the last instant, `elapsed`, and their rates if `rates`. */
 SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, double elapsed) {
     const sm_contact *contact = f->contact;
     const sm_segment *g = f->segment;
     const double r = elapsed / g->duration, h_r = f->h / g->duration;
-    double turn[SM_MODES] = {0.0}; /* of the carriers in a step */
     double *restrict value = f->value, *restrict rate = f->rate;
     for (int i = 0; i < n; i++) value[i] = rate[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
         sm_complex a, slope;
         sm_cubic(f->amplitude[j][0], r, &a.re, &slope.re);
         sm_cubic(f->amplitude[j][1], r, &a.im, &slope.im);
-        turn[j] = f->h * (g->frequency[j] + g->frequency_rate[j] * elapsed);
-        const sm_complex moving =
-            sm_cx(h_r * slope.re - turn[j] * a.im, h_r * slope.im + turn[j] * a.re);
+        const double turn = sm_forcing_angle(f, j, elapsed);
+        const sm_complex moving = sm_cx(h_r * slope.re - turn * a.im, h_r * slope.im + turn * a.re);
         const sm_complex q = sm_cmul(a, f->carrier[j]), dq = sm_cmul(moving, f->carrier[j]);
         const double *restrict L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) {
@@ -93,47 +156,10 @@ SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, doub
             if (rates) rate[i] -= 2.0 * (L[2 * i] * dq.re - L[2 * i + 1] * dq.im);
         }
     }
-    sm_reaction *reaction = f->reaction;
-    if (!reaction) return;
-    if (rates && f->swept) sm_reaction_turn(reaction, contact->response->orders, turn);
-    sm_reaction_add(n, rates, reaction, r, h_r, value, rate);
+    if (f->orders > 0) sm_forcing_add_response(n, rates, f, r);
 }
 
-/* Along a segment, in steps of h, from `elapsed` on; the forcing there is still to be found. */
-SM_INLINE void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
-                                const sm_segment *segment, sm_reaction *reaction, double elapsed,
-                                double h) {
-    f->contact = contact;
-    f->segment = segment;
-    f->reaction = reaction;
-    f->h = h;
-    f->swept = segment->frequency_rate[0] != 0.0 || segment->frequency_rate[1] != 0.0;
-    for (int j = 0; j < contact->modes; j++) sm_segment_cubics(segment, j, f->amplitude[j]);
-    if (reaction) sm_reaction_start(reaction, contact->contacts, segment);
-    if (f->swept) {
-        f->found.h = 0.0; /* its turns are not those of a step any more */
-    } else if (!factors_found(f)) {
-        double turn[SM_MODES];
-        find_factors(f);
-        for (int j = 0; j < SM_MODES; j++) turn[j] = h * segment->frequency[j];
-        if (reaction) sm_reaction_turn(reaction, contact->response->orders, turn);
-    }
-    sm_forcing_set(f, elapsed);
-}
-
-/* The carriers and harmonics a step later, at `elapsed`. */
-SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
-    if (f->swept || ++f->since == SM_EXACT_STEPS) {
-        sm_forcing_set(f, elapsed);
-    } else {
-        for (int j = 0; j < SM_MODES; j++) f->carrier[j] = sm_cmul(f->carrier[j], f->by[j]);
-        sm_reaction *reaction = f->reaction;
-        if (reaction)
-            sm_phasors_multiply(reaction->row, &reaction->now, &reaction->by, &reaction->now);
-    }
-}
-
-/* On to the step that ends at `elapsed`, its start being found with its rate. */
+/* Goes on to the step that ends at `elapsed`; the forces and rates at its start are known. */
 SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
     double *restrict cubic = f->cubic;
     for (int i = 0; i < n; i++) {
@@ -149,7 +175,7 @@ SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
     }
 }
 
-/* u (N_c) at a fraction of that step. */
+/* Computes u (n) at the fraction s of that step. */
 SM_INLINE void sm_forcing_load(const int n, const sm_forcing *f, double s, double *restrict u) {
     for (int i = 0; i < n; i++) {
         const double *c = f->cubic + 4 * i;

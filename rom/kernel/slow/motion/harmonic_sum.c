@@ -1,10 +1,16 @@
-/* Fast motion at any time as a sum of harmonics with slowly varying coefficients. */
+/* Fast motion at given times as a sum of harmonics with slowly varying coefficients, eq. (14).
+ *
+ * x(t) = 2 Re (sum_j shape_j a_j exp(i theta_j) + sum_nm c_nm exp(i (n theta_A + m theta_B))), with
+ * the amplitudes of the segments and coefficients that are linear between their ends.
+ * rom/slow/motion.py calls it for contacts, modes and loads.
+ */
 #include "base/check.h"
 #include "base/cnumber.h"
 #include "base/lanes.h"
 #include "slow/motion/segment.h"
 
-/* Re sum_q c_q (re_q + i im_q), c in two rows: real parts, imaginary parts. */
+/* Returns Re sum_q c_q (re_q + i im_q); c has a row of real parts, then a row of imaginary
+ * parts. */
 SM_INLINE double real_product(size_t count, const double *restrict c, const double *restrict re,
                               const double *restrict im) {
     double sum = 0.0;
@@ -13,7 +19,7 @@ SM_INLINE double real_product(size_t count, const double *restrict c, const doub
     return sum;
 }
 
-/* Every signal at `elapsed` seconds into a segment. */
+/* Computes the signals `elapsed` seconds after the start of a segment. */
 SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const double *start,
                           double elapsed, double *out) {
     const size_t orders = (size_t)sum->orders_count, signals = sum->signals;

@@ -1,4 +1,9 @@
-/* A stretch of slow time: its carriers and amplitudes at any instant. */
+/* A stretch of slow time with linear inputs: its carriers and amplitudes.
+ *
+ * Amplitudes are cubic Hermite polynomials in time, angles theta_j are quadratic. The contact
+ * motion (contact_march.c) and the sum of harmonics (harmonic_sum.c) evaluate segments from Python
+ * or from the queue of a component.
+ */
 #include "slow/motion/segment.h"
 
 #include <math.h>
@@ -48,7 +53,7 @@ static sm_status check_segment(const sm_segment *segment, int modes) {
     return sm_check_positive(segment->duration);
 }
 
-/* Whether one segment starts where the other ends, to rounding. */
+/* Returns whether a segment starts where the one before ends, to rounding. */
 static int consecutive(const sm_segment *segment, const sm_segment *next) {
     const double gap = fabs(next->start - sm_segment_end(segment));
     return next->start > segment->start &&
