@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from beside_oracle import amplitudes, run, system_of
 from oracles.time_integration import integrate
+from scipy.integrate import solve_ivp
 
 from slipmode import rom
 
@@ -166,6 +167,25 @@ def test_a_force_that_grows_at_a_phase_has_the_rate_of_an_oscillator_with_stuck_
         force_rate=np.array([[rate]]),
     )
     np.testing.assert_allclose(slow.amplitude_rates(stuck), np.full((2, 1, 1), B), rtol=1e-12)
+
+
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_a_sweep_over_long_steps_moves_as_an_oscillator_with_stuck_contacts():
+    """q'' + gamma q' + omega^2 q = F cos(theta), theta' = Omega + rate t, through resonance."""
+    reduced, rate, end = rom.reduce(rom.two_mass(beta=0.2), modes=(0,)), 1e-3, 200.0
+    stuck = rom.tabulate(reduced, rom.Coulomb(1e6), (20.0,), tolerance=0.1)
+    (omega,), (gamma,) = reduced.frequency, reduced.modal_damping
+    Omega = omega - 0.5 * rate * end
+    slow = trajectory(stuck, np.arange(0.0, end + 1.0, 10.0), (1.0,), np.array([Omega]), rate)
+
+    def oscillator(t, y):
+        force = slow.force[0, 0].real * np.cos(Omega * t + 0.5 * rate * t**2)
+        return y[1], force - gamma * y[1] - omega**2 * y[0]
+
+    times = np.linspace(0.5 * end, end, 401)
+    q = solve_ivp(oscillator, (0.0, end), (0.0, 0.0), t_eval=times, rtol=1e-8, atol=1e-10).y[0]
+    assert relative_difference(rom.reconstruct(stuck, slow, times).modal[:, 0], q) < 1e-4
 
 
 # Energy
