@@ -99,7 +99,6 @@ def test_of_rigid_contacts(law, amplitude, tolerance):
     [
         (LAWS["with a gap"], (0,), 5e-3),
         (IWAN, (0,), 1e-3),
-        (LAWS["Jenkins"], (0, 1), 1e-2),
         *(
             pytest.param(law, (0, 1), 1e-2, marks=pytest.mark.slow)
             for law in (*LAWS.values(), IWAN)
