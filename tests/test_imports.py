@@ -70,24 +70,27 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("package", "name", "arguments"),
+    "commands",
     [
-        ("fmpy", "fmu", ("run", "one-mode", "--fmu", "one-mode.fmu")),
-        ("pyarrow", "export", ("export", "RECORDING", "-o", "one-mode.csv")),
-        ("matplotlib", "pictures", ("curve", "one-mode")),
+        {
+            ("run", "one-mode", "--fmu", "one-mode.fmu", "-o", "OUT"): ("fmpy", "fmu"),
+            ("curve", "one-mode", "-o", "OUT"): ("matplotlib", "pictures"),
+        },
+        {
+            ("export", "RECORDING", "-o", "one-mode.csv"): ("pyarrow", "export"),
+            ("fmu", "one-mode", "--platforms", "x86_64-windows"): ("ziglang", "platforms"),
+            ("explore", "one-mode", "-o", "OUT"): ("ziglang", "explore"),
+        },
         pytest.param(
-            *("zarr", "study", ("study", ROOT / "examples/damper_preload.toml")),
+            {("study", ROOT / "examples/damper_preload.toml", "-o", "OUT"): ("zarr", "study")},
             marks=pytest.mark.slow,
         ),
-        ("ziglang", "platforms", ("fmu", "one-mode", "--platforms", "x86_64-windows")),
-        ("ziglang", "explore", ("explore", "one-mode")),
     ],
+    ids=["runs", "exports", "studies"],
 )
-def test_a_missing_package_is_one_line_that_names_its_extra(
-    recording, tmp_path, package, name, arguments
-):
-    places = {"RECORDING": recording}
-    words = [places.get(word, word) for word in arguments]
-    outputs = () if arguments[0] == "export" else ("-o", tmp_path / "out")
-    said = f"slipmode: {package} is not installed: pip install 'slipmode[{name}]'"
-    assert slipmode_without([package], (*words, *outputs)) == ([1], [said])
+def test_a_missing_package_is_one_line_that_names_its_extra(recording, tmp_path, commands):
+    places = {"RECORDING": recording, "OUT": tmp_path / "out"}
+    words = [[places.get(word, word) for word in command] for command in commands]
+    said = "slipmode: {} is not installed: pip install 'slipmode[{}]'"
+    expected = [1] * len(words), [said.format(*each) for each in commands.values()]
+    assert slipmode_without({package for package, _ in commands.values()}, *words) == expected

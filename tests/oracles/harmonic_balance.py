@@ -13,6 +13,7 @@ from oracles.system import Law, System
 
 HARMONICS, PER_HARMONIC = 15, 32  # samples per period of the last harmonic
 MOST_STEPS, RESIDUAL = 60, 1e-9
+SHARES = 0.5 ** np.arange(7)  # of a Newton step, the first that lowers the residual
 
 
 class NotBalancedError(Exception):
@@ -62,9 +63,7 @@ def contact_forces(system: System, c: np.ndarray) -> tuple[np.ndarray, np.ndarra
     for _ in range(2):
         for i, row in enumerate(basis):
             moved = np.clip(s, low[i], high[i])
-            slips = moved != s
-            if slips.any():
-                ds[slips] = row
+            ds[moved != s] = row
             s = moved
             force[i] = (k * (x[i][:, np.newaxis] - s)).sum(axis=1)
             slope[i] = np.einsum("cs,csu->cu", k, row - ds)
@@ -115,14 +114,12 @@ def _newton(missing, y: np.ndarray, size: float) -> np.ndarray:
     for _ in range(MOST_STEPS):
         if np.abs(r).max() <= RESIDUAL * size:
             return y
-        step, share = np.linalg.solve(J, r), 1.0
-        while True:
+        step = np.linalg.solve(J, r)
+        for share in SHARES:
             trial = missing(y - share * step)
-            if np.linalg.norm(trial[0]) < np.linalg.norm(r) or share < 0.02:
+            if np.linalg.norm(trial[0]) < np.linalg.norm(r):
                 break
-            share *= 0.5
-        y = y - share * step
-        r, J = trial
+        y, (r, J) = y - share * step, trial
     raise NotBalancedError(f"residual {np.abs(r).max() / size:.1e} of the forces")
 
 

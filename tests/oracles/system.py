@@ -71,10 +71,8 @@ class System:
         """Return the stiffness of each contact DOF in stick [N/m], 0 for rigid friction."""
         found: list[float] = []
         for law in self.laws:
-            if isinstance(law, Frictional):
-                found += [law.tangential, law.normal]
-            else:
-                found.append(law.stuck if isinstance(law, Sliders) else 0.0)
+            alone = [law.stuck if isinstance(law, Sliders) else 0.0]
+            found += [law.tangential, law.normal] if isinstance(law, Frictional) else alone
         return np.array(found)
 
     def stuck(self) -> np.ndarray:

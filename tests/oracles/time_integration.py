@@ -7,8 +7,6 @@ and is measured with two steps, h and 2 h.
 """
 
 import ctypes
-import hashlib
-import os
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
@@ -40,14 +38,11 @@ class _Contact(ctypes.Structure):
 @cache
 def _library() -> ctypes.CDLL:
     source = Path(__file__).with_name("march.c")
-    mark = hashlib.sha256(source.read_bytes()).hexdigest()[:16]
-    built = Path(tempfile.gettempdir()) / f"oracle-march-{os.getuid()}-{mark}.so"
-    if not built.exists():
-        part = built.with_suffix(f".{os.getpid()}")
-        flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror"]
-        subprocess.run(["cc", *flags, str(source), "-o", str(part), "-lm"], check=True)
-        part.replace(built)
-    return ctypes.CDLL(str(built))
+    flags = ["-std=c99", "-O2", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror"]
+    with tempfile.TemporaryDirectory() as folder:
+        built = str(Path(folder, "march.so"))
+        subprocess.run(["cc", *flags, str(source), "-o", built, "-lm"], check=True)
+        return ctypes.CDLL(built)
 
 
 def state_matrix(system: System) -> np.ndarray:
@@ -213,12 +208,10 @@ def _settled(system, tones, orders, tolerance, steps, most_periods, start):
     window = _window(Omega)
     every = max(1, steps // SAMPLES)
     samples = window * steps // every
-    weight = np.ones(samples)
-    if len(tones) > 1:  # smooth to all orders at both ends: lines decay faster than any power
-        s = np.arange(1, samples) / samples
-        weight[1:] = np.exp(-1.0 / (s * (1.0 - s)))
-        weight[0] = 0.0
-    weight = weight / weight.sum()
+    s = np.arange(1, samples + 1) / (samples + 1.0)
+    # smooth to all orders at both ends: lines decay faster than any power
+    weight = np.exp(-1.0 / (s * (1.0 - s))) if len(tones) > 1 else np.ones(samples)
+    weight /= weight.sum()
     decay = -np.linalg.eigvals(state_matrix(system)).real
     left = np.exp(-decay.min() * window * steps * h)  # of a transient after a window
     windows: list[np.ndarray] = []
@@ -250,6 +243,5 @@ def _window(Omega: np.ndarray) -> int:
     if len(Omega) == 1:
         return 10
     lines = np.array([[n, m] for n in range(7) for m in range(-6, 7) if 0 < n + abs(m) <= 6])
-    apart = np.abs(lines @ Omega)
-    apart = apart[apart > 1e-9 * Omega.max()].min()
-    return int(np.clip(np.ceil(20.0 * Omega.max() / apart), 60, 1500))
+    apart = np.abs(lines @ Omega) / Omega.max()
+    return int(np.clip(np.ceil(20.0 / apart[apart > 1e-9].min()), 60, 1500))

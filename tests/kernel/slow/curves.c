@@ -1,6 +1,9 @@
 /* Calls along a curve that is known. */
 #include "fixtures.h"
 
+#include <string.h>
+
+void check_curves(int times);
 void check_curves_refusals(void);
 
 #define ROW(unknowns) (2 * ((size_t)(unknowns) + 1) + (size_t)((unknowns) * (unknowns)))
@@ -32,6 +35,31 @@ static void new_call(call *c, sm_curve curve, size_t most) {
 static sm_status branch(void *arguments) {
     call *c = arguments;
     return sm_curve_branch(c->of, c->z, c->most, c->points, &c->branch);
+}
+
+/* Stable if all eigenvalues are on the left: of blocks [d -w; w d] in random coordinates. */
+static void check_stability(void) {
+    for (int k = 0; k < 200; k++) {
+        double A[4][4] = {{0.0}}, row[ROW(4)] = {0.0}, d[2] = {random_sign(), random_sign()};
+        const double w[2] = {3.0 * random_number(), random_number()};
+        for (int i = 0; i < 4; i++) {
+            A[i][i] = d[i / 2];
+            A[i][i ^ 1] = i % 2 ? w[i / 2] : -w[i / 2];
+        }
+        for (int shear = 0; shear < 12; shear++) { /* (1 + s E_ij) A (1 - s E_ij) */
+            const int i = shear % 4, j = (i + 1 + shear / 4) % 4;
+            const double s = random_sign();
+            for (int m = 0; m < 4; m++) A[i][m] += s * A[j][m];
+            for (int m = 0; m < 4; m++) A[m][j] -= s * A[m][i];
+        }
+        memcpy(row + 10, A, sizeof A);
+        CHECK(sm_curve_is_stable(4, row) == (d[0] < 0.0 && d[1] < 0.0));
+    }
+}
+
+void check_curves(int times) {
+    (void)times;
+    check_stability();
 }
 
 void check_curves_refusals(void) {

@@ -234,8 +234,11 @@ def scripted_force(t):
 def test_scripted_excitation(structure, times):
     law = rom.Tanh(2.0, 0.05)
     exact = radau(structure, law, scripted_force, np.asarray(times))
-    motion = full.integrate(structure, law, scripted(structure), times, step=2e-3)
+    excitation = scripted(structure)
+    motion = full.integrate(structure, law, excitation, times, step=2e-3)
     assert np.all(relative_rms(motion.displacement, exact) < 1e-5)
+    force = [scripted_force(t)[:2] for t in times]
+    np.testing.assert_allclose(excitation.at(motion.time)[2], force, atol=1e-12)
 
 
 def test_outputs_are_dofs_or_combine_them_and_every_step_is_a_sample_by_default(structure):

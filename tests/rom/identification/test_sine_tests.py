@@ -154,6 +154,8 @@ def test_all_units_give_the_same_mass(unit, order):
     found = rom.identify_sine(rom.SineTests(tests, unit), band=BAND)
     assert found.parameters["modal_mass"] == pytest.approx(TRUE.m, rel=1e-3)
     assert found.parameters["delta_0_A"] == pytest.approx(0.004 * TRUE.omega, rel=1e-2)
+    for level in found.levels:  # with the polarity of the channels
+        assert level.modal_mass == pytest.approx(TRUE.m, rel=1e-3)
     (made,) = found.predict(rom.SineTests(tests[2:3], unit), band=BAND)
     assert made.error < 5e-3
 

@@ -60,6 +60,7 @@ def test_what_aerodynamics_put_in_leaves_by_friction_and_dampers(mass):
     assert end["dissipated_power"][0] == pytest.approx(put_in, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.oracle
 def test_amplitude_and_frequency_are_those_of_time_integration():
     """It keeps to the stable one, and leaves the unstable one to either side."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from beside_oracle import amplitudes, run, system_of
 from oracles.time_integration import integrate
+from scipy.integrate import solve_ivp
 
 from slipmode import rom
 
@@ -128,6 +129,63 @@ def test_the_sum_of_harmonics_tends_to_the_motion_of_time_integration(steady, qu
 
     assert missed(found["marched"]) < bound
     assert missed(found["marched"]) < missed(found[9]) < missed(found[5]) < 0.3
+
+
+@pytest.mark.oracle
+def test_the_sum_of_harmonics_is_of_second_order_in_the_steps_of_the_amplitudes(two_mode_model):
+    """Coefficients are linear between the ends of a step."""
+    start, times = np.array([0.3 - 0.2j, 0.1j]), np.linspace(40.0, 80.0, 201)
+
+    def displacement(step):
+        steps, frequency = np.arange(0.0, 80.1, step), np.array([0.96, 1.65])
+        slow = trajectory(two_mode_model, steps, (0.15, 0.25), frequency, start=start)
+        return rom.sum_harmonics(two_mode_model, slow, times).displacement
+
+    exact = displacement(0.25)
+    coarse, fine = (relative_difference(displacement(step), exact) for step in (8.0, 1.0))
+    assert np.log2(coarse / fine) / 3 == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_a_force_that_grows_at_a_phase_has_the_rate_of_an_oscillator_with_stuck_contacts():
+    """a = A + B t satisfies a'' + (gamma + 2 i Omega) a' + D a = (F + F' t) exp(i phase) / 2."""
+    reduced = rom.reduce(rom.two_mass(), modes=(0,))
+    stuck = rom.tabulate(reduced, rom.Coulomb(1e6), (20.0,), tolerance=0.1)
+    (omega,), (gamma,), Omega = reduced.frequency, reduced.modal_damping, 0.97
+    D = omega**2 - Omega**2 + 1j * gamma * Omega
+    times, force, rate = np.array([[0.0], [4.0]]), 0.3 * np.exp(0.8j), 0.01 * np.exp(0.8j)
+    B = 0.5 * rate / D
+    start = (0.5 * force - (gamma + 2j * Omega) * B) / D
+    slow = rom.SlowTrajectory(
+        time=times[:, 0],
+        amplitude=start + B * times,
+        angle=Omega * times,
+        frequency=np.array([[Omega]]),
+        frequency_rate=np.array([[0.0]]),
+        force=np.array([[force]]),
+        force_rate=np.array([[rate]]),
+    )
+    np.testing.assert_allclose(slow.amplitude_rates(stuck), np.full((2, 1, 1), B), rtol=1e-12)
+
+
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_a_sweep_over_long_steps_moves_as_an_oscillator_with_stuck_contacts():
+    """q'' + gamma q' + omega^2 q = F cos(theta), theta' = Omega + rate t, through resonance."""
+    reduced, rate, end = rom.reduce(rom.two_mass(beta=0.2), modes=(0,)), 1e-3, 200.0
+    stuck = rom.tabulate(reduced, rom.Coulomb(1e6), (20.0,), tolerance=0.1)
+    (omega,), (gamma,) = reduced.frequency, reduced.modal_damping
+    Omega = omega - 0.5 * rate * end
+    slow = trajectory(stuck, np.arange(0.0, end + 1.0, 10.0), (1.0,), np.array([Omega]), rate)
+
+    def oscillator(t, y):
+        force = slow.force[0, 0].real * np.cos(Omega * t + 0.5 * rate * t**2)
+        return y[1], force - gamma * y[1] - omega**2 * y[0]
+
+    times = np.linspace(0.5 * end, end, 401)
+    q = solve_ivp(oscillator, (0.0, end), (0.0, 0.0), t_eval=times, rtol=1e-8, atol=1e-10).y[0]
+    assert relative_difference(rom.reconstruct(stuck, slow, times).modal[:, 0], q) < 1e-4
 
 
 # Energy

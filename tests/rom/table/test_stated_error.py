@@ -80,7 +80,10 @@ def check(reduced, law, amplitude, tolerance, onset=None, within=1.0, highest=15
         # whose onset midpoints of the range pass beside
         pytest.param(
             *(Tanh(2.0, 0.002), (1.4, 0.13), 1e-3),
-            marks=pytest.mark.xfail(strict=True, reason="true 1.11e-3, stated 1.06e-3"),
+            marks=[
+                pytest.mark.slow,
+                pytest.mark.xfail(strict=True, reason="true 1.11e-3, stated 1.06e-3"),
+            ],
         ),
     ],
 )
@@ -96,7 +99,6 @@ def test_of_rigid_contacts(law, amplitude, tolerance):
     [
         (LAWS["with a gap"], (0,), 5e-3),
         (IWAN, (0,), 1e-3),
-        (LAWS["Jenkins"], (0, 1), 1e-2),
         *(
             pytest.param(law, (0, 1), 1e-2, marks=pytest.mark.slow)
             for law in (*LAWS.values(), IWAN)

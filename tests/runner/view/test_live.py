@@ -69,6 +69,7 @@ def test_run_shows_the_scene_in_a_viewer_that_listens(tmp_path, server, capsys):
     assert read(tmp_path / "one-mode.mcap").complete
 
 
+@pytest.mark.slow
 def test_a_viewer_that_goes_away_does_not_end_the_run(tmp_path, server):
     command = [sys.executable, "-m", "slipmode", "run", "two-mode", "-o", tmp_path]
     with subprocess.Popen([*command, "--live", server.url], stderr=subprocess.DEVNULL) as run:

@@ -109,6 +109,7 @@ def test_parts_that_are_not_there_are_refused_in_one_line(
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_replay_without_a_display_says_what_to_do(whole, capsys, monkeypatch, tmp_path):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
         monkeypatch.delenv(name, raising=False)

@@ -33,7 +33,7 @@ def test_backbones_state_their_errors():
     assert np.median(ratios) <= 5.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # tests/evidence has one of them in `make test`
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 def test_curves_state_their_errors():
     """Time integration. No fold and no Hopf point."""
