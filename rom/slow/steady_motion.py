@@ -13,6 +13,7 @@ again at the amplitudes.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
@@ -38,6 +40,12 @@ class SteadyMotion:
     scale: Floats  # (points,), friction limits and preloads relative to the model's
     # `AppliedForces.static` (n_dofs, modes) of the structure. None: `applied.static`.
     static: Floats | None = None
+
+    @classmethod
+    def of(cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None) -> Self:
+        """Return the steady states of a flow."""
+        factor = np.array(flow.inputs["limit_scale"])
+        return cls(flow.model, amplitude, flow.frequency, flow.force, applied, factor)
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].
