@@ -14,7 +14,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.curve_result import axes_or_current, label_point
+from slipmode.rom.slow.branches.curve_result import axes_or_current, label_point
 from slipmode.rom.slow.units import SI, Units
 
 if TYPE_CHECKING:

@@ -3,11 +3,9 @@
 slow_flow.py      Eqs. (18), (19), which the core evaluates. Start here.
 steady.py         Eqs. (22)-(25): steady states, resonance curves and surfaces
 steady_points.py  steady states of many loads
-solve_points.py   Newton's method at many points, frequencies at given amplitudes
 steady_motion.py  displacement of DOFs in steady states
 limit_cycle.py    limit cycles of self-excited modes
 answer_error.py   errors of steady states due to the friction table
-curve_result.py   columns, displacements and error bands of all curves and surfaces
 branches/         response curves, backbones, performance curves
 direct/           steady states without a table
 trajectory.py     amplitudes of a run

@@ -20,9 +20,9 @@ from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.solve_points import LOWEST_SQUARE, solve_points
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
-from slipmode.rom.slow.solve_points import LOWEST_SQUARE, solve_points
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import check_force_patterns

@@ -13,10 +13,10 @@ from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import detuning_findings, error_at_points
-from slipmode.rom.slow.curve_result import CurveResult, axes_or_new
+from slipmode.rom.slow.branches.curve_result import CurveResult, axes_or_new
+from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow
-from slipmode.rom.slow.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.rom.slow.units import SI, Shown, Units

@@ -16,7 +16,7 @@ from slipmode.rom.identification.models.sensor_units import sensor_factors, shap
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.curve_result import axes_or_new, plot_band
+from slipmode.rom.slow.branches.curve_result import axes_or_new, plot_band
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
-from slipmode.rom.slow.curve_result import ModeCurve, axes_or_new, plot_band
+from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, plot_band
+from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
-from slipmode.rom.slow.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.slow.units import SI, Shown, Units

@@ -60,7 +60,7 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
 def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tuple[Floats, Floats]:
     """Return the end of 400 units `h` of time, and the extremes of |a_j| (2, points, modes).
 
-    Orbits that leave the friction table stop at its edge, and their end is NaN.
+    Orbits that leave the friction table stop at its edge, and are NaN.
     """
     from scipy.integrate import solve_ivp  # takes a while to import
 
@@ -72,5 +72,6 @@ def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tup
     times = np.arange(401.0)
     path = solve_ivp(scaled, (0.0, 400.0), y.ravel(), t_eval=times, rtol=_RELATIVE, atol=_ABSOLUTE)
     states = np.ascontiguousarray(path.y.T).reshape(-1, *y.shape)
+    states += 0.0 * rates(states[-1])
     size = np.abs((states * problem.scale).view(complex))
-    return states[-1] + 0.0 * rates(states[-1]), np.array([size.min(axis=0), size.max(axis=0)])
+    return states[-1], np.array([size.min(axis=0), size.max(axis=0)])

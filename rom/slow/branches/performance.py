@@ -21,8 +21,13 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
 from slipmode.rom.slow.branches.backbone import Backbone, phase_resonance
+from slipmode.rom.slow.branches.curve_result import (
+    ModeCurve,
+    axes_or_current,
+    label_point,
+    plot_band,
+)
 from slipmode.rom.slow.branches.resonance_peaks import phase_resonances
-from slipmode.rom.slow.curve_result import ModeCurve, axes_or_current, label_point, plot_band
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import MODAL_AMPLITUDES, SI, Shown, Units

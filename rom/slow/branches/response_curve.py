@@ -22,9 +22,14 @@ from slipmode.rom.slow.branches.continuation import (
     cut_off,
 )
 from slipmode.rom.slow.branches.curve_error import CurveError, significant_specials
+from slipmode.rom.slow.branches.curve_result import (
+    CurveResult,
+    axes_or_current,
+    label_point,
+    plot_band,
+)
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
-from slipmode.rom.slow.curve_result import CurveResult, axes_or_current, label_point, plot_band
 from slipmode.rom.slow.neglected_resonances import neglected_resonance_findings
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
