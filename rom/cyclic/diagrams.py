@@ -12,10 +12,10 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure, checked_integer, excited_diameter
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.curve_result import axes_or_current, label_point
 from slipmode.rom.slow.units import SI, Units
 
 if TYPE_CHECKING:
@@ -52,12 +52,12 @@ class NodalDiameterDiagram:
         Axes
             Axes of the plot.
         """
-        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        ax = axes_or_current(ax)
         for family, values in enumerate(self.frequency.T):
-            shown, name = units.of_frequency(values), f"mode {family}"
-            (line,) = ax.plot(shown, "o-", ms=4, label=name)
-            last, color = (len(values) - 1, shown[-1]), line.get_color()
-            ax.annotate(name, last, (0, 6), textcoords="offset points", color=color, ha="right")
+            shown = units.of_frequency(values)
+            (line,) = ax.plot(shown, "o-", ms=4, label=f"mode {family}")
+            at, color = (len(values) - 1, shown[-1]), line.get_color()
+            label_point(ax, f"mode {family}", at, color, 6.0, ha="right")
         ax.set(xlabel="nodal diameter", ylabel=f"frequency [{units.frequency}]")
         return ax
 
@@ -182,7 +182,7 @@ class CampbellDiagram:
         Axes
             Axes of the plot.
         """
-        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        ax = axes_or_current(ax)
         frequency, speed = units.of_frequency(self.diameters.frequency), np.array(self.rotor_speed)
         for family, values in enumerate(frequency.T):
             ax.axhspan(values.min(), values.max(), color=f"C{family}", alpha=0.2, lw=0)

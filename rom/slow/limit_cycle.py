@@ -11,7 +11,6 @@ amplitude equation as in a steady state.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
@@ -19,24 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
+from slipmode.rom.slow.branches.solve_points import LOWEST_SQUARE, solve_points
 from slipmode.rom.slow.slow_flow import ForcedFlow, inputs_of
 from slipmode.rom.slow.steady_points import INSIDE
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import (
-    carrier_range,
     check_carriers,
     forcing_findings,
     friction_findings,
     warn,
 )
-
-# Largest distance of a forced mode from balance, relative to the range, from which Newton's
-# method continues.
-_STEADY = 1e-4
 
 
 @frozen
@@ -88,7 +83,7 @@ def limit_cycles(
     tuple of LimitCycle
         Limit cycles by ascending amplitude; empty if none is inside the table. With two
         self-excited modes, limit cycles with one mode at rest are included. A forced mode is in
-        the steady state that is reached from rest.
+        the steady state that Newton's method finds from rest.
 
     Raises
     ------
@@ -168,116 +163,73 @@ def _frequencies(model: Model, frequency: Sequence[float | None] | None, forced:
     return Omega
 
 
-def _check_steady(steady: Flags, moduli: Floats) -> None:
-    """Refuse or report amplitudes (points, moving) at which forced modes are not steady."""
-    if steady.all():
-        return
-    reason = "forced modes do not become steady inside the friction table"
-    advice = "tabulate a larger range, or reduce the force"
-    if not steady.any():
-        raise SlipmodeError(f"force: {reason} at any amplitude; {advice}")
-    apart = np.linalg.norm(moduli[~steady], axis=1)
-    where = f"at amplitudes of {apart.min():.3g} to {apart.max():.3g} kg^1/2 m"
-    warn([Finding("limit cycles", "may be missing", f"{reason} {where}; {advice}", "warning")])
-
-
-@dataclass(frozen=True, eq=False)
+@frozen
 class _Cycling:
-    """Some modes in limit cycles, with forced ones, and the others at rest."""
+    """Some modes in limit cycles, with forced ones, and the others at rest.
+
+    Unknowns of a mode in a limit cycle are its amplitude and the square of its frequency, of a
+    forced mode the real and imaginary part of its amplitude. They are relative to the range of
+    the friction table and to the square of the natural frequency.
+    """
 
     flow: ForcedFlow  # at one point
     moving: NDArray[np.intp]  # numbers of the modes in limit cycles
 
+    @property
+    def _forced(self) -> NDArray[np.intp]:
+        return np.flatnonzero(self.flow.force[0])
+
+    def _unpacked(self, z: Floats) -> tuple[Complexes, Floats]:
+        """Return amplitudes and frequencies (points, modes) of unknowns (points, k)."""
+        model, cycles = self.flow.model, 2 * self.moving.size
+        a = np.zeros((len(z), model.modes), dtype=complex)
+        Omega: Floats = np.tile(self.flow.frequency[0], (len(z), 1))
+        a[:, self.moving] = z[:, :cycles:2]
+        relative = np.sqrt(np.maximum(z[:, 1:cycles:2], LOWEST_SQUARE))
+        Omega[:, self.moving] = model.reduced.frequency[self.moving] * relative
+        a[:, self._forced] = z[:, cycles::2] + 1j * z[:, cycles + 1 :: 2]
+        return np.asarray(INSIDE * model.table.amplitude_range * a, dtype=complex), Omega
+
+    def _residual(self, z: Floats) -> Floats:
+        """Return the relative forces that are not balanced, (points, k).
+
+        The imaginary part of a mode in a limit cycle, which determines its amplitude, is first.
+        """
+        a, Omega = self._unpacked(z)
+        now = self._at(Omega).balance(a)
+        model = self.flow.model
+        left = now.mass * now.rate / model.reduced.frequency**2
+        cycles = left[:, self.moving] / a[:, self.moving]
+        forced = (left / model.table.amplitude_range)[:, self._forced]
+        pairs = [part for each in cycles.T for part in (each.imag, each.real)]
+        return np.array(pairs + [part for each in forced.T for part in (each.real, each.imag)]).T
+
     def solutions(self) -> Iterator[LimitCycle]:
         """Yield each limit cycle once."""
+        cycles, forced = self.moving.size, self._forced.size
+        n = 200 if cycles == 1 else 32  # amplitudes of each mode
+        axes = np.meshgrid(*[np.arange(1, n + 1) / n] * cycles, indexing="ij")
+        amplitudes = 2 * np.arange(cycles)
+        start = np.zeros((n**cycles, 2 * (cycles + forced)))  # forced modes are at rest
+        start[:, amplitudes] = np.stack(axes, axis=-1).reshape(-1, cycles)
+        start[:, amplitudes + 1] = 1.0
+        others = np.delete(np.arange(start.shape[1]), amplitudes)
+
+        def at_amplitudes(z: Floats) -> Floats:
+            every = start.copy()
+            every[:, others] = z
+            return self._residual(every)[:, others]
+
+        start[:, others], steady = solve_points(at_amplitudes, start[:, others])
+        if forced:
+            _check_steady(steady, self._unpacked(start)[0][:, self.moving])
+        z, found = solve_points(self._residual, start[steady])
+        found &= (z[:, amplitudes] > 0.0).all(axis=1)
         known: list[Complexes] = []
-        for amplitude, Omega in self._starts():
-            solved = self._solved(amplitude, Omega)
-            if solved is None:
-                continue
-            a, frequency = solved
+        for a, Omega in zip(*self._unpacked(z[found]), strict=True):
             if all(np.abs(a - other).max() > 1e-6 * np.abs(a).max() for other in known):
                 known.append(a)
-                yield LimitCycle(a, frequency, self._growth(a, frequency))
-
-    def _starts(self) -> Iterator[tuple[Complexes, Floats]]:
-        """Yield amplitudes and frequencies (modes,) near which no mode gains or loses energy."""
-        modes = self.moving.size
-        n = 400 if modes == 1 else 64  # amplitudes of each mode
-        axes = [self._range[j] * np.arange(1, n + 1) / n for j in self.moving]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, modes)
-        a, Omega, net = self._with_forced_modes(points)
-        cells = net.reshape(*[n] * modes, modes)
-        for axis in range(modes):  # least and largest of the corners of each cell
-            first, last = (np.delete(cells, k, axis=axis) for k in (-1, 0))
-            cells = np.concatenate((first, last), axis=-1)
-        corners = cells.reshape(-1, 2**modes, modes)
-        crossed = np.all((corners.min(axis=1) <= 0.0) & (corners.max(axis=1) >= 0.0), axis=-1)
-        corner = np.arange(n**modes).reshape([n] * modes)[(slice(-1),) * modes].ravel()
-        for k in corner[crossed]:
-            yield a[k], Omega[k]
-
-    def _with_forced_modes(self, moduli: Floats) -> tuple[Complexes, Floats, Floats]:
-        """Return amplitudes and frequencies for amplitudes (points, moving) in limit cycles.
-
-        Forced modes are relaxed from rest to (stiffness - Q) a = F / 2 + Q shift F, see
-        `steady_points`. The third result (points, moving) is the net damping force per amplitude
-        of the modes in limit cycles [rad^2/s^2]; NaN where forced modes do not become steady.
-        """
-        model, (force,) = self.flow.model, self.flow.force
-        omega, forced = model.reduced.frequency[self.moving], force != 0.0
-        room = np.maximum(self._range - np.abs(self.flow.shift * force), 0.0)
-        a = np.zeros((len(moduli), model.modes), dtype=complex)
-        a[:, forced] = 1e-6 * self._range[forced]
-        a[:, self.moving] = moduli
-        Omega = np.tile(self.flow.frequency[0], (len(moduli), 1))
-        low, high = np.array([carrier_range(float(each)) for each in omega]).T
-        for _ in range(60):
-            flow = self._at(Omega)
-            now = flow.balance(a)
-            Q = now.friction[:, self.moving] / moduli
-            square = np.nan_to_num(omega**2 - Q.real)
-            Omega[:, self.moving] = np.clip(np.sqrt(np.maximum(square, 0.0)), low, high)
-            balanced = flow.secant_response(now, a)
-            modulus = 0.5 * (np.abs(a) + np.minimum(np.abs(balanced), self._range))
-            relaxed = phasor(np.minimum(modulus, room), np.angle(balanced))
-            off = np.abs(balanced - a)[:, forced] / self._range[forced]
-            a[:, forced] = relaxed[:, forced]
-        net = now.stiffness[:, self.moving].imag - Q.imag
-        steady = np.all(off <= _STEADY, axis=1)
-        _check_steady(steady, moduli)
-        return a, Omega, np.where(steady[:, np.newaxis], net, np.nan)
-
-    def _solved(self, a: Complexes, Omega: Floats) -> tuple[Complexes, Floats] | None:
-        """Return a solution nearby, amplitudes and frequencies (modes,); None if there is none."""
-        from scipy.optimize import root  # takes a while to import
-
-        natural, most = self.flow.model.reduced.frequency, self._range
-        solved = self.moving.tolist() + np.flatnonzero(self.flow.force[0]).tolist()
-        cycles = self.moving.size
-
-        def unpacked(z: Floats) -> tuple[Complexes, Floats]:
-            pairs, now, frequency = z.reshape(-1, 2), a * 0.0, Omega.copy()
-            now[solved] = most[solved] * (pairs[:, 0] + 1j * pairs[:, 1])
-            now[self.moving] = most[self.moving] * pairs[:cycles, 0]
-            frequency[self.moving] = natural[self.moving] * pairs[:cycles, 1]
-            return now, frequency
-
-        def residual(z: Floats) -> Floats:
-            if not np.isfinite(z).all():  # after a point outside the table
-                return np.full(z.size, np.nan)
-            now, frequency = unpacked(z)
-            found = self._at(frequency[np.newaxis]).balance(now[np.newaxis])
-            force = ((found.mass * found.rate)[0] / (natural**2 * most))[solved]
-            return np.stack((force.real, force.imag), axis=-1).ravel()
-
-        start = np.stack(((a / most).real, (a / most).imag), axis=-1)
-        start[self.moving, 1] = (Omega / natural)[self.moving]
-        z = root(residual, start[solved].ravel(), options={"xtol": 1e-13}).x
-        now, frequency = unpacked(z)
-        if not np.abs(residual(z)).max() <= 1e-9 or np.any(now[self.moving].real <= 0.0):
-            return None
-        return now, frequency
+                yield LimitCycle(a, Omega, self._growth(a, Omega))
 
     def _growth(self, a: Complexes, Omega: Floats) -> float:
         """Return the growth of small deviations but for a phase shift, which is neutral."""
@@ -289,6 +241,15 @@ class _Cycling:
         force = np.tile(self.flow.force, (len(Omega), 1))
         return self.flow.with_inputs(inputs_of(force, Omega))
 
-    @property
-    def _range(self) -> Floats:
-        return INSIDE * self.flow.model.table.amplitude_range
+
+def _check_steady(steady: Flags, amplitudes: Complexes) -> None:
+    """Refuse or report amplitudes (points, moving) at which forced modes are not steady."""
+    if steady.all():
+        return
+    reason = "forced modes do not become steady inside the friction table"
+    advice = "tabulate a larger range, or reduce the force"
+    if not steady.any():
+        raise SlipmodeError(f"force: {reason} at any amplitude; {advice}")
+    apart = np.linalg.norm(amplitudes[~steady], axis=1)
+    where = f"at amplitudes of {apart.min():.3g} to {apart.max():.3g} kg^1/2 m"
+    warn([Finding("limit cycles", "may be missing", f"{reason} {where}; {advice}", "warning")])

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats, in_one_line
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.curve_result import CurveResult, axes_or_new
+from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.direct.contact_friction import has_contact_problem
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -30,10 +31,6 @@ from slipmode.rom.validity import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-# Frequencies on a resonance curve: most passes of the fixed-point iteration, and the change of
-# the last one relative to the natural frequency.
-_MOST_PASSES, _CONVERGED = 100, 1e-10
 
 
 @frozen
@@ -58,48 +55,32 @@ class ResonanceCurve:
 
 
 @frozen
-class ResonanceSurface:
+class ResonanceSurface(CurveResult):
     """Hold steady amplitudes over a grid of both forcing frequencies.
 
     Attributes
     ----------
+    motion : SteadyMotion
+        Motion of all DOFs at the points of the grid, in the order of the flattened grid.
     frequency_A : (n_A,) ndarray
         Forcing frequencies of mode A [rad/s].
     frequency_B : (n_B,) ndarray
         Forcing frequencies of mode B [rad/s].
     amplitude : (n_A, n_B, 2) complex ndarray
         Amplitudes a_A and a_B [kg^1/2 m].
-    mode_shapes : (n_dofs, 2) ndarray
-        Mass-normalised mode shapes [kg^-1/2].
-    motion : SteadyMotion
-        Motion of all DOFs at the points of the grid, in the order of the flattened grid.
     """
 
     frequency_A: Floats
     frequency_B: Floats
     amplitude: Complexes
-    mode_shapes: Floats
-    motion: SteadyMotion
 
     @property
     def euclidean(self) -> Floats:
         """Euclidean norm sqrt(|a_A|^2 + |a_B|^2) of the amplitudes, (n_A, n_B) [kg^1/2 m]."""
         return np.asarray(np.linalg.norm(self.amplitude, axis=-1))
 
-    def displacement(self, dof: int) -> Floats:
-        """Return the displacement amplitude of a DOF at each carrier.
-
-        Parameters
-        ----------
-        dof : int
-            Index of the DOF.
-
-        Returns
-        -------
-        (n_A, n_B, 2) ndarray
-            Displacement amplitudes [m].
-        """
-        return self.motion.displacement(dof).reshape(self.amplitude.shape)
+    def _in_shape(self, sizes: Floats) -> Floats:
+        return sizes.reshape(self.amplitude.shape)
 
     def plot(
         self,
@@ -123,11 +104,9 @@ class ResonanceSurface:
         pair of Axes
             Axes of the plots.
         """
-        if axes is None:
-            shared = {"sharex": True, "sharey": True, "layout": "constrained"}
-            axes = extra("matplotlib.pyplot", "pictures").subplots(1, 2, **shared)[1]
+        axes = axes_or_new(axes, 1, 2, sharex=True, sharey=True, layout="constrained")
         shown = Shown(dof, units)
-        size = shown.size(self.motion).reshape(self.amplitude.shape)
+        size = self.size(shown)
         along, up = units.of_frequency(self.frequency_A), units.of_frequency(self.frequency_B)
         for j, ax in enumerate(axes):
             colours = ax.pcolormesh(along, up, size[..., j].T, shading="nearest")
@@ -136,49 +115,16 @@ class ResonanceSurface:
         axes[0].set_ylabel(f"frequency B [{units.frequency}]")
         return axes
 
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return the surface as named columns, one row for each pair of frequencies.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitudes are added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        dict of str to (n_A n_B,) ndarray
-            Frequencies, and real and imaginary parts of the amplitudes.
-        """
-        found = {
-            units.named(f"frequency_{mode}"): units.of_frequency(frequency)
-            for mode, frequency in zip("AB", self.motion.frequency.T, strict=True)
-        }
+    def _values(self, units: Units) -> dict[str, Floats]:
+        found: dict[str, Floats] = {}
         for j, mode in enumerate("AB"):
             a = self.amplitude[..., j].ravel()
+            found |= units.frequencies(**{f"frequency_{mode}": self.motion.frequency[:, j]})
             found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag}
-            if dof is not None:
-                moved = units.of_displacement(self.displacement(dof)[..., j])
-                found[units.of_dof(mode, dof)] = moved.ravel()
         return found
 
-    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the surface as a pandas DataFrame, one row for each pair of frequencies.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitudes are added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        DataFrame
-            Table with the columns of `columns`.
-        """
-        return dataframe(self.columns(dof, units))
+    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+        return dict(zip("AB", sizes.reshape(-1, 2).T, strict=True))
 
 
 def steady(
@@ -300,15 +246,9 @@ def resonance(
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
     amplitude, applied = steady(model, grid, force), AppliedForces.of(model.reduced, force)
     points = grid.reshape(-1, model.modes)
-    motion = SteadyMotion(
-        model,
-        amplitude.reshape(points.shape),
-        points,
-        np.tile(applied.modal + 0j, (len(points), 1)),
-        applied,
-        np.ones(len(points)),
-    )
-    return ResonanceSurface(axis_A, axis_B, amplitude, model.reduced.mode_shapes.copy(), motion)
+    flow = ForcedFlow.of(model, points, applied.modal.astype(complex))
+    motion = SteadyMotion.of(flow, amplitude.reshape(points.shape), applied)
+    return ResonanceSurface(motion, axis_A, axis_B, amplitude)
 
 
 def resonance_curve(
@@ -362,39 +302,25 @@ def resonance_curve(
             f"{in_one_line(amplitudes)}"
         )
     half_force = 0.5 * abs(model.reduced.modal_force(mode, force)) / r
-    omega, gamma = model.reduced.frequency[mode], model.reduced.modal_damping[mode]
-    paper = model.reduced.formulation == "paper"
-
+    omega, at = model.reduced.frequency[mode], points.astype(complex)
     frequency = np.tile(model.reduced.carrier, (r.size, 1))
-    flow = ForcedFlow.of(model, frequency)
-    unsolved = np.zeros(r.shape, dtype=bool)
+    frequency[:, mode] = omega
+    start = ForcedFlow.of(model, frequency)
 
-    def branch(sign: float) -> Floats:
-        Omega = np.full(r.shape, omega)
-        # Each pass reduces the error by about the change of friction and damping within the band
-        for _ in range(_MOST_PASSES):
-            before = Omega
-            outside = np.isnan(Omega)  # of the friction table
-            frequency[:, mode] = np.where(outside, omega, Omega)
-            friction = flow.with_frequency(frequency).balance(points.astype(complex)).friction
-            Q = np.where(outside, np.nan, friction[:, mode] / r)
-            loss = Q.imag - gamma * (omega if paper else Omega)
-            square = half_force**2 - loss**2  # of the detuning
-            reach = sign * np.sqrt(np.maximum(square, 0.0))
-            Omega = (
-                omega - (Q.real - reach) / (2 * omega)
-                if paper
-                else np.sqrt(np.maximum(omega**2 - Q.real + reach, 0.0))
-            )
-            moves = np.abs(Omega - before) > _CONVERGED * omega
-            if not moves.any():
-                break
-        unsolved[moves] = True
-        return np.where((square >= 0.0) & ~moves & can_carry(omega, Omega), Omega, np.nan)
+    def branch(sign: float) -> tuple[Floats, Flags]:
+        def balance(stiffness: Complexes, Q: Complexes) -> Floats:
+            net = stiffness - Q
+            return net.real + sign * np.sqrt(np.maximum(half_force**2 - net.imag**2, 0.0))
 
-    curve = ResonanceCurve(r, branch(-1.0), branch(1.0))
-    if unsolved.any():
+        flow, (stiffness, Q), found = flow_at_amplitudes(start, mode, at, balance)
+        Omega = flow.frequency[:, mode]
+        reached = np.abs((stiffness - Q).imag) <= half_force  # not outside the table
+        known = can_carry(omega, Omega) & reached
+        return np.where(known & found, Omega, np.nan), known & ~found
+
+    (below, lost), (above, missing) = branch(-1.0), branch(1.0)
+    if (unsolved := lost | missing).any():
         where = f"|a| = {in_one_line(r[unsolved].tolist())} kg^1/2 m"
         reason = f"the iteration does not converge at {where}; call rom.response_curve near peaks"
         warn([Finding("resonance curve", "has no frequency", reason, "warning")])
-    return curve
+    return ResonanceCurve(r, below, above)

@@ -13,6 +13,7 @@ again at the amplitudes.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.contact_friction import ContactFriction, ContactPoints
 from slipmode.rom.slow.direct.steady_harmonics import Receptance
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.rom.table.model import Model
 
@@ -42,6 +44,12 @@ class SteadyMotion:
     static: Floats | None = None
     # Contact problems, and resonant responses (points, resonances). None: the table's motion.
     contact: tuple[ContactFriction, Complexes] | None = None
+
+    @classmethod
+    def of(cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None) -> Self:
+        """Return the steady states of a flow."""
+        factor = np.array(flow.inputs["limit_scale"])
+        return cls(flow.model, amplitude, flow.frequency, flow.force, applied, factor)
 
     def displacement(self, dof: int) -> Floats:
         """Return the amplitude of a DOF at each carrier, (points, modes) [m].

@@ -172,6 +172,10 @@ class Units:
         """Return the name of a column of frequencies, with a unit other than rad/s."""
         return name if self.frequency == "rad/s" else f"{name} [{self.frequency}]"
 
+    def frequencies(self, **omega: ArrayLike) -> dict[str, Floats]:
+        """Return columns of angular frequencies [rad/s] by name, in these units."""
+        return {self.named(name): self.of_frequency(values) for name, values in omega.items()}
+
     def of_dof(self, name: str, dof: int) -> str:
         """Return the name of a column of amplitudes of a DOF, with the unit."""
         return f"{name} at DOF {dof} [{self.displacement}]"
@@ -202,3 +206,6 @@ class Shown:
     def named(self, name: str) -> str:
         """Return the name of an amplitude with its unit."""
         return f"{name} [{self.modal}]" if self.dof is None else self.units.of_dof(name, self.dof)
+
+
+MODAL_AMPLITUDES = Shown()

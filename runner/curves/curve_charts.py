@@ -21,7 +21,7 @@ def curve_charts(
         sizes = curve.sizes(shown)
         return [[_response(curve, j, shown, sizes) for j in range(curve.amplitude.shape[1])]]
     if isinstance(curve, rom.Backbone):
-        size = shown.size(curve.motion)[:, curve.mode]
+        size = curve.size(shown)
         x, y = Axis(shown.named("amplitude"), log=True), Axis("damping [-]")
         damping = Chart("/damping", "Damping ratio", x, y, [Layer(size, curve.damping)], False)
         layers = [Layer(size, shown.units.of_frequency(curve.frequency))]

@@ -10,19 +10,17 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import extra
 from slipmode.rom.identification.first_look import LocalRates
 from slipmode.rom.identification.models.law_model import model_of_law
 from slipmode.rom.identification.models.sensor_units import sensor_factors, shape_at_sensor
 from slipmode.rom.identification.slow_laws import SlowLaw
 from slipmode.rom.identification.uncertainty import Uncertainty
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.curve_result import axes_or_new, plot_band
 from slipmode.rom.table.model import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-BAND = 0.2  # opacity of bands in pictures
 
 
 @frozen
@@ -79,8 +77,7 @@ class IdentifiedBackbone:
         pair of Axes
             Axes of the plots.
         """
-        if axes is None:
-            axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
+        axes = axes_or_new(axes, 2, 1, sharex=True)
         hertz = 1.0 / (2.0 * np.pi)
         for name, look in self.points.items():
             axes[0].plot(look.amplitude, look.omega * hertz, ".", label=name)
@@ -92,8 +89,7 @@ class IdentifiedBackbone:
         for ax, (name, values, deviation) in zip(axes, shown, strict=True):
             ax.semilogx(self.amplitude, values, color="k")
             if np.isfinite(deviation).all():
-                low, high = values - 2.0 * deviation, values + 2.0 * deviation
-                ax.fill_between(self.amplitude, low, high, alpha=BAND, lw=0, color="k")
+                plot_band(ax, self.amplitude, values, 2.0 * deviation, color="k")
             ax.set_ylabel(name)
             ax.ticklabel_format(axis="y", useOffset=False)
             if self.amplitude.max() < 30.0 * self.amplitude.min():  # labels within a decade
@@ -324,9 +320,7 @@ class IdentifiedLaw:
             Axes of the plots.
         """
         modes = self.law.form.modes
-        if axes is None:
-            pyplot = extra("matplotlib.pyplot", "pictures")
-            axes = pyplot.subplots(2, modes, sharex="col", squeeze=False)[1]
+        axes = axes_or_new(axes, 2, modes, sharex="col", squeeze=False)
         for mode in range(modes):
             self.backbone(mode).plot(tuple(axes[:, mode]))
         axes[0, 0].legend(fontsize="small")

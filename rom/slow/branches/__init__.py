@@ -8,4 +8,6 @@ oscillation.py       slow limit cycles beyond Hopf points
 forced.py            the slow flow with a varied parameter, and all its steady states
 backbone.py          damped nonlinear modes: frequency and damping against amplitude
 performance.py       damper design: resonance peak against friction limit or preload
+curve_result.py      columns, displacements and error bands of all curves and surfaces
+solve_points.py      Newton's method at many points, and frequencies at given amplitudes
 """

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats, as_floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
+from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, plot_band
+from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
@@ -29,17 +30,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
-# Largest relative change of a frequency in the last pass of a fixed-point iteration.
-CONVERGED = 1e-9
-BAND = 0.2  # opacity of the error in pictures
 
 
 @frozen
-class Backbone:
+class Backbone(ModeCurve):
     """Hold a damped nonlinear mode: frequency and damping against the amplitude.
 
     Attributes
     ----------
+    motion : SteadyMotion
+        Motion of all DOFs, without forces.
+    mode : int
+        0 for A, 1 for B.
     amplitude : (n,) ndarray
         Amplitudes |a| of the mode [kg^1/2 m].
     other : float
@@ -55,12 +57,6 @@ class Backbone:
     decay : (n,) ndarray
         Rate -d|a|/dt / |a| of free vibration [1/s]. It is zeta Omega for slow decay; in a faster
         decay friction lags behind the amplitude.
-    mode_shape : (n_dofs,) ndarray
-        Mass-normalised mode shape [kg^-1/2].
-    motion : SteadyMotion
-        Motion of all DOFs, without forces.
-    mode : int
-        0 for A, 1 for B.
     """
 
     amplitude: Floats
@@ -70,29 +66,14 @@ class Backbone:
     damping: Floats
     damping_error: Floats
     decay: Floats
-    mode_shape: Floats
-    motion: SteadyMotion
-    mode: int
 
-    def displacement(self, dof: int) -> Floats:
-        """Return the displacement amplitude of a DOF at the carrier of the mode.
+    def _values(self, units: Units) -> dict[str, Floats]:
+        rest = {name: getattr(self, name) for name in ("damping", "damping_error", "decay")}
+        omega = units.frequencies(frequency=self.frequency, frequency_error=self.frequency_error)
+        return {"amplitude": self.amplitude} | omega | rest
 
-        Parameters
-        ----------
-        dof : int
-            Index of the DOF.
-
-        Returns
-        -------
-        (n,) ndarray
-            Displacement amplitudes [m].
-
-        Raises
-        ------
-        SlipmodeError
-            If there is no such DOF.
-        """
-        return self.motion.displacement(dof)[:, self.mode]
+    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+        return {"amplitude": sizes}
 
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
@@ -113,68 +94,17 @@ class Backbone:
         pair of Axes
             Axes of the plots.
         """
-        if axes is None:
-            axes = extra("matplotlib.pyplot", "pictures").subplots(2, sharex=True)[1]
-        amplitude = Shown(dof, units)
-        against = amplitude.size(self.motion)[:, self.mode]
-        shown = {
-            f"frequency [{units.frequency}]": (
-                units.of_frequency(self.frequency),
-                units.of_frequency(self.frequency_error),
-            ),
-            "damping [-]": (self.damping, self.damping_error),
-        }
-        for ax, (name, (values, error)) in zip(axes, shown.items(), strict=True):
-            ax.semilogx(against, values)
-            ax.fill_between(against, values - error, values + error, alpha=BAND, lw=0)
+        axes = axes_or_new(axes, 2, 1, sharex=True)
+        shown, per = Shown(dof, units), units.per_frequency
+        amplitude = self.size(shown)
+        above = f"frequency [{units.frequency}]", self.frequency / per, self.frequency_error / per
+        below = "damping [-]", self.damping, self.damping_error
+        for ax, (name, values, error) in zip(axes, (above, below), strict=True):
+            ax.semilogx(amplitude, values)
+            plot_band(ax, amplitude, values, error)
             ax.set_ylabel(name)
-        axes[1].set_xlabel(amplitude.named("amplitude"))
+        axes[1].set_xlabel(shown.named("amplitude"))
         return axes
-
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return the backbone as named columns, one row for each amplitude.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added, with its error if known.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        dict of str to (n,) ndarray
-            Amplitude [kg^1/2 m], frequency and damping with errors, decay rate [1/s].
-        """
-        found = {
-            "amplitude": self.amplitude,
-            units.named("frequency"): units.of_frequency(self.frequency),
-            units.named("frequency_error"): units.of_frequency(self.frequency_error),
-            "damping": self.damping,
-            "damping_error": self.damping_error,
-            "decay": self.decay,
-        }
-        if dof is not None:
-            name = units.of_dof("amplitude", dof)
-            found[name] = units.of_displacement(self.displacement(dof))
-        return found
-
-    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the backbone as a pandas DataFrame, one row for each amplitude.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        DataFrame
-            Table with the columns of `columns`.
-        """
-        return dataframe(self.columns(dof, units))
 
 
 def backbone(
@@ -242,37 +172,20 @@ def backbone(
     a = np.full((r.size, model.modes), abs(other), dtype=complex)
     a[:, mode] = r
     model.table(np.abs(a))  # refuses what is outside
-    frequency = np.tile(model.reduced.carrier, (r.size, 1))
-    flow = ForcedFlow.of(model, frequency)
-    Omega = np.full(r.size, model.reduced.frequency[mode])
-    for _ in range(100):
-        frequency[:, mode] = Omega
-        flow = flow.with_frequency(frequency)
-        now = flow.balance(a)
-        off = now.stiffness[:, mode] - now.friction[:, mode] / r
-        square = Omega**2 + off.real
-        if np.isnan(square).any():
-            raise SlipmodeError(
-                f"amplitude: at {r[np.isnan(square)][0]:.3g} kg^0.5 m the effective amplitude is "
-                "outside the friction table; tabulate a larger range"
-            )
-        if not (square > 0.0).all():
-            raise SlipmodeError(
-                f"amplitude: the stiffness of mode {'AB'[mode]} is not positive at "
-                f"{r[square <= 0][0]:.3g} kg^0.5 m; give smaller amplitudes"
-            )
-        change, Omega = np.abs(np.sqrt(square) / Omega - 1.0), np.sqrt(square)
-        if change.max() <= 1e-13:  # rounding
-            break
-    check_converged(
-        change,
-        r,
-        "friction depends strongly on the frequency; call rom.reduce with carrier = the frequency "
-        "of the mode there",
+    start = np.tile(model.reduced.carrier, (r.size, 1))
+    start[:, mode] = model.reduced.frequency[mode]
+    flow, force_ratio = phase_resonance(
+        ForcedFlow.of(model, start),
+        mode,
+        a,
+        0.0,
+        "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
+        "larger range, or call rom.reduce with carrier = the frequency of the mode there",
     )
-    zeta = off.imag / (2.0 * Omega**2)
-    # A loss below the rounding error of the stiffness is 0, as of an undamped mode that sticks.
-    loss = np.maximum(np.abs(off.imag), np.finfo(float).eps * Omega**2) * r
+    frequency = flow.frequency
+    Omega = frequency[:, mode]
+    loss = 0.5 * force_ratio.imag
+    zeta = loss / (2.0 * Omega**2)
     table_error = TableError.of(flow, a)
     at, size = table_error.at, table_error.scale[:, mode] / r
     measured = table_error.measured[:, mode] / r[at]
@@ -283,47 +196,56 @@ def backbone(
     )
     frequency_error = of_stiffness / (2.0 * Omega)
     damping_error = of_loss / (2.0 * Omega**2) + 2.0 * np.abs(zeta) * frequency_error / Omega
-    if friction_takes_energy(model, other):
-        zeta = np.maximum(zeta, model.reduced.modal_damping[mode] / (2.0 * Omega))
+    # A loss below the rounding error of the stiffness is 0, as of an undamped mode that sticks.
+    loss = np.maximum(np.abs(loss), np.finfo(float).eps * Omega**2) * r
     change = np.nan_to_num(np.abs(table_error.measured[:, mode]), nan=np.inf)
     change[change <= model.accuracy.total * table_error.scale[at, mode]] = 0.0
     worst = float((change / loss[at]).max(initial=0.0))
-    apart = frequency[:, mode] / model.reduced.carrier[mode] - 1.0
+    apart = Omega / model.reduced.carrier[mode] - 1.0
     warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
     decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
-    shape = model.reduced.mode_shapes[:, mode].copy()
-    motion = SteadyMotion(model, a, frequency, np.zeros_like(a), None, np.ones(r.size))
-    return Backbone(
-        r,
-        float(other),
-        Omega,
-        frequency_error,
-        zeta,
-        damping_error,
-        decay,
-        shape,
-        motion,
-        mode,
-    )
+    motion, errors = SteadyMotion.of(flow, a, None), (frequency_error, zeta, damping_error)
+    return Backbone(motion, mode, r, float(other), Omega, *errors, decay)
 
 
-def check_converged(change: Floats, amplitude: Floats, reason: str) -> None:
-    """Refuse amplitudes (n,) at which the frequency of a mode still has a relative change (n,)."""
-    moves = ~(change <= CONVERGED)
-    if moves.any():
+def phase_resonance(
+    start: ForcedFlow, mode: int, amplitude: Complexes, shift: complex, refusal: str
+) -> tuple[ForcedFlow, Complexes]:
+    """Return the flow in which the force of a mode is a quarter of a cycle ahead of the mode.
+
+    The contacts move with the amplitudes A = a + shift F (points, modes), so that
+
+        (stiffness - Q) a = F / 2 + Q shift F.
+
+    `start` is the flow without forces at the frequencies from which Newton's method starts. The
+    second result (points,) is F / a [rad^2/s^2]. `refusal` is why there may be no frequency.
+    """
+    takes_energy = friction_takes_energy(start.model, amplitude, mode)
+
+    def force_ratio(stiffness: Complexes, Q: Complexes) -> Complexes:
+        if takes_energy:
+            Q = Q.real + 1j * np.minimum(Q.imag, 0.0)
+        return (stiffness - Q) / (0.5 + shift * Q)
+
+    def in_phase(stiffness: Complexes, Q: Complexes) -> Floats:
+        return force_ratio(stiffness, Q).real
+
+    flow, terms, found = flow_at_amplitudes(start, mode, amplitude, in_phase)
+    if not found.all():
         raise SlipmodeError(
-            f"amplitude: the frequency of the mode does not converge at {amplitude[moves][0]:.3g} "
-            f"kg^0.5 m, because {reason}"
+            f"amplitude: the frequency of the mode does not converge at "
+            f"{abs(amplitude[~found][0, mode]):.3g} kg^0.5 m, because {refusal}"
         )
+    return flow, force_ratio(*terms)
 
 
-def friction_takes_energy(model: Model, other: float) -> bool:
-    """Return whether Im S <= 0 is known, so that positive values in a table are errors.
+def friction_takes_energy(model: Model, amplitude: Complexes, mode: int) -> bool:
+    """Return whether Im Q <= 0 is known, so that positive values in a table are errors.
 
     It is for elastic contacts, if damping does not couple the modes and no energy comes from
     another mode.
     """
     reduced = model.reduced
-    alone = other == 0.0 and not model.combinations
+    alone = not np.delete(amplitude, mode, axis=1).any() and not model.combinations
     elastic = reduced.contacts is not None and reduced.n_contacts > 0
     return elastic and alone and not reduced.damping_coupling.any()

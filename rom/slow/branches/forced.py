@@ -80,17 +80,14 @@ class ForcedSlowFlow:
         values = values[::-1] if is_reversed else values
         ends = ForcedFlow.of(model, np.tile(Omega, (2, 1)), excitation, applied.shift)
         inputs = ends.inputs
-        mode = "AB".find(vary[-1])
-        if both:
-            inputs["frequency"][:, : model.modes] = values
-        elif vary.startswith("frequency"):
-            inputs["frequency"][:, mode] = values
-        elif mode >= 0:
-            inputs["force"][:, mode] *= values
-        elif vary == "force":
-            inputs["force"] *= values[:, np.newaxis]
-        else:
+        name, _, mode = vary.partition("_")
+        varied = ["AB".index(mode)] if mode else list(range(model.modes))
+        if name == "limit":
             inputs["limit_scale"] = values
+        elif name == "force":
+            inputs["force"][:, varied] *= values[:, np.newaxis]
+        else:
+            inputs["frequency"][:, varied] = values.reshape(2, -1)
         check_carriers_along(model.reduced, ends.frequency, excitation != 0.0)
         forced = kernel.Forced(flow=ends.flow, inputs=inputs)
         forced.scale[: model.modes] = model.table.amplitude_range
@@ -153,15 +150,11 @@ class ForcedSlowFlow:
         flow, size = self.at(part), self.size(part)
 
         def rates_of(y: Floats) -> Floats:
-            found = np.full_like(y, np.nan)
-            (at,) = np.nonzero(np.isfinite(y).all(axis=1))
-            a = np.ascontiguousarray(y[at] * size[at]).view(complex)
-            inputs = flow.inputs[at]
+            a = np.ascontiguousarray(y * size).view(complex)
             if self.model.combinations:
-                moving = flow.with_inputs(inputs).balance(a).rate
+                moving = flow.balance(a).rate
             else:
-                moving = rates(flow.flow, inputs, a, may_leave=True)
-            found[at] = np.ascontiguousarray(moving).view(float) / size[at]
-            return found
+                moving = rates(flow.flow, flow.inputs, a, may_leave=True)
+            return np.ascontiguousarray(moving).view(float) / size
 
         return rates_of

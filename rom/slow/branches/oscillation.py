@@ -13,6 +13,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 
+_RELATIVE, _ABSOLUTE = 1e-6, 1e-8  # tolerances of integration; absolute: of the table's range
 _DISTANCE = 1e-3  # of the start from the steady state, relative to the table's range
 
 
@@ -35,7 +36,7 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
     starts = points.z[growing[chosen]]
     part, y = starts[:, -1], starts[:, :-1].copy()
     y[:, 0] += _DISTANCE
-    # Runge-Kutta steps relative to 1 / the largest eigenvalue
+    # Units of time: the largest eigenvalue turns an orbit by 0.1 in each
     h = 0.1 / np.abs(values[growing[chosen]]).max(axis=1)
     is_closed = np.zeros(len(starts), dtype=bool)
     before = np.full((2, len(starts), problem.model.modes), np.nan)
@@ -57,16 +58,20 @@ def slow_cycles(problem: ForcedSlowFlow, points: Points) -> SlowCycles:
 
 
 def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tuple[Floats, Floats]:
-    """Return the end of 400 steps, and the extremes of |a_j| in it (2, points, modes)."""
-    step = h[:, np.newaxis]
-    low, high = np.full((len(y), problem.model.modes), np.inf), np.zeros(problem.model.modes)
-    rates = problem.held_at(part)
-    for _ in range(400):
-        k1 = rates(y)
-        k2 = rates(y + 0.5 * step * k1)
-        k3 = rates(y + 0.5 * step * k2)
-        k4 = rates(y + step * k3)
-        y = y + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        size = np.abs(np.ascontiguousarray(y * problem.scale).view(complex))
-        low, high = np.minimum(low, size), np.maximum(high, size)
-    return y, np.array([low, high])
+    """Return the end of 400 units `h` of time, and the extremes of |a_j| (2, points, modes).
+
+    Orbits that leave the friction table stop at its edge, and are NaN.
+    """
+    from scipy.integrate import solve_ivp  # takes a while to import
+
+    rates, unit = problem.held_at(part), h[:, np.newaxis]
+
+    def scaled(_: float, z: Floats) -> Floats:
+        return np.nan_to_num(unit * rates(z.reshape(y.shape))).ravel()
+
+    times = np.arange(401.0)
+    path = solve_ivp(scaled, (0.0, 400.0), y.ravel(), t_eval=times, rtol=_RELATIVE, atol=_ABSOLUTE)
+    states = np.ascontiguousarray(path.y.T).reshape(-1, *y.shape)
+    states += 0.0 * rates(states[-1])
+    size = np.abs((states * problem.scale).view(complex))
+    return states[-1], np.array([size.min(axis=0), size.max(axis=0)])

@@ -8,8 +8,7 @@ every friction limit or preload s N. In phase resonance the force balances the l
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,21 +16,21 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import Finding, SlipmodeError
-from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
-from slipmode.rom.slow.branches.backbone import (
-    BAND,
-    Backbone,
-    check_converged,
-    friction_takes_energy,
+from slipmode.rom.slow.branches.backbone import Backbone, phase_resonance
+from slipmode.rom.slow.branches.curve_result import (
+    ModeCurve,
+    axes_or_current,
+    label_point,
+    plot_band,
 )
 from slipmode.rom.slow.branches.resonance_peaks import phase_resonances
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
-from slipmode.rom.slow.units import SI, Shown, Units
+from slipmode.rom.slow.units import MODAL_AMPLITUDES, SI, Shown, Units
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import warn
 
@@ -40,11 +39,15 @@ if TYPE_CHECKING:
 
 
 @frozen
-class PerformanceCurve:
+class PerformanceCurve(ModeCurve):
     """Hold the resonance peaks of a mode against a factor on all friction limits and preloads.
 
     Attributes
     ----------
+    motion : SteadyMotion
+        Motion of all DOFs at the peaks.
+    mode : int
+        0 for A, 1 for B.
     limit : (n,) ndarray
         Factor on the limits and preloads of the model [-], ascending unless the curve has folds.
     peak : (n,) ndarray
@@ -53,21 +56,12 @@ class PerformanceCurve:
         Error of the peak at a constant factor, due to the errors of the backbone [kg^1/2 m].
     frequency : (n,) ndarray
         Frequencies of the peaks [rad/s].
-    mode_shape : (n_dofs,) ndarray
-        Mass-normalised mode shape [kg^-1/2].
-    motion : SteadyMotion
-        Motion of all DOFs at the peaks.
-    mode : int
-        0 for A, 1 for B.
     """
 
     limit: Floats
     peak: Floats
     error: Floats
     frequency: Floats
-    mode_shape: Floats
-    motion: SteadyMotion
-    mode: int
 
     @property
     def optimum(self) -> tuple[float, float]:
@@ -79,12 +73,12 @@ class PerformanceCurve:
         """Range of factors [-] whose peaks equal the lowest peak within the error."""
         return self.lowest_range()
 
-    def lowest(self, shown: Shown | None = None) -> tuple[float, float]:
+    def lowest(self, shown: Shown = MODAL_AMPLITUDES) -> tuple[float, float]:
         """Return the factor with the lowest resonance peak, and this peak.
 
         Parameters
         ----------
-        shown : Shown, optional
+        shown : Shown
             Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
 
         Returns
@@ -98,14 +92,14 @@ class PerformanceCurve:
         at = int(np.argmin(size))
         return float(self.limit[at]), float(size[at])
 
-    def is_cut_at_lowest(self, shown: Shown | None = None) -> bool:
+    def is_cut_at_lowest(self, shown: Shown = MODAL_AMPLITUDES) -> bool:
         """Return whether the lowest peak is at the smallest factor, where the curve is cut off.
 
         Smaller factors may then have lower peaks, so that this peak is not an optimum.
 
         Parameters
         ----------
-        shown : Shown, optional
+        shown : Shown
             Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
 
         Returns
@@ -115,17 +109,17 @@ class PerformanceCurve:
         """
         return int(np.argmin(self.size(shown))) == int(np.argmin(self.limit))
 
-    def lowest_words(self, shown: Shown | None = None) -> str:
+    def lowest_words(self, shown: Shown = MODAL_AMPLITUDES) -> str:
         """Return the factor of the lowest peak, or of the end of the curve, in words for plots."""
         words = "still falls" if self.is_cut_at_lowest(shown) else "lowest"
         return f"{words} at {self.lowest(shown)[0]:.3g}"
 
-    def lowest_range(self, shown: Shown | None = None) -> tuple[float, float]:
+    def lowest_range(self, shown: Shown = MODAL_AMPLITUDES) -> tuple[float, float]:
         """Return the range of factors whose peaks equal the lowest peak within the error.
 
         Parameters
         ----------
-        shown : Shown, optional
+        shown : Shown
             Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
 
         Returns
@@ -134,17 +128,17 @@ class PerformanceCurve:
             Ends of the range of factors [-].
         """
         size = self.size(shown)
-        error, best = size * self.error / self.peak, int(np.argmin(size))
+        error, best = self.error_of(size), int(np.argmin(size))
         return self._around(best, size - error > size[best] + error[best])
 
-    def within(self, factor: float, shown: Shown | None = None) -> tuple[float, float]:
+    def within(self, factor: float, shown: Shown = MODAL_AMPLITUDES) -> tuple[float, float]:
         """Return the range of factors whose peaks are at most a multiple of the lowest peak.
 
         Parameters
         ----------
         factor : float
             Largest peak relative to the lowest [-], for instance 1.05.
-        shown : Shown, optional
+        shown : Shown
             Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
 
         Returns
@@ -164,41 +158,6 @@ class PerformanceCurve:
         low, high = sorted((float(self.limit[first]), float(self.limit[last])))
         return low, high
 
-    def size(self, shown: Shown | None = None) -> Floats:
-        """Return the resonance peaks as plots and tables show them.
-
-        Parameters
-        ----------
-        shown : Shown, optional
-            Peaks |a|, or displacement amplitudes of a DOF in given units. Default: |a| [kg^1/2 m].
-
-        Returns
-        -------
-        (n,) ndarray
-            Peaks, in the units of `shown`.
-        """
-        return self.peak if shown is None else shown.size(self.motion)[:, self.mode]
-
-    def displacement(self, dof: int) -> Floats:
-        """Return the displacement amplitude of a DOF at the resonance peaks.
-
-        Parameters
-        ----------
-        dof : int
-            Index of the DOF.
-
-        Returns
-        -------
-        (n,) ndarray
-            Displacement amplitudes [m].
-
-        Raises
-        ------
-        SlipmodeError
-            If there is no such DOF.
-        """
-        return self.motion.displacement(dof)[:, self.mode]
-
     def plot(self, ax: Axes | None = None, dof: int | None = None, units: Units = SI) -> Axes:
         """Plot the resonance peak against the factor, with its error and the optimum.
 
@@ -216,72 +175,38 @@ class PerformanceCurve:
         Axes
             Axes of the plot.
         """
-        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        shown = Shown(dof, units)
-        peak = self.size(shown)
-        error = peak * self.error / self.peak
-        low = np.maximum(peak - error, 0.01 * peak)  # on a logarithmic axis
-        ax.fill_between(self.limit, low, peak + error, alpha=BAND, lw=0)
+        ax, shown = axes_or_current(ax), Shown(dof, units)
+        peak, lowest = self.size(shown), self.lowest(shown)
+        plot_band(ax, self.limit, peak, self.error_of(peak), 0.01 * peak)  # logarithmic
         ax.loglog(self.limit, peak)
-        lowest = self.lowest(shown)
         (point,) = ax.loglog(*lowest, "o")
-        ax.annotate(
-            self.lowest_words(shown),
-            lowest,
-            xytext=(0, -8),
-            textcoords="offset points",
-            color=point.get_color(),
-            ha="center",
-            va="top",
-        )
+        label_point(ax, self.lowest_words(shown), lowest, point.get_color(), -8.0)
         name = shown.named("resonance peak")
         ax.set(xlabel="friction limits, preloads: factor [-]", ylabel=name)
         ax.margins(y=0.15)
         return ax
 
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return the curve as named columns, one row for each factor.
+    def _values(self, units: Units) -> dict[str, Floats]:
+        found = {"limit": self.limit, "peak": self.peak, "peak_error": self.error}
+        return found | units.frequencies(frequency=self.frequency)
+
+    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+        return {"peak": sizes, "peak_error": self.error_of(sizes)}
+
+    def error_of(self, size: Floats) -> Floats:
+        """Return the error of peaks that have the relative error of |a|.
 
         Parameters
         ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added, with its error if known.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
+        size : (n,) ndarray
+            Peaks, in any unit.
 
         Returns
         -------
-        dict of str to (n,) ndarray
-            Factor [-], peak [kg^1/2 m] with its error, and frequency.
+        (n,) ndarray
+            Errors, in the unit of `size`.
         """
-        found = {
-            "limit": self.limit,
-            "peak": self.peak,
-            "peak_error": self.error,
-            units.named("frequency"): units.of_frequency(self.frequency),
-        }
-        if dof is not None:
-            peak = units.of_displacement(self.displacement(dof))
-            found[units.of_dof("peak", dof)] = peak
-            found[units.of_dof("peak_error", dof)] = peak * self.error / self.peak
-        return found
-
-    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the curve as a pandas DataFrame, one row for each factor.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        DataFrame
-            Table with the columns of `columns`.
-        """
-        return dataframe(self.columns(dof, units))
+        return size * self.error / self.peak
 
 
 def performance_curve(
@@ -341,7 +266,7 @@ def performance_curve(
     F = abs(model.reduced.modal_force(mode, force))
     if F == 0.0:
         raise SlipmodeError(f"force: does not excite mode {'AB'[mode]}; choose another DOF")
-    curve, held = phase_resonances(model, mode)
+    curve, _ = phase_resonances(model, mode)
     # Friction hardly changes the damping.
     if np.ptp(curve.damping) <= 0.01 * curve.damping.min():
         raise SlipmodeError(
@@ -360,68 +285,32 @@ def performance_curve(
     forces: list[Mapping[int, float] | ArrayLike] = [{}] * model.modes
     forces[mode] = force
     applied = AppliedForces.of(model.reduced, forces)
-    curve, held = _with_force_on_contacts(model, mode, complex(applied.shift[mode]), curve)
-    limit, peak = F / held[:known], F / held[:known] * curve.amplitude[:known]
+    shift = complex(applied.shift[mode])  # of the contacts, by the force itself
+    flow, force_ratio = phase_resonance(
+        ForcedFlow.of(model, curve.motion.frequency[:known]),
+        mode,
+        curve.motion.amplitude[:known],
+        shift,
+        "the force acts more strongly on the contacts than on the mode; compute "
+        "rom.response_curve for each limit",
+    )
+    peak = F / np.abs(force_ratio)
+    limit = peak * np.abs(1.0 + shift * force_ratio) / curve.amplitude[:known]
     warn(_unknown_findings(curve, known, limit[-1]))
     error = peak_errors(limit, peak, share[:known])
     kept = np.flatnonzero(_significant(limit, limit * share[:known]))[::-1]
-    limit, peak, error = limit[kept], peak[kept], error[kept]
-    motion = SteadyMotion(  # the force is at 90 degrees
-        model,
-        limit[:, np.newaxis] * curve.motion.amplitude[kept],
-        curve.motion.frequency[kept],
-        np.tile(1j * np.abs(applied.modal), (limit.size, 1)),
-        applied,
-        limit,
-    )
-    frequency = curve.frequency[kept]
-    found = PerformanceCurve(limit, peak, error, frequency, curve.mode_shape, motion, mode)
+    limit, peak, error, frequency = limit[kept], peak[kept], error[kept], flow.frequency[kept]
+    amplitude = np.zeros_like(flow.force[kept])
+    amplitude[:, mode] = peak
+    force_ahead = np.tile(1j * np.abs(applied.modal), (limit.size, 1))  # by a quarter of a cycle
+    motion = SteadyMotion(model, amplitude, frequency, force_ahead, applied, limit)
+    found = PerformanceCurve(motion, mode, limit, peak, error, frequency[:, mode])
     if found.is_cut_at_lowest():
         reason = "the curve ends there, and smaller limits may have lower peaks"
         if known == share.size:
             reason += "; tabulate a larger range"
         warn([Finding("peak", f"still falls at limit = {limit.min():.3g}", reason, "warning")])
     return found
-
-
-def _with_force_on_contacts(
-    model: Model, mode: int, shift: complex, curve: Backbone
-) -> tuple[Backbone, Floats]:
-    """Return phase resonances, and their modal forces, if the force also acts on the contacts.
-
-    Contacts move with the effective amplitude A = a + shift F, so that
-
-        stiffness (A - shift F) = F / 2 + friction(A),
-
-    which has F for each A. The frequency follows from a quarter turn between a and F.
-    """
-    A, frequency = curve.motion.amplitude, curve.motion.frequency.copy()
-    flow = ForcedFlow.of(model, frequency)
-    takes_energy = friction_takes_energy(model, 0.0)
-    for _ in range(100):
-        now = flow.with_frequency(frequency).balance(A)
-        friction, stiffness = now.friction[:, mode], now.stiffness[:, mode]
-        if takes_energy:
-            friction = friction.real + 1j * np.minimum(friction.imag, 0.0)
-        F = (stiffness * A[:, mode] - friction) / (0.5 + stiffness * shift)
-        a = A[:, mode] - shift * F
-        square = frequency[:, mode] ** 2 + (0.5 * F / a).real
-        after = np.sqrt(np.maximum(square, 0.25 * frequency[:, mode] ** 2))
-        change = np.abs(after / frequency[:, mode] - 1.0)
-        frequency[:, mode] = after
-        if not change.max() > 1e-12:  # rounding, or NaN
-            break
-    check_converged(
-        change,
-        curve.amplitude,
-        "the force acts more strongly on the contacts than on the mode; compute "
-        "rom.response_curve for each limit",
-    )
-    amplitude = A.copy()
-    amplitude[:, mode] = np.abs(a)
-    motion = replace(curve.motion, amplitude=amplitude, frequency=frequency)
-    moved = replace(curve, amplitude=np.abs(a), frequency=frequency[:, mode], motion=motion)
-    return moved, np.abs(F)
 
 
 def _significant(limit: Floats, error: Floats) -> Flags:

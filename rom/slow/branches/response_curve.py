@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.reduction.force_response import Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.backbone import BAND
 from slipmode.rom.slow.branches.branches import Branches
 from slipmode.rom.slow.branches.continuation import (
     MOST_POINTS,
@@ -23,6 +21,12 @@ from slipmode.rom.slow.branches.continuation import (
     cut_off,
 )
 from slipmode.rom.slow.branches.curve_error import significant_specials
+from slipmode.rom.slow.branches.curve_result import (
+    CurveResult,
+    axes_or_current,
+    label_point,
+    plot_band,
+)
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -32,6 +36,9 @@ from slipmode.rom.validity import Finding, forcing_findings, friction_findings, 
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+_MARKERS: dict[Kind, str] = {"fold": "o", "Hopf": "s"}
 
 
 @frozen
@@ -64,11 +71,15 @@ class CurveSizes:
 
 
 @frozen
-class ResponseCurve:
+class ResponseCurve(CurveResult):
     """Hold steady states against a parameter, one branch after the other.
 
     Attributes
     ----------
+    motion : SteadyMotion
+        Motion of all DOFs at the points of the curve, then at `special`, then at the lowest and
+        the highest amplitudes of `cycles`. The latter have no force, because its phase is not
+        known.
     vary : str
         Parameter, as given to `rom.response_curve`.
     parameter : (n,) ndarray
@@ -85,16 +96,10 @@ class ResponseCurve:
         Number of the branch. Points of a branch are in their order along the curve.
     special : tuple of SpecialPoint
         Folds and Hopf points.
-    mode_shapes : (n_dofs, modes) ndarray
-        Mass-normalised mode shapes [kg^-1/2].
     cycles : SlowCycles
         Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
         Values of the parameter [rad/s] or [-] where a branch ends because of too many points.
-    motion : SteadyMotion
-        Motion of all DOFs at the points of the curve, then at `special`, then at the lowest and
-        the highest amplitudes of `cycles`. The latter have no force, because its phase is not
-        known.
     """
 
     vary: str
@@ -104,10 +109,8 @@ class ResponseCurve:
     growth: Floats
     branch: NDArray[np.intp]
     special: tuple[SpecialPoint, ...]
-    mode_shapes: Floats
     cycles: SlowCycles
     cut_off: Floats
-    motion: SteadyMotion
 
     @property
     def stable(self) -> Flags:
@@ -142,25 +145,8 @@ class ResponseCurve:
         nearest = np.append(np.where(part[:, 0] < 0.5, before, before + 1), last)
         return np.concatenate((a, self.amplitude[last])), self.stable[nearest]
 
-    def displacement(self, dof: int) -> Floats:
-        """Return the displacement amplitude of a DOF at the carrier of each mode.
-
-        Parameters
-        ----------
-        dof : int
-            Index of the DOF.
-
-        Returns
-        -------
-        (n, modes) ndarray
-            Displacement amplitudes [m].
-
-        Raises
-        ------
-        SlipmodeError
-            If there is no such DOF.
-        """
-        return self.sizes(Shown(dof)).points
+    def _in_shape(self, sizes: Floats) -> Floats:
+        return sizes[: self.parameter.size]
 
     def error_of(self, size: Floats) -> Floats:
         """Return the error of amplitudes that have the relative error of a_j.
@@ -251,90 +237,63 @@ class ResponseCurve:
         Axes
             Axes of the plot.
         """
-        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
-        shown, parameter = Shown(dof, units), self.in_units(self.parameter, units)
-        sizes = self.sizes(shown)
+        ax, shown = axes_or_current(ax), Shown(dof, units)
+        x, sizes = self.in_units(self.parameter, units), self.sizes(shown)
         error = self.error_of(sizes.points)
         for j in range(self.amplitude.shape[1]):
             size, color = sizes.points[:, j], f"C{j}"
-            low, high = size - error[:, j], size + error[:, j]
             for number in np.unique(self.branch):
                 own = self.branch == number
-                ax.fill_between(parameter[own], low[own], high[own], color=color, alpha=BAND, lw=0)
+                plot_band(ax, x[own], size[own], error[own, j], color=color)
                 for which, style in ((self.stable, "-"), (~self.stable, "--")):
-                    part = np.where(which, size, np.nan)[own]
-                    ax.plot(parameter[own], part, style, color=color)
+                    ax.plot(x[own], np.where(which, size, np.nan)[own], style, color=color)
             where = self.in_units(self.cycles.parameter, units)
             low, high = sizes.lowest[:, j], sizes.highest[:, j]
             ax.vlines(where, low, high, color=color, alpha=0.3, lw=3)
             top = int(np.argmax(size))
-            ax.annotate(
-                f"|{'AB'[j]}|",
-                (parameter[top], size[top]),
-                xytext=(0, 4),
-                textcoords="offset points",
-                color=color,
-                ha="center",
-            )
+            label_point(ax, f"|{'AB'[j]}|", (x[top], size[top]), color, 4.0)
             for point, height in zip(self.special, sizes.special[:, j], strict=True):
-                marker = {"fold": "o", "Hopf": "s"}[point.kind]
+                marker = _MARKERS[point.kind]
                 ax.plot(self.in_units(point.parameter, units), height, marker, color=color)
         ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"), ylim=(0.0, None))
         ax.margins(y=0.1)
-        for kind, marker in (("fold", "o"), ("Hopf", "s")):
-            if any(point.kind == kind for point in self.special):
-                ax.plot([], [], marker, color="0.4", label=f"{kind} point")
+        for kind in sorted({point.kind for point in self.special}):
+            ax.plot([], [], _MARKERS[kind], color="0.4", label=f"{kind} point")
         if not self.stable.all():
             ax.plot([], [], "--", color="0.4", label="unstable")
         if ax.get_legend_handles_labels()[0]:
             ax.legend()
         return ax
 
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
-        """Return the curve as named columns, one row for each steady state.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added, with its error if known.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        dict of str to (n,) ndarray
-            Parameter, branch, amplitudes with errors, and growth rate [1/s].
-        """
+    def _values(self, units: Units) -> dict[str, Any]:
         name = units.named(self.vary) if self._is_frequency else self.vary
         found: dict[str, Any] = {name: self.in_units(self.parameter, units), "branch": self.branch}
-        for j, mode in enumerate("AB"[: self.amplitude.shape[1]]):
-            found |= {f"{mode}_re": self.amplitude[:, j].real}
-            found |= {f"{mode}_im": self.amplitude[:, j].imag}
-            found |= {f"{mode}_error": self.error[:, j]}
-        if dof is not None:
-            sizes = units.of_displacement(self.displacement(dof))
-            errors = self.error_of(sizes)
-            for mode, size, error in zip("AB", sizes.T, errors.T, strict=False):
-                found[units.of_dof(mode, dof)] = size
-                found[units.of_dof(f"{mode} error", dof)] = error
+        for mode, a, error in zip("AB", self.amplitude.T, self.error.T, strict=False):
+            found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag, f"{mode}_error": error}
         return found | {"growth": self.growth}
 
+    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+        found: dict[str, Floats] = {}
+        for mode, size, error in zip("AB", sizes.T, self.error_of(sizes).T, strict=False):
+            found |= {mode: size, f"{mode} error": error}
+        return found
+
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the curve as a pandas DataFrame, one row for each steady state.
+        """Return the curve as a pandas DataFrame, with its `columns` and "stable".
 
         Parameters
         ----------
         dof : int, optional
-            DOF whose displacement amplitude is added.
+            DOF whose displacement amplitude is added, with its error.
         units : Units
             Units of frequencies and displacements. Default: rad/s and m.
 
         Returns
         -------
         DataFrame
-            Table with the columns of `columns`.
+            Table with one row for each steady state.
         """
-        return dataframe(self.columns(dof, units) | {"stable": self.stable})
+        return super().to_dataframe(dof, units).assign(stable=self.stable)
 
 
 def response_curve(
@@ -436,19 +395,9 @@ def response_curve(
     if smaller.any():
         every = np.arange(growth.size)
         growth = np.where(smaller, np.interp(every, every[~smaller], growth[~smaller]), growth)
-    return ResponseCurve(
-        vary,
-        problem.parameter(part),
-        amplitude,
-        error.amplitude,
-        growth,
-        found.number,
-        special,
-        model.reduced.mode_shapes.copy(),
-        cycles,
-        ends,
-        _motion(found, np.vstack((points.z, at)), cycles),
-    )
+    motion = _motion(found, np.vstack((points.z, at)), cycles)
+    values = problem.parameter(part), amplitude, error.amplitude, growth, found.number
+    return ResponseCurve(motion, vary, *values, special, cycles, ends)
 
 
 def _motion(found: Branches, z: Floats, cycles: SlowCycles) -> SteadyMotion:
@@ -456,16 +405,9 @@ def _motion(found: Branches, z: Floats, cycles: SlowCycles) -> SteadyMotion:
     problem, contact = found.problem, found.contact
     at_cycles = np.tile(problem.part(cycles.parameter), 2)
     flow = problem.at(np.append(z[:, -1], at_cycles))
-    force = flow.force
-    force[len(z) :] = 0.0
-    motion = SteadyMotion(
-        problem.model,
-        np.concatenate([problem.amplitude(z), cycles.lowest, cycles.highest]),
-        flow.frequency,
-        force,
-        problem.applied,
-        flow.inputs["limit_scale"],
-    )
+    flow.inputs["force"][len(z) :] = 0.0
+    amplitude = np.concatenate([problem.amplitude(z), cycles.lowest, cycles.highest])
+    motion = SteadyMotion.of(flow, amplitude, problem.applied)
     if contact is None:
         return motion
     response = contact.response(z)

@@ -1,0 +1,72 @@
+"""Newton's method at many points at once, and frequencies at given amplitudes by it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slipmode.rom.arrays import Complexes, Flags, Floats
+from slipmode.rom.slow.slow_flow import ForcedFlow
+
+_DIFFERENCE = 1e-7  # of the unknowns, for derivatives: near the root of the rounding error
+_STEPS = 50  # most steps; from a good start about 5 suffice
+_LARGEST_STEP = 0.5  # of an unknown, so that steps stay in the region of the start
+_SHORTEST = 1e-5  # part of a Newton step that still does not reduce the residual: there is no way
+# Residuals of converged points, and of points that are as close as rounding allows.
+_CONVERGED, _ROUNDING = 1e-9, 1e-13
+LOWEST_SQUARE = 0.01  # of a frequency relative to the natural one; the slow flow ends far above
+
+
+def solve_points(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Flags]:
+    """Return solutions (points, k) of residual(z) = 0 near `start`, and whether they converge.
+
+    `residual` returns k real equations for k unknowns at all points, NaN where there are none.
+    Unknowns and equations are relative, of about the size 1. A step that does not reduce the
+    residual is repeated at a fourth of its length.
+    """
+    z, F = start, residual(start)
+    part = np.ones(len(z))  # of a Newton step
+    sides = np.eye(z.shape[1])
+    for _ in range(_STEPS):
+        if not ((np.abs(F).max(axis=1) > _ROUNDING) & (part > _SHORTEST)).any():
+            break
+        moved = [(residual(z + _DIFFERENCE * side) - F) / _DIFFERENCE for side in sides]
+        slopes = np.stack(moved, axis=-1) + 1e-30 * sides  # without slope a step is long
+        step = -part[:, np.newaxis] * np.linalg.solve(slopes, F[..., np.newaxis])[..., 0]
+        after = z + np.clip(np.nan_to_num(step), -_LARGEST_STEP, _LARGEST_STEP)
+        F_after = residual(after)
+        better = np.linalg.norm(F_after, axis=1) < np.linalg.norm(F, axis=1)
+        part = np.where(better, 1.0, 0.25 * part)
+        z, F = (np.where(better[:, np.newaxis], *each) for each in ((after, z), (F_after, F)))
+    return z, np.asarray(np.abs(F).max(axis=1) <= _CONVERGED)
+
+
+def flow_at_amplitudes(
+    start: ForcedFlow,
+    mode: int,
+    amplitude: Complexes,
+    condition: Callable[[Complexes, Complexes], Floats],
+) -> tuple[ForcedFlow, tuple[Complexes, Complexes], Flags]:
+    """Return the flow in which a mode has its frequencies at given amplitudes.
+
+    `start` is the flow without forces at the frequencies from which Newton's method starts. At the
+    frequencies of the result the `condition` on the stiffness of the mode and on its friction Q,
+    each (points,) [rad^2/s^2], is 0. `amplitude` is (points, modes) [kg^1/2 m]. The other results
+    are stiffness and Q, and whether a frequency is found.
+    """
+    natural, frequency = start.model.reduced.frequency[mode], start.frequency.copy()
+
+    def at(square: Floats) -> ForcedFlow:  # in which conditions are almost linear
+        frequency[:, mode] = natural * np.sqrt(np.maximum(square[:, 0], LOWEST_SQUARE))
+        return start.with_frequency(frequency)
+
+    def terms(square: Floats) -> tuple[Complexes, Complexes]:
+        now = at(square).balance(amplitude)
+        return now.stiffness[:, mode], now.friction[:, mode] / amplitude[:, mode]
+
+    def residual(square: Floats) -> Floats:
+        return np.asarray(condition(*terms(square))[:, np.newaxis] / natural**2)
+
+    square, found = solve_points(residual, (frequency[:, [mode]] / natural) ** 2)
+    return at(square), terms(square), found
