@@ -181,28 +181,6 @@ def test_extreme_limits_leave_the_linear_response(limit, held):
 # Components, FMUs and scenes
 
 
-@pytest.mark.parametrize("way", ["set_inputs", "do_step", "run", "trace"])
-def test_a_component_warns_once_of_a_frequency_far_from_its_mode(two_mode_model, way):
-    component = silent(Component, two_mode_model)
-
-    def take(frequency):
-        if way == "set_inputs":
-            component.set_inputs(frequency_A=frequency)
-        elif way == "do_step":
-            component.set_inputs(frequency_A=1.0, frequency_rate_A=frequency - 1.0)
-            component.do_step(component.time, 1.0)
-        else:
-            named = {"frequency_A": frequency, "frequency_B": 1.7}
-            row = np.array([[named.get(name, 0.0) for name in component.input_names]])
-            list(getattr(component, way)(np.ones(1), row))
-
-    silent(take, 1.4)
-    with pytest.warns(rom.ValidityWarning, match="^frequency_A is far from mode A: 1.6") as issued:
-        take(1.6)
-    assert len(issued) == 1
-    silent(take, 1.6)
-
-
 def test_components_and_fmus_warn_of_what_their_model_strains(tmp_path):
     model = tabulate(rom.Tanh(2.0, 2.0), warned=False)
     model.save(tmp_path / "one_mass.rom")

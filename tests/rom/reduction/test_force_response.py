@@ -190,8 +190,8 @@ def test_a_table_knows_what_its_force_does_past_the_mode(case):
     )
     found = rom.steady(model, carrier, ({dof: size},))[0]
     assert abs(found - exact) < 1e-3 * abs(exact) + abs(exact - few)
-    with pytest.raises(rom.SlipmodeError, match=r"^force_patterns: the forces also act on"):
-        rom.steady(ignorant, carrier, ({dof: size},))
+    without = rom.steady(ignorant, carrier, ({dof: size},))[0]
+    assert abs(without - exact) < 1e-2 * abs(exact) + abs(exact - few)
 
 
 @pytest.mark.oracle

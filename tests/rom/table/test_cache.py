@@ -111,28 +111,6 @@ def test_a_cache_that_cannot_be_read_or_written_costs_only_time(
     assert not was_cached and found.hash == computed.hash
 
 
-def test_what_was_not_used_for_longest_goes_first(folder, monkeypatch, caplog):
-    monkeypatch.setenv("SLIPMODE_CACHE_MIB", "1")  # three entries
-    paths = [add(number, used=1000.0 + number) for number in range(3)]
-    left, at_work = (folder / f".slipmode-{name}.part" for name in ("left", "at-work"))
-    for path in (left, at_work):
-        path.write_bytes(b"half")
-    os.utime(left, (1000.0, 1000.0))  # of a killed process
-    assert disk_cache.find(paths[0].name, Path.read_bytes) == bytes(SIZE)  # now the newest
-    with monkeypatch.context() as patch:
-        forbid(patch, "unlink")
-        paths.append(add(3, used=2000.0))
-    assert any(str(paths[1]) in line for line in warnings_of(caplog))
-    os.utime(paths[3], (2000.0, 2000.0))
-    paths.append(add(4, used=3000.0))
-    assert [path.exists() for path in paths] == [True, False, False, True, True]
-    assert not left.exists() and at_work.exists()
-    monkeypatch.setenv("SLIPMODE_CACHE_MIB", "0")
-    assert not cached_model(*ARGUMENTS)[1]
-    assert disk_cache.entries() == {}
-    assert (folder / "thesis.rom").exists()
-
-
 def test_the_command_shows_and_clears_the_cache(folder, tmp_path, monkeypatch, capsys):
     for number in range(3):
         add(number, used=1000.0)
