@@ -21,9 +21,10 @@ from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import ContactFriction
 
-# Error of the amplitudes, relative to the tolerance, above which the table is not used, by modes.
-# A curve of two modes without it takes minutes; below, its error is stated.
-_NOT_USED = {1: 1.0, 2: 5.0}
+# Relative error of the amplitudes of two modes above which the table is not used: relative to the
+# tolerance, and at least. A curve of two modes without a table takes minutes; below, its error is
+# stated.
+_ALLOWED, _LEAST = 5.0, 0.02
 
 
 @frozen
@@ -76,7 +77,10 @@ class Branches:
     def misses(self) -> bool:
         """Whether the table misses the friction on the curve by far more than it states."""
         model = self.problem.model
-        return self.error.beyond_table > _NOT_USED[model.modes] * model.accuracy.tolerance
+        allowed = model.accuracy.tolerance
+        if model.modes == 2:
+            allowed = max(_ALLOWED * allowed, _LEAST)
+        return self.error.beyond_table > allowed
 
     def without_table(self, starts: Floats) -> Self:
         """Return the branches with friction from the contact problem.
