@@ -21,10 +21,9 @@ from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import ContactFriction
 
-# Relative error of the amplitudes of two modes above which the table is not used: relative to the
-# tolerance, and at least. A curve of two modes without a table takes minutes; below, its error is
-# stated.
-_ALLOWED, _LEAST = 5.0, 0.02
+# Relative error of the amplitudes above which the table is not used: relative to the tolerance, and
+# at least. Curves without a table take seconds to minutes; below, their error is stated.
+_ALLOWED, _LEAST = 5.0, 0.01
 
 
 @frozen
@@ -76,11 +75,8 @@ class Branches:
     @property
     def misses(self) -> bool:
         """Whether the table misses the friction on the curve by far more than it states."""
-        model = self.problem.model
-        allowed = model.accuracy.tolerance
-        if model.modes == 2:
-            allowed = max(_ALLOWED * allowed, _LEAST)
-        return self.error.beyond_table > allowed
+        tolerance = self.problem.model.accuracy.tolerance
+        return self.error.beyond_table > max(_ALLOWED * tolerance, _LEAST)
 
     def without_table(self, starts: Floats) -> Self:
         """Return the branches with friction from the contact problem.
