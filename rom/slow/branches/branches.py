@@ -21,8 +21,8 @@ from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import ContactFriction
 
-# Relative error of the amplitudes above which the table is not used: relative to the tolerance, and
-# at least. Curves without a table take seconds to minutes; below, their error is stated.
+# Relative error of the amplitudes above which the table is not used: relative to the tolerance,
+# and at least. Curves without a table take seconds to minutes; below, their error is stated.
 _ALLOWED, _LEAST = 5.0, 0.01
 
 
