@@ -80,6 +80,7 @@ def test_the_slow_flow_from_rest_ends_in_the_steady_state(paper_model, phase):
     np.testing.assert_allclose(found, turned, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two_mode_model", "paper_model"])
 @pytest.mark.parametrize("mode", [0, 1])
 def test_the_curve_inverted_gives_back_the_amplitude(name, mode, request):
@@ -115,6 +116,7 @@ def test_frequencies_of_a_linear_mode_have_their_closed_form_up_to_the_peak():
         np.testing.assert_allclose(amplitude[found], expected, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_the_surface_is_the_steady_state_at_each_pair_of_frequencies(two_mode_model):
     axis_A, axis_B = np.array([0.96, 0.98, 1.0]), np.array([1.6, 1.65])
     surface = rom.resonance(two_mode_model, BOTH, axis_A, axis_B)

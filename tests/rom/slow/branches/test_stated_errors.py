@@ -70,6 +70,7 @@ def test_steady_states_far_off_the_reference_frequency(chain, part, force):
     assert a == pytest.approx(exact(chain, Omega, force), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_curve_far_off_the_reference_frequency_states_its_error(chain):
     model = chain[1]
     span = model.reduced.carrier[0] * np.array([0.74, 1.03])
