@@ -34,6 +34,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.contact_friction import (
     ContactFriction,
     ContactPoints,
+    ContactSolutions,
     changed_reaction,
     has_contact_problem,
 )
@@ -66,13 +67,12 @@ class TableError:
         flow: ForcedFlow,
         amplitude: Complexes,
         applied: AppliedForces | None = None,
-        used: tuple[ContactFriction, Complexes] | None = None,
+        used: ContactSolutions | None = None,
     ) -> Self:
         """Return the error of S_j at amplitudes (points, modes) of a slow flow.
 
         `applied` are the forces of the flow. Without them, the forces act as in the table. `used`
-        is the friction of the flow, with resonant responses (points, resonances), if it is not the
-        friction of the table.
+        is the friction of the flow if it is not the friction of the table.
         """
         model = flow.model
         factor = flow.inputs["limit_scale"][:, np.newaxis]
@@ -94,9 +94,9 @@ class TableError:
             exact, points = ContactFriction.of(model, applied), ContactPoints.of(some, a)
             friction = some.balance(a).friction
         else:
-            exact, points = used[0], ContactPoints.of(some, a, used[1][at])
+            exact, points = used.friction, ContactPoints.of(some, a, used.response[at])
             friction = exact(points)
-        measured = exact.finer(model)(points) - friction
+        measured = exact.finer(points) - friction
         inside = np.isfinite(friction).all(axis=1)
         # Steps are of second order: four times as many as the table has leave 1 / 12 of the change
         # by doubling.

@@ -21,7 +21,7 @@ from slipmode.rom.arrays import Complexes, Floats, check_dof
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.direct.contact_friction import ContactFriction, ContactPoints
+from slipmode.rom.slow.direct.contact_friction import ContactPoints, ContactSolutions
 from slipmode.rom.slow.direct.steady_harmonics import Receptance
 from slipmode.rom.slow.nonresonant.response import ModalResponse, response_to
 from slipmode.rom.slow.slow_flow import ForcedFlow
@@ -42,8 +42,7 @@ class SteadyMotion:
     scale: Floats  # (points,), friction limits and preloads relative to the model's
     # `AppliedForces.static` (n_dofs, modes) of the structure. None: `applied.static`.
     static: Floats | None = None
-    # Contact problems, and resonant responses (points, resonances). None: the table's motion.
-    contact: tuple[ContactFriction, Complexes] | None = None
+    contact: ContactSolutions | None = None  # None: the contact motion is the table's
 
     @classmethod
     def of(cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None) -> Self:

@@ -17,7 +17,7 @@ from slipmode.rom.errors import OutsideTableError, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.direct.corrected_points import corrected_point, missed_points
+from slipmode.rom.slow.direct.corrected_points import corrected_points
 from slipmode.rom.slow.slow_flow import Balance, ForcedFlow
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.model import Model
@@ -64,14 +64,12 @@ def steady_points(
         applied = AppliedForces.of(model.reduced, patterns)
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], applied.shift)
         _solve(problem, places, found)
-        for k in missed_points(problem, found.amplitude[places], applied).tolist():
+        for k, corrected in corrected_points(problem, found.amplitude[places], applied):
             place = int(places[k])
-            try:
-                found.amplitude[place] = corrected_point(
-                    problem.only(k), found.amplitude[place], applied
-                )
-            except SlipmodeError as refusal:
-                found.amplitude[place], found.refusals[place] = np.nan, refusal
+            if isinstance(corrected, SlipmodeError):
+                found.amplitude[place], found.refusals[place] = np.nan, corrected
+            else:
+                found.amplitude[place] = corrected
     return found
 
 

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, isfinite
 
-import numpy as np
-
-from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import Finding
@@ -78,24 +75,6 @@ class Accuracy:
         """Relative error of S_j by neglected modes and harmonics [-], as far as it is known."""
         harmonics = self.neglected_response if isfinite(self.neglected_response) else 0.0
         return harmonics + self.neglected_modes
-
-    def detuning_at(self, apart: Floats, corrected: bool) -> Floats:
-        """Return the relative error of S_j at relative distances from the carriers [-].
-
-        Parameters
-        ----------
-        apart : (n,) ndarray
-            Distances |Omega / carrier - 1| [-].
-        corrected : bool
-            Whether the table has dS_j / dOmega_k.
-
-        Returns
-        -------
-        (n,) ndarray
-            `detuning`, scaled to these distances.
-        """
-        order = 2 if corrected else 1
-        return np.asarray((self.detuning or 0.0) * (apart / MOST_DETUNING) ** order)
 
     def findings(self) -> list[Finding]:
         """Return warnings if the tolerance is not met or a harmonic response is neglected.

@@ -85,7 +85,7 @@ class Branches:
         """
         problem = self.problem
         along = problem.at(np.linspace(0.0, 1.0, 65)).frequency
-        friction = ContactFriction.of(problem.model, problem.applied, along)
+        friction = ContactFriction.of(problem.model, problem.applied).with_resonances(along)
         try:
             return self.of(problem, starts, ContactCurve(problem, friction))
         except SlipmodeError:

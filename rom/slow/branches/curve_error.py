@@ -133,9 +133,7 @@ class _Solutions:
     @cached_property
     def table_error(self) -> TableError:
         """The error of S_j, see `TableError.of`."""
-        used = None
-        if self.contact is not None:
-            used = self.contact.friction, self.contact.response(self.z)
+        used = None if self.contact is None else self.contact.solutions(self.z)
         amplitude = self.problem.amplitude(self.z)
         return TableError.of(self.flow, amplitude, self.problem.applied, used)
 

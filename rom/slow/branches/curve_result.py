@@ -19,8 +19,58 @@ if TYPE_CHECKING:
 _BAND = 0.2  # opacity of the error in pictures
 
 
+class Tabulated:
+    """Have named columns, one row for each steady state."""
+
+    def _values(self, units: Units) -> dict[str, Any]:
+        """Return the columns (n,) except the columns of a DOF."""
+        raise NotImplementedError
+
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        """Return columns (n,) of amplitudes of a DOF, by the names without DOF and unit."""
+        raise NotImplementedError
+
+    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
+        """Return the result as named columns, one row for each steady state.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added, with its error if known.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Values and their errors. Modal amplitudes are in kg^1/2 m, rates in 1/s.
+        """
+        found = self._values(units)
+        if dof is not None:
+            sizes = self._dof_sizes(dof, units)
+            found |= {units.of_dof(name, dof): size for name, size in sizes.items()}
+        return found
+
+    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
+        """Return the result as a pandas DataFrame, one row for each steady state.
+
+        Parameters
+        ----------
+        dof : int, optional
+            DOF whose displacement amplitude is added, with its error if known.
+        units : Units
+            Units of frequencies and displacements. Default: rad/s and m.
+
+        Returns
+        -------
+        DataFrame
+            Table with the columns of `columns`.
+        """
+        return dataframe(self.columns(dof, units))
+
+
 @frozen
-class CurveResult:
+class CurveResult(Tabulated):
     """Hold steady states of a model, one after the other.
 
     Attributes
@@ -56,9 +106,8 @@ class CurveResult:
         """Return amplitudes (points, modes) of `motion` in the shape of the result."""
         raise NotImplementedError
 
-    def _values(self, units: Units) -> dict[str, Any]:
-        """Return the columns (n,) without those of a DOF."""
-        raise NotImplementedError
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        return self._sizes(self.size(Shown(dof, units)))
 
     def _sizes(self, sizes: Floats) -> dict[str, Floats]:
         """Return columns (n,) of amplitudes of a DOF, by the names without DOF and unit."""
@@ -83,44 +132,6 @@ class CurveResult:
             If there is no such DOF.
         """
         return self.size(Shown(dof))
-
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Any]:
-        """Return the result as named columns, one row for each steady state.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added, with its error if known.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        dict of str to (n,) ndarray
-            Values and their errors. Modal amplitudes are in kg^1/2 m, rates in 1/s.
-        """
-        found = self._values(units)
-        if dof is not None:
-            sizes = self._sizes(self.size(Shown(dof, units)))
-            found |= {units.of_dof(name, dof): size for name, size in sizes.items()}
-        return found
-
-    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the result as a pandas DataFrame, one row for each steady state.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added, with its error if known.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        DataFrame
-            Table with the columns of `columns`.
-        """
-        return dataframe(self.columns(dof, units))
 
 
 @frozen

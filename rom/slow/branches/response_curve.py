@@ -29,6 +29,7 @@ from slipmode.rom.slow.branches.curve_result import (
 )
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
+from slipmode.rom.slow.direct.contact_friction import ContactSolutions
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.model import Model
@@ -385,11 +386,8 @@ def response_curve(
         warn([Finding("curve", f"is incomplete beyond {where}", reason, "warning")])
     specials, smaller = significant_specials(problem, branches, error)
     at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])
-    values, amplitudes = problem.parameter(at[:, -1]).tolist(), problem.amplitude(at)
-    special = tuple(
-        SpecialPoint(kind, value, a)
-        for (kind, _), value, a in zip(specials, values, amplitudes, strict=True)
-    )
+    places = zip(specials, problem.parameter(at[:, -1]), problem.amplitude(at), strict=True)
+    special = tuple(SpecialPoint(kind, float(value), a) for (kind, _), value, a in places)
     cycles = slow_cycles(problem, Points(points.rows[~smaller], points.unknowns))
     growth = points.eigenvalues[:, 0].real
     if smaller.any():
@@ -410,6 +408,7 @@ def _motion(found: Branches, z: Floats, cycles: SlowCycles) -> SteadyMotion:
     motion = SteadyMotion.of(flow, amplitude, problem.applied)
     if contact is None:
         return motion
-    response = contact.response(z)
+    friction, response = contact.solutions(z)
     at_rest = np.zeros((at_cycles.size, response.shape[1]), dtype=complex)
-    return replace(motion, contact=(contact.friction, np.concatenate((response, at_rest))))
+    every = ContactSolutions(friction, np.concatenate((response, at_rest)))
+    return replace(motion, contact=every)

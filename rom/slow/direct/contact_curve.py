@@ -17,7 +17,11 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import Branch, Points, branch_through
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
-from slipmode.rom.slow.direct.contact_friction import ContactFriction, ContactPoints
+from slipmode.rom.slow.direct.contact_friction import (
+    ContactFriction,
+    ContactPoints,
+    ContactSolutions,
+)
 
 # Steps of finite differences, relative to the range of the table and to the frequencies.
 _AMPLITUDE_STEP, _FREQUENCY_STEP = 1e-4, 1e-5
@@ -92,10 +96,10 @@ class ContactCurve:
         ends = [self._without_responses(at) for at in branch.cut_off]
         return Branch(Points(rows, kept), special, branch.closed, ends)
 
-    def response(self, z: Floats) -> Complexes:
-        """Return resonant responses (points, resonances) at solutions (points, 2 modes + 1)."""
+    def solutions(self, z: Floats) -> ContactSolutions:
+        """Return the friction with its resonant responses at solutions (points, 2 modes + 1)."""
         every = np.array([known.z for known in self._nearest(z)])
-        return self._parts(every)[1]
+        return ContactSolutions(self.friction, self._parts(every)[1])
 
     def derivatives(self, z: Floats) -> Floats:
         """Return the derivatives (points, 2 modes, 2 modes + 1) of the rates of the amplitudes.

@@ -24,7 +24,11 @@ from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.direct.resonant_response import Resonances, own_stiffness
+from slipmode.rom.slow.direct.resonant_response import (
+    Resonances,
+    harmonic_decay,
+    own_stiffness,
+)
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.model import Model
 
@@ -77,37 +81,41 @@ class ContactFriction:
     """
 
     torus: TorusProblem
+    finer_torus: TorusProblem  # in finer steps, which measure the error
     applied: AppliedForces | None  # None: the forces act as in the table
     resonances: Resonances
     _harmonics: Complexes | None = None
 
     @classmethod
-    def of(
-        cls, model: Model, applied: AppliedForces | None, frequency: Floats | None = None
-    ) -> Self:
-        """Return the friction of a model, in the time steps of its table.
-
-        Strong resonances at the frequencies (points, modes) have given responses.
-        """
-        torus = model.finer_contact_problem(
+    def of(cls, model: Model, applied: AppliedForces | None) -> Self:
+        """Return the friction of a model, in the time steps of its table, without resonances."""
+        finer = model.finer_contact_problem(
             smallest_scale(model.reduced, model.table.amplitude_range)
         )
-        problem = replace(torus.problem, combinations=())
+        problem, smallest = replace(finer.problem, combinations=()), finer.smallest_amplitude
         grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
-        nothing = np.zeros(0, dtype=np.intp)
-        resonances = Resonances(problem.orders, nothing, nothing)
-        if frequency is not None:
-            resonances = Resonances.along(model.reduced, problem.orders, frequency)
-        return cls(
-            problem.on(grid, _MARCH_TOLERANCE, torus.smallest_amplitude), applied, resonances
-        )
+        torus = problem.on(grid, _MARCH_TOLERANCE, smallest)
+        finer_torus = problem.on(finer.grid, finer.march.tolerance, smallest)
+        return cls(torus, finer_torus, applied, Resonances.none(problem.orders))
 
-    def finer(self, model: Model) -> Self:
-        """Return the friction in finer steps, which measures the error."""
-        torus = model.finer_contact_problem(self.torus.smallest_amplitude)
-        problem = replace(torus.problem, combinations=())
-        finer = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
-        return replace(self, torus=finer, _harmonics=None)
+    @property
+    def without_guess(self) -> Self:
+        """The friction whose next problem does not begin with the harmonics of the last one."""
+        return replace(self, _harmonics=None)
+
+    @property
+    def finer(self) -> Self:
+        """The friction in finer steps."""
+        return replace(self.without_guess, torus=self.finer_torus)
+
+    def with_resonances(self, frequency: Floats) -> Self:
+        """Return the friction with given responses to strong resonances.
+
+        `frequency` (points, modes) are the forcing frequencies at which there may be some.
+        """
+        problem = self.torus.problem
+        found = Resonances.along(problem.reduced, problem.orders, frequency)
+        return replace(self.without_guess, resonances=found)
 
     def __call__(self, points: ContactPoints) -> Complexes:
         """Return the force on the modes, (points, modes) [N kg^-1/2]."""
@@ -161,6 +169,13 @@ class ContactFriction:
         return problem
 
 
+class ContactSolutions(NamedTuple):
+    """What the friction at steady states follows from, if it is not the friction of a table."""
+
+    friction: ContactFriction
+    response: Complexes  # (points, resonances), resonant responses [kg^1/2 m]
+
+
 def changed_reaction(model: Model, frequency: Floats) -> Floats:
     """Return how much the reaction of the modes differs from the table's, (points,) [-].
 
@@ -170,10 +185,9 @@ def changed_reaction(model: Model, frequency: Floats) -> Floats:
     reduced = model.reduced
     modes = len(reduced.modes)
     orders = tuple(harmonic_orders(RESPONSE_ORDER, modes, reduced.even))
-    numbers = np.array(orders)[:, :modes]
-    there = reduced.reaction(frequency @ numbers.T, resonant_modes(modes, orders, ()))
+    nu = frequency @ np.array(orders)[:, :modes].T
+    there = reduced.reaction(nu, resonant_modes(modes, orders, ()))
     change = np.abs(there - reaction_stiffness(reduced, orders, model.combinations))
     own = own_stiffness(reduced)
     share = (change / np.sqrt(np.outer(own, own))).max(axis=(-2, -1))
-    decay = np.maximum(np.abs(numbers).sum(axis=1), 1) ** 2
-    return np.asarray((share / decay).max(axis=1))
+    return np.asarray((share / harmonic_decay(orders)).max(axis=1))

@@ -7,6 +7,8 @@ act on the contacts in other ways than in the table.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,32 +35,49 @@ from slipmode.rom.table.quasi_static import quasi_static_error
 _WORTH_MEASURING = 0.1
 
 
-def missed_points(
+def corrected_points(
     flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces
-) -> NDArray[np.intp]:
+) -> Iterator[tuple[int, Complexes | SlipmodeError]]:
+    """Yield numbers and steady states (modes,) where the table may miss, or why there is none.
+
+    `amplitude` (points, modes) are the steady states with the friction of the table.
+    """
+    missed = _missed(flow, amplitude, applied)
+    if not missed.size:
+        return
+    friction = ContactFriction.of(flow.model, applied)
+    for k in missed.tolist():
+        one = flow.with_inputs(flow.inputs[[k]])
+        try:
+            found: Complexes | SlipmodeError = _corrected(one, amplitude[k], applied, friction)
+        except SlipmodeError as refusal:
+            found = refusal
+        yield k, found
+
+
+def _missed(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces) -> NDArray[np.intp]:
     """Return the numbers of steady states (points, modes) whose friction the table may miss."""
     model = flow.model
     (known,) = np.nonzero(np.isfinite(amplitude).all(axis=1))
     if not has_contact_problem(model) or not known.size:
         return known[:0]
     at, a = flow.with_inputs(flow.inputs[known]), amplitude[known]
-    stated, tolerance = model.accuracy, model.accuracy.tolerance
+    tolerance = model.accuracy.tolerance
     points = ContactPoints.of(at, a)
-    apart = np.abs(points.frequency / model.reduced.carrier - 1.0).max(axis=1)
-    part = model.detuning_error(apart)
-    if stated.detuning is not None:
-        part = stated.detuning_at(apart, model.table.detuning is not None)
     static = quasi_static_error(model, applied, points.amplitude, points.force)
     if static.max() > tolerance:
         return known
-    scale = model.error_scale(np.abs(at.effective(a)) / points.scale)
-    estimate = amplitude_error(at, a, (part[:, np.newaxis] * points.scale * scale).astype(complex))
+    part = model.detuning_error(np.abs(points.frequency / model.reduced.carrier - 1.0).max(axis=1))
+    scale = points.scale * model.error_scale(np.abs(at.effective(a)) / points.scale)
+    estimate = amplitude_error(at, a, (part[:, np.newaxis] * scale).astype(complex))
     off = np.nan_to_num(estimate, nan=np.inf).max(axis=1) > _WORTH_MEASURING * tolerance
     changed = changed_reaction(model, points.frequency) > tolerance
     return np.asarray(known[off | changed])
 
 
-def corrected_point(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces) -> Complexes:
+def _corrected(
+    flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces, friction: ContactFriction
+) -> Complexes:
     """Return the steady state (modes,) of a flow at one point, near the table's (modes,).
 
     Raises
@@ -67,15 +86,13 @@ def corrected_point(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForc
         If the contact problem has no solution inside the range of the table.
     """
     model, a = flow.model, amplitude[np.newaxis]
-    friction = ContactFriction.of(model, applied)
-    resonant = ContactFriction.of(model, applied, flow.frequency)
-    change = friction(ContactPoints.of(flow, a)) - flow.balance(a).friction
-    error = force_error(flow, a, change).max()
+    change = friction.without_guess(ContactPoints.of(flow, a))
+    error = force_error(flow, a, change - flow.balance(a).friction).max()
     if error <= model.accuracy.tolerance:
         return amplitude
     problem = _at_one_point(flow, applied)
     start = np.append(a.view(float)[0] / problem.size(np.zeros(1))[0], 0.0)
-    found = ContactCurve(problem, resonant).solved(start)
+    found = ContactCurve(problem, friction.with_resonances(flow.frequency)).solved(start)
     if found is not None:
         return np.asarray(problem.amplitude(found[np.newaxis])[0])
     force, scale = flow.force[0], float(flow.inputs["limit_scale"][0])

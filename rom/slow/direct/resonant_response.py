@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.combination import Order, resonant_modes
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
@@ -30,6 +30,11 @@ def own_stiffness(reduced: Reduced) -> Floats:
     if reduced.contacts is None:
         return np.array(np.diag(reduced.stiffness))
     return np.asarray(1.0 / np.maximum(reduced.contacts.reference, np.finfo(float).tiny))
+
+
+def harmonic_decay(orders: tuple[Order, ...]) -> Floats:
+    """Return the decay (|n| + |m|)^2 of harmonics of friction, (orders,); 1 for the mean."""
+    return np.asarray(np.maximum(np.abs(np.array(orders)).sum(axis=1), 1.0) ** 2)
 
 
 @frozen
@@ -49,15 +54,20 @@ class Resonances:
     mode: NDArray[np.intp]
 
     @classmethod
+    def none(cls, orders: tuple[Order, ...]) -> Self:
+        """Return no resonances."""
+        nothing = np.zeros(0, dtype=np.intp)
+        return cls(orders, nothing, nothing)
+
+    @classmethod
     def along(cls, reduced: Reduced, orders: tuple[Order, ...], frequency: Floats) -> Self:
         """Return the strongest resonances at any of the frequencies (points, modes)."""
-        numbers, modes = np.array(orders), frequency.shape[1]
-        nu = frequency @ numbers[:, :modes].T
+        modes = frequency.shape[1]
+        nu = frequency @ np.array(orders)[:, :modes].T
         D = np.einsum("pqkk->pqk", reduced.modal_stiffness(nu))
         B = reduced.modal_coupling(nu)
         moved = (np.abs(B) ** 2 / own_stiffness(reduced)).max(axis=3) / np.abs(D)
-        decay = np.maximum(np.abs(numbers).sum(axis=1), 1) ** 2
-        effect = moved.max(axis=0) / decay[:, np.newaxis]
+        effect = moved.max(axis=0) / harmonic_decay(orders)[:, np.newaxis]
         effect[:modes] = 0.0  # the carriers
         strongest = np.argsort(-effect, axis=None)[:_MOST]
         strong = strongest[effect.ravel()[strongest] > _STRONG]
@@ -92,9 +102,9 @@ class Resonances:
         """Return the part of the reaction to the contacts by the resonances, (orders, ...)."""
         modes = len(reduced.modes)
         nu = np.array(self.orders)[:, :modes] @ reduced.carrier
-        carriers: Flags = np.zeros((nu.size, len(reduced.all_shapes.T)), dtype=bool)
-        carriers[np.arange(modes), np.arange(modes)] = True
-        held = carriers.copy()
+        carriers = resonant_modes(modes, self.orders, ())
+        held: Flags = np.zeros((nu.size, reduced.all_shapes.shape[1]), dtype=bool)
+        held[:, :modes] = carriers
         held[self.order, self.mode] = True
         return reduced.reaction(nu, carriers) - reduced.reaction(nu, held)
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.branches.curve_result import Tabulated, axes_or_current, plot_band
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.slow.tone.tone_states import ForcedTone, ToneForce, ToneState
 from slipmode.rom.slow.units import MODAL, SI, Units
@@ -19,14 +19,13 @@ from slipmode.rom.table.local.tone_model import ToneModel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_BAND = 0.25  # opacity of the error
 # Points of a curve: at first, at most, and the distance of a point from the straight line between
 # its neighbours beyond which there are more, relative to the largest amplitude.
 _FIRST, _MOST, _BENDS = 33, 400, 0.01
 
 
 @frozen
-class ToneCurve:
+class ToneCurve(Tabulated):
     """Hold steady states of several modes on one tone, one for each frequency.
 
     Attributes
@@ -94,15 +93,14 @@ class ToneCurve:
         Axes
             Axes of the plot.
         """
-        ax = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
+        ax = axes_or_current(ax)
         along = units.of_frequency(self.frequency)
         if dof is None:
             name = f"amplitude [{MODAL}]"
             sizes = np.abs(self.amplitude)
             for label, size, error in zip(self.modes, sizes.T, self.error.T, strict=True):
                 (line,) = ax.plot(along, size, label=f"|{label}|")
-                color = line.get_color()
-                ax.fill_between(along, size - error, size + error, color=color, alpha=_BAND, lw=0)
+                plot_band(ax, along, size, error, color=line.get_color())
             ax.legend()
         else:
             name = units.of_dof("amplitude", dof)
@@ -110,47 +108,14 @@ class ToneCurve:
         ax.set(xlabel=f"frequency [{units.frequency}]", ylabel=name, ylim=(0.0, None))
         return ax
 
-    def columns(self, dof: int | None = None, units: Units = SI) -> dict[str, Floats]:
-        """Return the curve as named columns, one row for each frequency.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        dict of str to (n,) ndarray
-            Frequencies, and real parts, imaginary parts and errors of the amplitudes.
-        """
+    def _values(self, units: Units) -> dict[str, Any]:
         found = {units.named("frequency"): units.of_frequency(self.frequency)}
-        for j, mode in enumerate(self.modes):
-            a = self.amplitude[:, j]
-            found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag}
-            found |= {f"{mode}_error": self.error[:, j]}
-        if dof is not None:
-            moved = 2.0 * np.abs(self.displacement(dof))
-            found[units.of_dof("A", dof)] = units.of_displacement(moved)
+        for mode, a, error in zip(self.modes, self.amplitude.T, self.error.T, strict=True):
+            found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag, f"{mode}_error": error}
         return found
 
-    def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the curve as a pandas DataFrame, one row for each frequency.
-
-        Parameters
-        ----------
-        dof : int, optional
-            DOF whose displacement amplitude is added.
-        units : Units
-            Units of frequencies and displacements. Default: rad/s and m.
-
-        Returns
-        -------
-        DataFrame
-            Table with the columns of `columns`.
-        """
-        return dataframe(self.columns(dof, units))
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        return {"A": units.of_displacement(2.0 * np.abs(self.displacement(dof)))}
 
 
 def tone_curve(
