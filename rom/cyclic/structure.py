@@ -356,14 +356,14 @@ class CyclicStructure:
         N, (n, size) = self.sectors, (self.mass.shape[0], self.free_dofs.size)
         of_blade = np.zeros(N) if deviation is None else np.asarray(deviation, dtype=float)
         sector = np.arange(N)
-        # Displacements of all sectors, with both of their sides, from those of the annulus
+        # Displacements of all sectors, with both sides, from the displacements of the annulus
         places = (self._places + size * sector[:, np.newaxis]).ravel() % (N * size)
         T: Any = scipy.sparse.csc_array(
             (np.ones(n * N), (np.arange(n * N), places)), shape=(n * N, size * N)
         )
 
         def around(matrix: Any, between: Any) -> Any:
-            """Return the matrix of all sectors from that of one, with factors (N, N) between."""
+            """Return the matrix of all sectors from one sector's, with factors (N, N) between."""
             return T.T @ scipy.sparse.kron(between, matrix, format="csc")
 
         one = scipy.sparse.eye_array(N)

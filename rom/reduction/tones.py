@@ -40,7 +40,7 @@ def share_a_tone(tones: Sequence[int] | None, modes: int) -> bool:
         )
     if modes > _MOST_MODES:
         raise SlipmodeError(
-            f"modes: at most {_MOST_MODES} modes share a tone, got {modes}; retain those near the "
+            f"modes: at most {_MOST_MODES} modes share a tone, got {modes}; retain modes near the "
             "forcing frequency, the others respond to it as well"
         )
     return True

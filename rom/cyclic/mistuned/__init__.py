@@ -8,5 +8,5 @@ disk_modes.py          modes of the tuned disk and of disks whose blades differ
 stuck_modes.py         modes for transients; script.py: inputs of transients
 internal_resonance.py  harmonics that come close to modes
 
-Steady states and transients are those of many modes on one tone, slow/tone/.
+Steady states and transients are computed as many modes on one tone, slow/tone/.
 """

@@ -24,7 +24,7 @@ typedef struct {
 /* Which harmonics of the contact force act on a mode. */
 typedef enum {
     SM_CARRIERS, /* at the carrier: in steady motion combination resonances have the mean 0 */
-    SM_ALL_TERMS /* and those of combination resonances */
+    SM_ALL_TERMS /* and the combination resonances */
 } sm_friction_terms;
 
 /* Evaluates the friction terms and their derivatives at effective amplitudes e (modes). Returns

@@ -158,13 +158,13 @@ class ModeCurve(CurveResult):
 
 
 def axes_or_current(ax: Axes | None) -> Axes:
-    """Return the axes of a plot: those that are given, or the current ones."""
+    """Return the given axes of a plot, or the current axes."""
     current: Axes = extra("matplotlib.pyplot", "pictures").gca() if ax is None else ax
     return current
 
 
 def axes_or_new(axes: Any, rows: int, columns: int, **options: Any) -> Any:
-    """Return the axes of a plot: those that are given, or new ones in rows and columns."""
+    """Return the given axes of a plot, or new axes in rows and columns."""
     if axes is None:
         axes = extra("matplotlib.pyplot", "pictures").subplots(rows, columns, **options)[1]
     return axes

@@ -170,7 +170,7 @@ class ContactFriction:
 
 
 class ContactSolutions(NamedTuple):
-    """What the friction at steady states follows from, if it is not the friction of a table."""
+    """Contact problems and resonant responses that give the friction at steady states."""
 
     friction: ContactFriction
     response: Complexes  # (points, resonances), resonant responses [kg^1/2 m]

@@ -1,4 +1,4 @@
-"""Modes in resonance with a harmonic of the contacts, as unknowns beside the amplitudes.
+"""Modes in resonance with a harmonic of the contacts, as additional unknowns.
 
 The search for periodic contact motion iterates on the response of the modes, and diverges if the
 response of a mode to a harmonic nu is large. Such a response q has its slow flow instead,

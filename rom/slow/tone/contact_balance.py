@@ -98,7 +98,7 @@ class ContactBalance:
         """Return x and y of contacts that act on each other at the higher harmonics, too.
 
         From the state x with local contacts, whose derivatives Newton's method keeps; Anderson's
-        acceleration improves its steps. `contacts` are those of each structure.
+        acceleration improves its steps. `contacts` are the contacts of each structure.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class ContactBalance:
         """Return x and y (N_c,) of a single structure, from the state x (1, N_c)."""
         from scipy import optimize  # takes long to import
 
-        anderson: Any = optimize.anderson  # its types are those of one number
+        anderson: Any = optimize.anderson  # its types allow one number only
 
         y, *slopes = self.local(x)
         start = x[0] - contacts.far @ y[0]

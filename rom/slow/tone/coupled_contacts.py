@@ -46,7 +46,7 @@ class FastModes:
 
     @classmethod
     def of(cls, static: Floats, frequency: Floats, motion: Floats, carrier: float) -> Self:
-        """Return those of some real modes (modes,), (modes, N_c) that are fast."""
+        """Return the fast modes among real modes (modes,), (modes, N_c)."""
         fast = frequency >= FAST * carrier
         # Differences of flexibilities may be negative by rounding.
         size, directions = np.linalg.eigh(0.5 * (static + static.T))

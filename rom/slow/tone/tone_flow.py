@@ -166,7 +166,7 @@ class ToneFlow:
         -------
         (R,) complex ndarray
             Amplitudes a_j [kg^1/2 m], q_j = 2 Re(a_j exp(i theta)): of the retained modes, in
-            their order, then of the others. Of a disk, those of the modes with open contacts.
+            their order, then of the others. Of a disk, of the modes with open contacts.
         """
         a, y = self._state()
         return self._modes.modal(self.frequency, a, self.magnitude, y)

@@ -60,7 +60,7 @@ class DampedModes:
         """Return the change of the amplitudes (M,) by a jump of the magnitude at a carrier angle.
 
         The real motion of a mode, a exp(i theta) + c exp(-i theta), is continuous. Its part c
-        follows the force at once; that of the conjugate mode is among the fast modes.
+        follows the force at once; the conjugate mode is among the fast modes.
         """
         c = jump * self.conjugate / (-1j * frequency - self.pole)
         return np.asarray(-c * np.exp(-2j * angle))

@@ -78,7 +78,7 @@ class ToneModel:
         raise SlipmodeError(_NO_TABLE)
 
     def check_mode(self, mode: int) -> NoReturn:
-        """Refuse what asks for a mode by itself."""
+        """Refuse a function that needs a table of one mode."""
         raise SlipmodeError(_NO_TABLE)
 
 

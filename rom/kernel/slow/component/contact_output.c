@@ -81,7 +81,7 @@ static void add_shift(const sm_slow_flow *flow, const sm_inputs *in, double *amp
     }
 }
 
-/* Returns the stretch from inputs and unknowns at its start to those at its end. */
+/* Returns the stretch between inputs and unknowns at its start and at its end. */
 static sm_stretch stretch_between(const sm_slow_flow *flow, double duration,
                                   const sm_inputs *begin, const sm_flow_point *from,
                                   const sm_inputs *end, const sm_flow_point *to) {

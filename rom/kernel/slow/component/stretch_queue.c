@@ -20,8 +20,7 @@
 
 static int is_near(double a, double b) { return fabs(a - b) <= ROUNDING * fabs(b); }
 
-/* Returns whether amplitudes, frequencies and limits of a stretch continue those of another
- * smoothly. */
+/* Returns whether amplitudes, frequencies and limits are smooth from one stretch to the next. */
 static int continues(const sm_stretch *last, const sm_stretch *next) {
     const sm_segment *a = &last->segment, *b = &next->segment;
     for (int j = 0; j < SM_MODES; j++) {
