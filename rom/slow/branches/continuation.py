@@ -7,6 +7,7 @@ two branches meet; where a complex pair does, a Hopf point, oscillation sets in.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal, Self
 
 import numpy as np
@@ -72,7 +73,7 @@ class Branch:
     points: Points
     special: list[tuple[Kind, Floats]]  # folds and Hopf points, in the same order
     closed: bool  # whether the first point follows the last one
-    cut_off: list[Floats]  # ends at which a curve with too many points continues
+    cut_off: list[Floats]  # ends before those of the span and of F
 
     @property
     def reversed(self) -> Branch:
@@ -86,6 +87,16 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
 
     `z` (k + 1,) is a solution, or near one at the same p; None if there is none.
     """
+    branch = traced(curve, z)
+    if branch is None:
+        return None
+    points = branch.points
+    found = [(kind, _bisected(curve, points, k, kind)) for kind, k in changes_of_stability(points)]
+    return replace(branch, special=found)
+
+
+def traced(curve: kernel.Structure, z: Floats) -> Branch | None:
+    """Return the branch as `branch_through` does, without its folds and Hopf points."""
     start, found = np.ascontiguousarray(z), kernel.Branch()
     rows = np.empty((2 * MOST_POINTS - 1, 2 * (curve.unknowns + 1) + curve.unknowns**2))
     status = kernel.lib.sm_curve_branch(curve, start, MOST_POINTS, rows, found)
@@ -96,17 +107,17 @@ def branch_through(curve: kernel.Structure, z: Floats) -> Branch | None:
     points, closed = Points.of(rows[first : last + 1], curve.unknowns), bool(found.closed)
     ends = [end for side, end in ((found.after, -1), (found.before, 0)) if side == MOST_POINTS - 1]
     cut_off = [] if closed else [points.z[end] for end in ends]
-    return Branch(points, _specials(curve, points), closed, cut_off)
+    return Branch(points, [], closed, cut_off)
 
 
-def _specials(curve: kernel.Structure, points: Points) -> list[tuple[Kind, Floats]]:
-    """Return folds, and Hopf points, where a pair of deviations begins or ceases to grow."""
+def changes_of_stability(points: Points) -> list[tuple[Kind, int]]:
+    """Return folds, and Hopf points, where a pair of deviations begins or ceases to grow.
+
+    With each goes the number of the point that it follows.
+    """
     folds = points.tangent[:-1, -1] * points.tangent[1:, -1] < 0.0
-    found: list[tuple[Kind, Floats]] = []
-    for before in np.flatnonzero(folds | (np.abs(np.diff(points.unstable)) == 2)).tolist():
-        kind: Kind = "fold" if folds[before] else "Hopf"
-        found.append((kind, _bisected(curve, points, before, kind)))
-    return found
+    places = np.flatnonzero(folds | (np.abs(np.diff(points.unstable)) == 2)).tolist()
+    return [("fold" if folds[before] else "Hopf", before) for before in places]
 
 
 def _bisected(curve: kernel.Structure, points: Points, before: int, kind: Kind) -> Floats:

@@ -100,7 +100,8 @@ class ResponseCurve(CurveResult):
     cycles : SlowCycles
         Ranges of amplitudes that oscillate in slow time, beyond Hopf points.
     cut_off : (n,) ndarray
-        Values of the parameter [rad/s] or [-] where a branch ends because of too many points.
+        Values of the parameter [rad/s] or [-] where a branch ends because of too many points, or
+        because the contact problem does not converge.
     """
 
     vary: str
@@ -383,6 +384,8 @@ def response_curve(
     if ends.size:
         where = f"{vary} = {', '.join(f'{value:.6g}' for value in ends)}"
         reason = f"a branch has more than {MOST_POINTS} points. A shorter span shows more of it"
+        if found.contact is not None:
+            reason = "the contact problem does not converge. Compare with rom.steady_state"
         warn([Finding("curve", f"is incomplete beyond {where}", reason, "warning")])
     specials, smaller = significant_specials(problem, branches, error)
     at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])

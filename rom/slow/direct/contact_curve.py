@@ -15,7 +15,13 @@ import numpy as np
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.continuation import Branch, Points, branch_through
+from slipmode.rom.slow.branches.continuation import (
+    Branch,
+    Kind,
+    Points,
+    changes_of_stability,
+    traced,
+)
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_friction import (
     ContactFriction,
@@ -80,21 +86,22 @@ class ContactCurve:
     def branch(self, z: Floats) -> Branch | None:
         """Return the curve through a solution (2 modes + 1,), without resonant responses."""
         known = self._nearest(z[np.newaxis])[0]
-        branch = branch_through(self._curve, known.z)
+        branch = traced(self._curve, known.z)
         self._check()
         if branch is None:
             return None
-        kept, points = self._amplitudes, branch.points
-        rows = np.hstack(
-            (
-                self._without_responses(points.z),
-                self._without_responses(points.tangent),
-                points.eigenvalues[:, :kept].view(float),
-            )
-        )
-        special = [(kind, self._without_responses(at)) for kind, at in branch.special]
-        ends = [self._without_responses(at) for at in branch.cut_off]
-        return Branch(Points(rows, kept), special, branch.closed, ends)
+        z, tangent = map(self._without_responses, (branch.points.z, branch.points.tangent))
+        jacobian = self._confirmed(z).reshape(len(z), -1)
+        points = Points.of(np.hstack((z, tangent, jacobian)), self._amplitudes)
+        special = [(kind, _between(points, k, kind)) for kind, k in changes_of_stability(points)]
+        ends = [] if branch.closed else [end for end in z[[0, -1]] if self._goes_on(end)]
+        return Branch(points, special, branch.closed, ends)
+
+    def _goes_on(self, z: Floats) -> bool:
+        """Return whether a curve ends at z (2 modes + 1,) before the end of the span or range."""
+        largest = 1.0 - 2.0 * self._curve.largest_step
+        size = float(np.abs(z[:-1].view(complex)).max())
+        return 1e-6 < float(z[-1]) < 1.0 - 1e-6 and size < largest
 
     def solutions(self, z: Floats) -> ContactSolutions:
         """Return the friction with its resonant responses at solutions (points, 2 modes + 1)."""
@@ -106,8 +113,25 @@ class ContactCurve:
 
         At solutions z (points, 2 modes + 1), with the responses that follow them.
         """
-        slope, n = np.array([known.slope for known in self._nearest(z)]), self._amplitudes
-        rest = slice(n, self._unknowns)
+        return self._amplitude_rates(np.array([known.slope for known in self._nearest(z)]))
+
+    def _confirmed(self, z: Floats) -> Floats:
+        """Return the derivatives by the amplitudes, (points, 2 modes, 2 modes).
+
+        An unstable state is so by differences to either side: a jump of the force is at one of
+        them.
+        """
+        found = self.derivatives(z)[:, :, :-1]
+        for k in np.flatnonzero(_growth(found) > 0.0):
+            (at,) = self._nearest(z[[k]])
+            slope = self._differences(at.z, at.rate, -1.0)[np.newaxis]
+            both = np.concatenate((found[[k]], self._amplitude_rates(slope)[:, :, :-1]))
+            found[k] = both[_growth(both).argmin()]
+        return found
+
+    def _amplitude_rates(self, slope: Floats) -> Floats:
+        """Return what `derivatives` does, from those by all unknowns (points, k, k + 1)."""
+        n, rest = self._amplitudes, slice(self._amplitudes, self._unknowns)
         outer = np.delete(slope, rest, axis=2)
         follow = np.linalg.solve(slope[:, rest, rest], outer[:, rest])
         return np.asarray(outer[:, :n] - slope[:, :n, rest] @ follow)
@@ -157,13 +181,13 @@ class ContactCurve:
         there = [reduced.at_carrier(each) for each in frequency.tolist()]
         return np.array([replace(applied, reduced=each).through_dampers for each in there])
 
-    def _differences(self, z: Floats, rate: Floats) -> Floats:
-        """Return the derivatives (k, k + 1) of the rates at z (k + 1,)."""
+    def _differences(self, z: Floats, rate: Floats, side: float = 1.0) -> Floats:
+        """Return the derivatives (k, k + 1) of the rates at z (k + 1,), by steps to one side."""
         ends = self._problem.ends.frequency
         relative = max(float(np.abs(ends[1] / ends[0] - 1.0).max()), _FREQUENCY_STEP)
         step = np.full(z.size, _AMPLITUDE_STEP)
         step[-1] = min(_FREQUENCY_STEP / relative, _AMPLITUDE_STEP)
-        step *= np.where(z > 0.5, -1.0, 1.0)  # towards the inside
+        step *= np.where(z > 0.5, -side, side)  # by default towards the inside
         return np.asarray((self._rates(z + np.diag(step)) - rate).T / step)
 
     def _called(self, _: object, z: Any, rates: Any, derivatives: Any) -> int:
@@ -192,3 +216,16 @@ class ContactCurve:
                 off = rate - last.rate - last.slope @ moved
                 return _Known(z, rate, last.slope + np.outer(off, moved) / square)
         return _Known(z, rate, self._differences(z, rate))
+
+
+def _growth(jacobian: Floats) -> Floats:
+    """Return the largest growth of small deviations, (points,)."""
+    return np.asarray(np.linalg.eigvals(jacobian).real.max(axis=1))
+
+
+def _between(points: Points, before: int, kind: Kind) -> Floats:
+    """Return the fold or Hopf point (2 modes + 1,) after one of the points, interpolated."""
+    value = points.tangent[:, -1] if kind == "fold" else points.eigenvalues[:, 0].real
+    first, second = value[before : before + 2]
+    part = first / (first - second) if first * second < 0.0 else 0.5
+    return np.asarray((1.0 - part) * points.z[before] + part * points.z[before + 1])

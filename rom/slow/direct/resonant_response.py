@@ -23,6 +23,9 @@ from slipmode.rom.short_repr import frozen
 # Effect of the response of a mode on the contacts, relative to their own motion at the harmonic,
 # above which it is an unknown, and the most of them: weaker ones converge in a few periods.
 _STRONG, _MOST = 0.1, 3
+# Dynamic stiffness relative to nu^2 below which a mode is in resonance: others follow their
+# harmonic, and as unknowns they stop the continuation (tests/rom/slow/branches, seed 75).
+_RESONANT = 0.3
 
 
 def own_stiffness(reduced: Reduced) -> Floats:
@@ -68,6 +71,7 @@ class Resonances:
         B = reduced.modal_coupling(nu)
         moved = (np.abs(B) ** 2 / own_stiffness(reduced)).max(axis=3) / np.abs(D)
         effect = moved.max(axis=0) / harmonic_decay(orders)[:, np.newaxis]
+        effect[(np.abs(D) > _RESONANT * nu[..., np.newaxis] ** 2).all(axis=0)] = 0.0
         effect[:modes] = 0.0  # the carriers
         strongest = np.argsort(-effect, axis=None)[:_MOST]
         strong = strongest[effect.ravel()[strongest] > _STRONG]

@@ -13,6 +13,7 @@
 
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7 /* step, and distance of two points that are not equal, in units of z */
+#define COARSE 50.0   /* shortest step, in errors of z: the tangent is known over such a distance */
 #define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
 
 /* z = (y, p), the unit tangent, and dF/dy (k, k). */
@@ -131,7 +132,7 @@ static sm_status at_end(const sm_curve *curve, const point *inside,
 
 /* Computes the next point at a distance along the tangent. The guess lies on the cubic through the
  * last two points and their tangents; `before` is NULL at the first point. Fails if the curve turns
- * too far. */
+ * too far, unless the step is so short that errors of the rates turn it. */
 static sm_status stepped(const sm_curve *curve, const point *before,
                          const point *last, double step, point *found) {
     const int n = curve->unknowns + 1;
@@ -150,7 +151,7 @@ static sm_status stepped(const sm_curve *curve, const point *before,
         corrected(curve, FOLLOWING, guess, last->tangent, last->tangent, found);
     if (status != SM_OK) return status;
     const double turn = dot(n, found->tangent, last->tangent);
-    return turn < cos(0.15) ? SM_NOT_CONVERGED : SM_OK;
+    return turn < cos(0.15) && step > COARSE * curve->noise ? SM_NOT_CONVERGED : SM_OK;
 }
 
 /* Traces the curve from a start along its tangent; returns the number of points, at most `most`. */
@@ -165,7 +166,7 @@ static size_t traced(const sm_curve *curve, const point *start, size_t most, row
     while (count < most) {
         if (stepped(curve, count > 1 ? &before : NULL, &last, step, &next) != SM_OK) {
             step *= 0.5;
-            if (step < SHORTEST) break;
+            if (step < fmax(SHORTEST, 0.25 * COARSE * curve->noise)) break;
             continue;
         }
         if (next.z[k] < 0.0 || next.z[k] > 1.0) {

@@ -12,13 +12,8 @@ from slipmode import rom
 pytestmark = pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 
 
-FOLDS = pytest.mark.xfail(strict=True, reason="seed 49: two folds on a curve without its table")
-
-
 @pytest.mark.oracle
-@pytest.mark.parametrize(
-    "seeds", [range(2), pytest.param(range(2, 100), marks=[pytest.mark.slow, FOLDS])]
-)
+@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 100), marks=pytest.mark.slow)])
 def test_no_hopf_point_and_no_fold_of_drawn_structures(seeds):
     """Jenkins and Iwan contacts with constant normal loads, forced up to well beyond slip."""
     curves = 0
