@@ -9,6 +9,7 @@ and harmonics, here only on the first harmonic of the mode. In the slow flow tha
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, plot_band
 from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
+from slipmode.rom.slow.direct.contact_friction import ContactSolutions, has_contact_problem
+from slipmode.rom.slow.direct.contact_resonance import contact_phase_resonance
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
@@ -110,7 +113,10 @@ class Backbone(ModeCurve):
 def backbone(
     model: Model, mode: int = 0, other: float = 0.0, amplitude: Floats | None = None
 ) -> Backbone:
-    """Return frequency and damping of a mode against its amplitude, from the friction table.
+    """Return frequency and damping of a mode against its amplitude.
+
+    Friction is the table's, or of the contact problem at the frequencies of the mode where the
+    table misses it.
 
     Parameters
     ----------
@@ -169,10 +175,25 @@ def backbone(
         r = np.atleast_1d(as_floats("amplitude", amplitude))
         if r.ndim > 1 or r.size == 0 or not np.all(np.isfinite(r) & (r > 0.0)):
             raise SlipmodeError("amplitude: must be finite numbers > 0 [kg^1/2 m]")
-    a = np.full((r.size, model.modes), abs(other), dtype=complex)
-    a[:, mode] = r
+    found, worst = tabulated_backbone(model, mode, other, r)
+    if worst > model.accuracy.tolerance and has_contact_problem(model):
+        found, worst = _without_table(found, worst)
+    apart = found.frequency / model.reduced.carrier[mode] - 1.0
+    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
+    return found
+
+
+def tabulated_backbone(
+    model: Model, mode: int, other: float, amplitude: Floats
+) -> tuple[Backbone, float]:
+    """Return the backbone with the friction of the table, and its largest error.
+
+    It is relative to the damping, where friction misses what the table states at its carriers.
+    """
+    a = np.full((amplitude.size, model.modes), abs(other), dtype=complex)
+    a[:, mode] = amplitude
     model.table(np.abs(a))  # refuses what is outside
-    start = np.tile(model.reduced.carrier, (r.size, 1))
+    start = np.tile(model.reduced.carrier, (amplitude.size, 1))
     start[:, mode] = model.reduced.frequency[mode]
     flow, force_ratio = phase_resonance(
         ForcedFlow.of(model, start),
@@ -182,11 +203,43 @@ def backbone(
         "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
         "larger range, or call rom.reduce with carrier = the frequency of the mode there",
     )
-    frequency = flow.frequency
-    Omega = frequency[:, mode]
+    return _backbone(flow, a, mode, force_ratio, rates(flow.flow, flow.inputs, a))
+
+
+def _without_table(given: Backbone, worst: float) -> tuple[Backbone, float]:
+    """Return a backbone with friction from the contact problem, and its largest error.
+
+    They are the given ones if the contact problem has no solution.
+    """
+    mode, a = given.mode, given.motion.amplitude
+    start = ForcedFlow.of(given.motion.model, given.motion.frequency)
+    there = contact_phase_resonance(start, mode, a)
+    if there is None:
+        return given, worst
+    flow, S, contact = there
+    balance = flow.balance(a)
+    force_ratio = 2.0 * (balance.stiffness[:, mode] - S[:, mode] / a[:, mode])
+    rate = balance.rate + (S - balance.friction) / balance.mass
+    return _backbone(flow, a, mode, force_ratio, rate, contact)
+
+
+def _backbone(
+    flow: ForcedFlow,
+    a: Complexes,
+    mode: int,
+    force_ratio: Complexes,
+    rate: Complexes,
+    contact: ContactSolutions | None = None,
+) -> tuple[Backbone, float]:
+    """Return the backbone with its largest error, see `tabulated_backbone`.
+
+    `force_ratio` (points,) is F / a [rad^2/s^2] with its friction, `rate` (points, modes) the rate
+    of free vibration [kg^1/2 m/s]. `contact` is its friction if that is not the table's.
+    """
+    model, r, Omega = flow.model, np.abs(a[:, mode]), flow.frequency[:, mode]
     loss = 0.5 * force_ratio.imag
     zeta = loss / (2.0 * Omega**2)
-    table_error = TableError.of(flow, a)
+    table_error = TableError.of(flow, a, None, contact)
     at, size = table_error.at, table_error.scale[:, mode] / r
     measured = table_error.measured[:, mode] / r[at]
     share = np.abs(np.stack((measured.real, measured.imag), axis=-1)) / size[at, np.newaxis]
@@ -201,11 +254,10 @@ def backbone(
     change = np.nan_to_num(np.abs(table_error.measured[:, mode]), nan=np.inf)
     change[change <= model.accuracy.total * table_error.scale[at, mode]] = 0.0
     worst = float((change / loss[at]).max(initial=0.0))
-    apart = Omega / model.reduced.carrier[mode] - 1.0
-    warn(off_carrier_findings(model.accuracy.tolerance, worst, apart, "the damping"))
-    decay = -rates(flow.flow, flow.inputs, a)[:, mode].real / r
-    motion, errors = SteadyMotion.of(flow, a, None), (frequency_error, zeta, damping_error)
-    return Backbone(motion, mode, r, float(other), Omega, *errors, decay)
+    other = float(np.abs(np.delete(a[0], mode)).sum())
+    motion = replace(SteadyMotion.of(flow, a, None), contact=contact)
+    errors = frequency_error, zeta, damping_error
+    return Backbone(motion, mode, r, other, Omega, *errors, -rate[:, mode].real / r), worst
 
 
 def phase_resonance(

@@ -6,7 +6,7 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, backbone
+from slipmode.rom.slow.branches.backbone import LARGEST, SMALLEST, Backbone, tabulated_backbone
 from slipmode.rom.table.model import Model
 
 
@@ -31,7 +31,8 @@ def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Flo
 def phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
     """Return the backbone over the friction table, and the modal force at each amplitude."""
     largest = model.table.amplitude_range[mode]
-    curve = backbone(model, mode, 0.0, np.geomspace(SMALLEST * largest, LARGEST * largest, 2000))
+    r = np.geomspace(SMALLEST * largest, LARGEST * largest, 2000)
+    curve, _ = tabulated_backbone(model, mode, 0.0, r)
     if np.any(curve.damping <= 0.0):
         r = curve.amplitude[curve.damping <= 0.0][0]
         raise SlipmodeError(

@@ -9,29 +9,32 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.slow.slow_flow import ForcedFlow
 
-_DIFFERENCE = 1e-7  # of the unknowns, for derivatives: near the root of the rounding error
 _STEPS = 50  # most steps; from a good start about 5 suffice
 _LARGEST_STEP = 0.5  # of an unknown, so that steps stay in the region of the start
 _SHORTEST = 1e-5  # part of a Newton step that still does not reduce the residual: there is no way
-# Residuals of converged points, and of points that are as close as rounding allows.
-_CONVERGED, _ROUNDING = 1e-9, 1e-13
 LOWEST_SQUARE = 0.01  # of a frequency relative to the natural one; the slow flow ends far above
 
 
-def solve_points(residual: Callable[[Floats], Floats], start: Floats) -> tuple[Floats, Flags]:
+def solve_points(
+    residual: Callable[[Floats], Floats],
+    start: Floats,
+    difference: float = 1e-7,
+) -> tuple[Floats, Flags]:
     """Return solutions (points, k) of residual(z) = 0 near `start`, and whether they converge.
 
     `residual` returns k real equations for k unknowns at all points, NaN where there are none.
-    Unknowns and equations are relative, of about the size 1. A step that does not reduce the
+    Unknowns and equations are relative, of about the size 1. Derivatives are by steps of
+    `difference`, near the root of the error of the equations. A step that does not reduce the
     residual is repeated at a fourth of its length.
     """
+    exact, converged = 10.0 * difference**2, 0.01 * difference
     z, F = start, residual(start)
     part = np.ones(len(z))  # of a Newton step
     sides = np.eye(z.shape[1])
     for _ in range(_STEPS):
-        if not ((np.abs(F).max(axis=1) > _ROUNDING) & (part > _SHORTEST)).any():
+        if not ((np.abs(F).max(axis=1) > exact) & (part > _SHORTEST)).any():
             break
-        moved = [(residual(z + _DIFFERENCE * side) - F) / _DIFFERENCE for side in sides]
+        moved = [(residual(z + difference * side) - F) / difference for side in sides]
         slopes = np.stack(moved, axis=-1) + 1e-30 * sides  # without slope a step is long
         step = -part[:, np.newaxis] * np.linalg.solve(slopes, F[..., np.newaxis])[..., 0]
         after = z + np.clip(np.nan_to_num(step), -_LARGEST_STEP, _LARGEST_STEP)
@@ -39,7 +42,7 @@ def solve_points(residual: Callable[[Floats], Floats], start: Floats) -> tuple[F
         better = np.linalg.norm(F_after, axis=1) < np.linalg.norm(F, axis=1)
         part = np.where(better, 1.0, 0.25 * part)
         z, F = (np.where(better[:, np.newaxis], *each) for each in ((after, z), (F_after, F)))
-    return z, np.asarray(np.abs(F).max(axis=1) <= _CONVERGED)
+    return z, np.asarray(np.abs(F).max(axis=1) <= converged)
 
 
 def flow_at_amplitudes(

@@ -63,11 +63,8 @@ class ContactCurve:
         self._raised: BaseException | None = None
         self._amplitudes = 2 * problem.model.modes
         self._unknowns = self._amplitudes + 2 * friction.resonances.mode.size
-        reduced = problem.model.reduced
-        # responses are scaled so that 1 moves the contacts as the range of the table does
-        moved = problem.model.table.amplitude_range * np.linalg.norm(reduced.coupling, axis=1)
-        *_, B = friction.resonances.matrices(reduced)
-        self._largest = moved.max() / np.linalg.norm(B, axis=1)
+        model = problem.model  # responses are scaled by the largest ones
+        self._largest = friction.resonances.largest(model.reduced, model.table.amplitude_range)
         callback = kernel.CurveRates(self._called)
         self._curve = kernel.Curve(self._unknowns, problem.curve.largest_step, callback)
         self._curve.noise = _NOISE * problem.model.accuracy.tolerance

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import percentage
-from slipmode.rom.slow.answer_error import amplitude_error, force_error
+from slipmode.rom.slow.answer_error import amplitude_error, force_error, off_carrier_findings
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import (
@@ -33,6 +33,11 @@ from slipmode.rom.table.quasi_static import quasi_static_error
 # Part of the tolerance above which an estimated error is measured: estimates scale trials of the
 # table at other amplitudes.
 _WORTH_MEASURING = 0.1
+# Of more points than twice _SOME, the error is measured at some. The estimates of the others are
+# scaled by the largest ratio of both there, times a margin. Those below an error, relative to the
+# tolerance and at least, keep the friction of the table: a surface would take minutes.
+_SOME, _MARGIN = 16, 2.0
+_ALLOWED, _LEAST = 5.0, 0.01
 
 
 def corrected_points(
@@ -42,10 +47,22 @@ def corrected_points(
 
     `amplitude` (points, modes) are the steady states with the friction of the table.
     """
-    missed = _missed(flow, amplitude, applied)
+    missed, estimate = _missed(flow, amplitude, applied)
     if not missed.size:
         return
     friction = ContactFriction.of(flow.model, applied)
+    if missed.size > 2 * _SOME:
+        some = np.linspace(0, missed.size - 1, _SOME).astype(np.intp)
+        some = np.append(some, estimate.argmax())
+        part = flow.with_inputs(flow.inputs[missed[some]])
+        error = _table_errors(part, amplitude[missed[some]], friction)
+        largest = float((np.nan_to_num(error, nan=np.inf) / estimate[some]).max())
+        expected, tolerance = _MARGIN * largest * estimate, flow.model.accuracy.tolerance
+        kept = expected <= max(_ALLOWED * tolerance, _LEAST)
+        apart = flow.frequency[missed[kept]] / flow.model.reduced.carrier - 1.0
+        worst = float(expected[kept].max(initial=0.0))
+        warn(off_carrier_findings(tolerance, worst, apart, "the amplitudes"))
+        missed = missed[~kept]
     for k in missed.tolist():
         one = flow.with_inputs(flow.inputs[[k]])
         try:
@@ -55,24 +72,39 @@ def corrected_points(
         yield k, found
 
 
-def _missed(flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces) -> NDArray[np.intp]:
-    """Return the numbers of steady states (points, modes) whose friction the table may miss."""
+def _missed(
+    flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces
+) -> tuple[NDArray[np.intp], Floats]:
+    """Return the numbers of steady states (points, modes) whose friction the table may miss.
+
+    And an estimate of their errors, relative to one another.
+    """
     model = flow.model
     (known,) = np.nonzero(np.isfinite(amplitude).all(axis=1))
     if not has_contact_problem(model) or not known.size:
-        return known[:0]
+        return known[:0], np.zeros(0)
     at, a = flow.with_inputs(flow.inputs[known]), amplitude[known]
     tolerance = model.accuracy.tolerance
     points = ContactPoints.of(at, a)
     static = quasi_static_error(model, applied, points.amplitude, points.force)
     if static.max() > tolerance:
-        return known
+        return known, np.ones(known.size)
     part = model.detuning_error(np.abs(points.frequency / model.reduced.carrier - 1.0).max(axis=1))
     scale = points.scale * model.error_scale(np.abs(at.effective(a)) / points.scale)
-    estimate = amplitude_error(at, a, (part[:, np.newaxis] * scale).astype(complex))
-    off = np.nan_to_num(estimate, nan=np.inf).max(axis=1) > _WORTH_MEASURING * tolerance
-    changed = changed_reaction(model, points.frequency) > tolerance
-    return np.asarray(known[off | changed])
+    changed = changed_reaction(model, points.frequency)
+    by_detuning, by_reaction = (
+        np.nan_to_num(amplitude_error(at, a, error.astype(complex)), nan=np.inf).max(axis=1)
+        for error in (part[:, np.newaxis] * scale, changed[:, np.newaxis] * scale)
+    )
+    off = (by_detuning > _WORTH_MEASURING * tolerance) | (changed > tolerance)
+    return known[off], np.asarray((by_detuning + by_reaction)[off])
+
+
+def _table_errors(flow: ForcedFlow, amplitude: Complexes, friction: ContactFriction) -> Floats:
+    """Return errors of amplitudes (points, modes) by the table, relative to these, (points,)."""
+    change = friction.without_guess(ContactPoints.of(flow, amplitude))
+    error = force_error(flow, amplitude, change - flow.balance(amplitude).friction)
+    return np.asarray(error.max(axis=1))
 
 
 def _corrected(
@@ -86,8 +118,7 @@ def _corrected(
         If the contact problem has no solution inside the range of the table.
     """
     model, a = flow.model, amplitude[np.newaxis]
-    change = friction.without_guess(ContactPoints.of(flow, a))
-    error = force_error(flow, a, change - flow.balance(a).friction).max()
+    error = float(_table_errors(flow, a, friction)[0])
     if error <= model.accuracy.tolerance:
         return amplitude
     problem = _at_one_point(flow, applied)

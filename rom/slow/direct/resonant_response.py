@@ -102,6 +102,12 @@ class Resonances:
             B[k] = coupling[k, self.mode[k]] - follow[:, row] @ coupling[k][others]
         return nu, D, B
 
+    def largest(self, reduced: Reduced, amplitude_range: Floats) -> Floats:
+        """Return responses (resonances,) that move contacts as modes over their range do."""
+        moved = amplitude_range * np.linalg.norm(reduced.coupling, axis=1)
+        *_, B = self.matrices(reduced)
+        return np.asarray(moved.max() / np.linalg.norm(B, axis=1))
+
     def reaction(self, reduced: Reduced) -> Complexes:
         """Return the part of the reaction to the contacts by the resonances, (orders, ...)."""
         modes = len(reduced.modes)

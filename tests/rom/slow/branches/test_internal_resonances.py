@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evidence.answers import amplitudes, forces, limited, reduced, solution
+from evidence.answers import MODE_SLIDERS, amplitudes, forces, limited, reduced, solution
 from oracles.families import case
+from oracles.harmonic_balance import balance
 
 from slipmode import rom
 
@@ -53,3 +54,17 @@ def test_two_modes_near_a_ratio_of_integers(ratio, seed, shares, error):
     model = limited(lambda: rom.tabulate(small, law, (1.3 * np.abs(true)).tolist(), 5e-3), 200.0)
     found = limited(lambda: rom.steady(model, Omega, forces(given)), 200.0)
     assert (np.abs(found - true) <= error * np.abs(true) + own).all()
+
+
+@pytest.mark.parametrize(("seed", "distance"), [(0, 0.003), (1, -0.003)])
+def test_backbones_by_harmonic_balance(seed, distance):
+    """A force a quarter of a cycle ahead of the mode holds its amplitude."""
+    given = case(seed, 1, MODE_SLIDERS, 3.0, distance, (0.03, 0.1))
+    small, law = reduced(given, forced=False)
+    model = rom.tabulate(small, law, (1.5 * given.amplitude[0],), 1e-3)
+    curve = rom.backbone(model, amplitude=given.amplitude[0] * np.geomspace(0.1, 1.3, 12))
+    shape = given.system.M @ small.mode_shapes[:, 0]
+    held = 4.0 * curve.damping * curve.frequency**2 * curve.amplitude
+    for r, Omega, F in zip(curve.amplitude, curve.frequency, held, strict=True):
+        X = balance(given.system, Omega, 1j * F * shape)
+        assert abs(0.5 * shape @ X[1] / r - 1.0) < 2e-4
