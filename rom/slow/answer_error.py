@@ -47,6 +47,8 @@ _MEASURED = {1: 64, 2: 16}
 # Stated error relative to the measured one. True errors are up to 1.4 times the measured ones
 # (tests/rom/slow/branches/test_stated_errors.py).
 _SAFETY = 2.0
+# Allowed errors of the friction of a table, relative to the tolerance and at least.
+_ALLOWED, _LEAST = 5.0, 0.01
 
 
 @frozen
@@ -141,6 +143,14 @@ def _measured_points(size: Floats, axes: tuple[Floats, ...]) -> NDArray[np.intp]
     share = np.divide(cells, cells.mean(), out=np.zeros_like(cells), where=cells > 0.0)
     distance = np.concatenate(([0.0], np.cumsum(1.0 + share)))
     return np.unique(np.searchsorted(distance, np.linspace(0.0, distance[-1], count)))
+
+
+def allowed_error(tolerance: float) -> float:
+    """Return the relative error of amplitudes above which friction is not the table's.
+
+    Below, the error is stated: curves and surfaces without a table take seconds to minutes.
+    """
+    return max(_ALLOWED * tolerance, _LEAST)
 
 
 def off_carrier_findings(

@@ -9,6 +9,7 @@ and harmonics, here only on the first harmonic of the mode. In the slow flow tha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,12 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
 from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, plot_band
 from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
-from slipmode.rom.slow.direct.contact_friction import ContactSolutions, has_contact_problem
-from slipmode.rom.slow.direct.contact_resonance import contact_phase_resonance
+from slipmode.rom.slow.direct.contact_friction import (
+    ContactFriction,
+    ContactPoints,
+    ContactSolutions,
+    has_contact_problem,
+)
 from slipmode.rom.slow.slow_flow import ForcedFlow, rates
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import INSIDE
@@ -195,48 +200,46 @@ def tabulated_backbone(
     model.table(np.abs(a))  # refuses what is outside
     start = np.tile(model.reduced.carrier, (amplitude.size, 1))
     start[:, mode] = model.reduced.frequency[mode]
-    flow, force_ratio = phase_resonance(
-        ForcedFlow.of(model, start),
-        mode,
-        a,
-        0.0,
-        "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
-        "larger range, or call rom.reduce with carrier = the frequency of the mode there",
-    )
-    return _backbone(flow, a, mode, force_ratio, rates(flow.flow, flow.inputs, a))
+    return _backbone(ForcedFlow.of(model, start), mode, a)
 
 
 def _without_table(given: Backbone, worst: float) -> tuple[Backbone, float]:
     """Return a backbone with friction from the contact problem, and its largest error.
 
-    They are the given ones if the contact problem has no solution.
+    They are the given ones if the contact problem has no solution at one of the amplitudes.
     """
-    mode, a = given.mode, given.motion.amplitude
     start = ForcedFlow.of(given.motion.model, given.motion.frequency)
-    there = contact_phase_resonance(start, mode, a)
-    if there is None:
+    friction = ContactFriction.of(start.model, None)
+    try:
+        return _backbone(start, given.mode, given.motion.amplitude, friction)
+    except SlipmodeError:
         return given, worst
-    flow, S, contact = there
-    balance = flow.balance(a)
-    force_ratio = 2.0 * (balance.stiffness[:, mode] - S[:, mode] / a[:, mode])
-    rate = balance.rate + (S - balance.friction) / balance.mass
-    return _backbone(flow, a, mode, force_ratio, rate, contact)
 
 
 def _backbone(
-    flow: ForcedFlow,
-    a: Complexes,
-    mode: int,
-    force_ratio: Complexes,
-    rate: Complexes,
-    contact: ContactSolutions | None = None,
+    start: ForcedFlow, mode: int, a: Complexes, friction: ContactFriction | None = None
 ) -> tuple[Backbone, float]:
     """Return the backbone with its largest error, see `tabulated_backbone`.
 
-    `force_ratio` (points,) is F / a [rad^2/s^2] with its friction, `rate` (points, modes) the rate
-    of free vibration [kg^1/2 m/s]. `contact` is its friction if that is not the table's.
+    `start` is the flow without forces near the frequencies at the amplitudes a (points, modes).
+    `friction` is not given if it is the table's.
     """
+    flow, force_ratio = phase_resonance(
+        start,
+        mode,
+        a,
+        0.0,
+        "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
+        "larger range, or call rom.reduce with carrier = the frequency of the mode there",
+        None if friction is None else lambda flow: friction(ContactPoints.of(flow, a)),
+    )
     model, r, Omega = flow.model, np.abs(a[:, mode]), flow.frequency[:, mode]
+    rate, contact = rates(flow.flow, flow.inputs, a)[:, mode], None
+    if friction is not None:
+        contact = ContactSolutions(friction, np.zeros((r.size, 0), dtype=complex))
+        now = flow.balance(a)
+        Q = now.stiffness[:, mode] - 0.5 * force_ratio
+        rate = rate + (Q * a[:, mode] - now.friction[:, mode]) / now.mass[:, mode]
     loss = 0.5 * force_ratio.imag
     zeta = loss / (2.0 * Omega**2)
     table_error = TableError.of(flow, a, None, contact)
@@ -257,11 +260,16 @@ def _backbone(
     other = float(np.abs(np.delete(a[0], mode)).sum())
     motion = replace(SteadyMotion.of(flow, a, None), contact=contact)
     errors = frequency_error, zeta, damping_error
-    return Backbone(motion, mode, r, other, Omega, *errors, -rate[:, mode].real / r), worst
+    return Backbone(motion, mode, r, other, Omega, *errors, -rate.real / r), worst
 
 
 def phase_resonance(
-    start: ForcedFlow, mode: int, amplitude: Complexes, shift: complex, refusal: str
+    start: ForcedFlow,
+    mode: int,
+    amplitude: Complexes,
+    shift: complex,
+    refusal: str,
+    friction: Callable[[ForcedFlow], Complexes] | None = None,
 ) -> tuple[ForcedFlow, Complexes]:
     """Return the flow in which the force of a mode is a quarter of a cycle ahead of the mode.
 
@@ -271,6 +279,7 @@ def phase_resonance(
 
     `start` is the flow without forces at the frequencies from which Newton's method starts. The
     second result (points,) is F / a [rad^2/s^2]. `refusal` is why there may be no frequency.
+    `friction` is as in `flow_at_amplitudes`.
     """
     takes_energy = friction_takes_energy(start.model, amplitude, mode)
 
@@ -282,7 +291,7 @@ def phase_resonance(
     def in_phase(stiffness: Complexes, Q: Complexes) -> Floats:
         return force_ratio(stiffness, Q).real
 
-    flow, terms, found = flow_at_amplitudes(start, mode, amplitude, in_phase)
+    flow, terms, found = flow_at_amplitudes(start, mode, amplitude, in_phase, friction)
     if not found.all():
         raise SlipmodeError(
             f"amplitude: the frequency of the mode does not converge at "

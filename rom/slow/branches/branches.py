@@ -15,15 +15,12 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.slow.answer_error import allowed_error
 from slipmode.rom.slow.branches.continuation import Branch, Points, branch_through
 from slipmode.rom.slow.branches.curve_error import CurveError
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import ContactFriction
-
-# Relative error of the amplitudes above which the table is not used: relative to the tolerance,
-# and at least. Curves without a table take seconds to minutes; below, their error is stated.
-_ALLOWED, _LEAST = 5.0, 0.01
 
 
 @frozen
@@ -75,8 +72,7 @@ class Branches:
     @property
     def misses(self) -> bool:
         """Whether the table misses the friction on the curve by far more than it states."""
-        tolerance = self.problem.model.accuracy.tolerance
-        return self.error.beyond_table > max(_ALLOWED * tolerance, _LEAST)
+        return self.error.beyond_table > allowed_error(self.problem.model.accuracy.tolerance)
 
     def without_table(self, starts: Floats) -> Self:
         """Return the branches with friction from the contact problem.

@@ -73,7 +73,7 @@ class Branch:
     points: Points
     special: list[tuple[Kind, Floats]]  # folds and Hopf points, in the same order
     closed: bool  # whether the first point follows the last one
-    cut_off: list[Floats]  # ends before those of the span and of F
+    cut_off: list[Floats]  # ends where the curve goes on
 
     @property
     def reversed(self) -> Branch:

@@ -9,6 +9,10 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.slow.slow_flow import ForcedFlow
 
+# Steps of finite differences, relative to the unknowns: for forces with rounding errors, and for
+# forces of the contact problem, which jump by about 1e-6 where a contact turns between two time
+# steps.
+_OF_TABLE, _OF_CONTACTS = 1e-7, 1e-4
 _STEPS = 50  # most steps; from a good start about 5 suffice
 _LARGEST_STEP = 0.5  # of an unknown, so that steps stay in the region of the start
 _SHORTEST = 1e-5  # part of a Newton step that still does not reduce the residual: there is no way
@@ -18,7 +22,7 @@ LOWEST_SQUARE = 0.01  # of a frequency relative to the natural one; the slow flo
 def solve_points(
     residual: Callable[[Floats], Floats],
     start: Floats,
-    difference: float = 1e-7,
+    difference: float = _OF_TABLE,
 ) -> tuple[Floats, Flags]:
     """Return solutions (points, k) of residual(z) = 0 near `start`, and whether they converge.
 
@@ -50,13 +54,15 @@ def flow_at_amplitudes(
     mode: int,
     amplitude: Complexes,
     condition: Callable[[Complexes, Complexes], Floats],
+    friction: Callable[[ForcedFlow], Complexes] | None = None,
 ) -> tuple[ForcedFlow, tuple[Complexes, Complexes], Flags]:
     """Return the flow in which a mode has its frequencies at given amplitudes.
 
     `start` is the flow without forces at the frequencies from which Newton's method starts. At the
     frequencies of the result the `condition` on the stiffness of the mode and on its friction Q,
     each (points,) [rad^2/s^2], is 0. `amplitude` is (points, modes) [kg^1/2 m]. The other results
-    are stiffness and Q, and whether a frequency is found.
+    are stiffness and Q, and whether a frequency is found. `friction` returns S (points, modes) of
+    a flow at the amplitudes; by default it is the table's.
     """
     natural, frequency = start.model.reduced.frequency[mode], start.frequency.copy()
 
@@ -65,11 +71,14 @@ def flow_at_amplitudes(
         return start.with_frequency(frequency)
 
     def terms(square: Floats) -> tuple[Complexes, Complexes]:
-        now = at(square).balance(amplitude)
-        return now.stiffness[:, mode], now.friction[:, mode] / amplitude[:, mode]
+        flow = at(square)
+        now = flow.balance(amplitude)
+        S = now.friction if friction is None else friction(flow)
+        return now.stiffness[:, mode], S[:, mode] / amplitude[:, mode]
 
     def residual(square: Floats) -> Floats:
         return np.asarray(condition(*terms(square))[:, np.newaxis] / natural**2)
 
-    square, found = solve_points(residual, (frequency[:, [mode]] / natural) ** 2)
+    difference = _OF_TABLE if friction is None else _OF_CONTACTS
+    square, found = solve_points(residual, (frequency[:, [mode]] / natural) ** 2, difference)
     return at(square), terms(square), found

@@ -7,6 +7,5 @@ steady_harmonics.py  harmonics, their relative errors, and the response of the m
 contact_friction.py  friction from the contact problem at the forcing frequencies
 resonant_response.py modes in resonance with harmonics, as unknowns
 contact_curve.py     steady states with it as a curve
-contact_resonance.py phase resonance of a mode with it
 corrected_points.py  steady states whose friction a table misses
 """

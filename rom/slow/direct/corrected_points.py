@@ -13,11 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipmode.rom import kernel
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import percentage
-from slipmode.rom.slow.answer_error import amplitude_error, force_error, off_carrier_findings
+from slipmode.rom.slow.answer_error import (
+    allowed_error,
+    amplitude_error,
+    force_error,
+    off_carrier_findings,
+)
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
 from slipmode.rom.slow.direct.contact_friction import (
@@ -34,10 +39,8 @@ from slipmode.rom.table.quasi_static import quasi_static_error
 # table at other amplitudes.
 _WORTH_MEASURING = 0.1
 # Of more points than twice _SOME, the error is measured at some. The estimates of the others are
-# scaled by the largest ratio of both there, times a margin. Those below an error, relative to the
-# tolerance and at least, keep the friction of the table: a surface would take minutes.
+# scaled by the largest ratio of both there, times a margin.
 _SOME, _MARGIN = 16, 2.0
-_ALLOWED, _LEAST = 5.0, 0.01
 
 
 def corrected_points(
@@ -52,17 +55,8 @@ def corrected_points(
         return
     friction = ContactFriction.of(flow.model, applied)
     if missed.size > 2 * _SOME:
-        some = np.linspace(0, missed.size - 1, _SOME).astype(np.intp)
-        some = np.append(some, estimate.argmax())
-        part = flow.with_inputs(flow.inputs[missed[some]])
-        error = _table_errors(part, amplitude[missed[some]], friction)
-        largest = float((np.nan_to_num(error, nan=np.inf) / estimate[some]).max())
-        expected, tolerance = _MARGIN * largest * estimate, flow.model.accuracy.tolerance
-        kept = expected <= max(_ALLOWED * tolerance, _LEAST)
-        apart = flow.frequency[missed[kept]] / flow.model.reduced.carrier - 1.0
-        worst = float(expected[kept].max(initial=0.0))
-        warn(off_carrier_findings(tolerance, worst, apart, "the amplitudes"))
-        missed = missed[~kept]
+        part = flow.with_inputs(flow.inputs[missed])
+        missed = missed[_beyond_allowed(part, amplitude[missed], estimate, friction)]
     for k in missed.tolist():
         one = flow.with_inputs(flow.inputs[[k]])
         try:
@@ -98,6 +92,25 @@ def _missed(
     )
     off = (by_detuning > _WORTH_MEASURING * tolerance) | (changed > tolerance)
     return known[off], np.asarray((by_detuning + by_reaction)[off])
+
+
+def _beyond_allowed(
+    flow: ForcedFlow, amplitude: Complexes, estimate: Floats, friction: ContactFriction
+) -> Flags:
+    """Return where many amplitudes may have more than the allowed error; report the others'.
+
+    `estimate` (points,) are estimates of their errors, relative to one another.
+    """
+    some = np.linspace(0, estimate.size - 1, _SOME).astype(np.intp)
+    some = np.append(some, estimate.argmax())
+    error = _table_errors(flow.with_inputs(flow.inputs[some]), amplitude[some], friction)
+    largest = float((np.nan_to_num(error, nan=np.inf) / estimate[some]).max())
+    expected, tolerance = _MARGIN * largest * estimate, flow.model.accuracy.tolerance
+    kept = expected <= allowed_error(tolerance)
+    apart = flow.frequency[kept] / flow.model.reduced.carrier - 1.0
+    worst = float(expected[kept].max(initial=0.0))
+    warn(off_carrier_findings(tolerance, worst, apart, "the amplitudes"))
+    return ~kept
 
 
 def _table_errors(flow: ForcedFlow, amplitude: Complexes, friction: ContactFriction) -> Floats:

@@ -13,7 +13,7 @@
 
 #define MOST SM_CURVE_UNKNOWNS
 #define SHORTEST 1e-7 /* step, and distance of two points that are not equal, in units of z */
-#define COARSE 50.0   /* shortest step, in errors of z: the tangent is known over such a distance */
+#define COARSE 50.0   /* step, in errors of z, that shows a turn; the shortest is a quarter of it */
 #define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
 
 /* z = (y, p), the unit tangent, and dF/dy (k, k). */
