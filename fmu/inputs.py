@@ -9,8 +9,11 @@ import numpy as np
 from slipmode.rom import Model, SlipmodeError, Tanh, kernel
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.force_response import (
+    AppliedForces,
+    ForcePatterns,
+    forces_on_modes,
+)
 from slipmode.rom.validity import (
     Finding,
     can_carry,
@@ -56,9 +59,10 @@ class Inputs:
     ) -> None:
         present = present_modes(model, mode_names)
         self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
+        driven = present[: model.reduced.tones]
         self._column = {
             f"{quantity}_{mode}": place(quantity, j)
-            for j, mode in enumerate(present)
+            for j, mode in enumerate(driven)
             for quantity in kernel.INPUT_FIELDS
         }
         if is_homogeneous(model.law, model.reduced.n_contacts):
@@ -68,11 +72,12 @@ class Inputs:
         self._contacts = model.reduced.n_contacts
         self._omega = model.reduced.frequency
         natural = self._omega.tolist()
-        self._natural = {f"frequency_{m}": w for m, w in zip(present, natural, strict=True)}
+        self._natural = {f"frequency_{m}": w for m, w in zip(driven, natural, strict=False)}
         self.frequencies = self._natural.keys()
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : model.modes] = model.reduced.frequency
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
+        self._ratio = model.reduced.ratio
         self._to_modal = np.ones(self.at_rest.size)
         for j, factor in enumerate(force_factors(model, force_patterns)):
             self._to_modal[[place("force", j), place("force_rate", j)]] = factor
@@ -115,8 +120,12 @@ class Inputs:
         return len(records) if fine.all() else int(np.argmin(fine))
 
     def modal(self, records: Floats) -> Floats:
-        """Return records with modal forces."""
-        return records * self._to_modal
+        """Return records with modal forces, and with the carrier of a second mode on a tone."""
+        modal = records * self._to_modal
+        if self._ratio:
+            for name in ("frequency", "frequency_rate"):
+                modal[:, place(name, 1)] = self._ratio * modal[:, place(name, 0)]
+        return modal
 
     def refusal(self, record: Floats) -> str:
         """Return why a record (1, width) is refused, naming an input; "" if it is not."""
@@ -142,10 +151,11 @@ class Inputs:
 
     def findings(self, records: Floats) -> list[Finding]:
         """Report frequencies of records (n, width) that are far from their mode."""
-        frequency = records[:, [place("frequency", j) for j in range(self._omega.size)]]
-        if is_near(self._omega, frequency).all():
+        omega = self._omega[: len(self._natural)]
+        frequency = records[:, [place("frequency", j) for j in range(omega.size)]]
+        if is_near(omega, frequency).all():
             return []
-        return carrier_findings("frequency_{}", self.mode_names, self._omega, frequency)
+        return carrier_findings("frequency_{}", self.mode_names, omega, frequency)
 
     def _meeting(self, *records: Floats) -> str:
         """Return why the frequencies of a few records meet; faster than `carriers_meet`."""
@@ -188,8 +198,6 @@ def force_factors(model: Model, force_patterns: ForcePatterns | None) -> Floats:
     """Return the modal force per unit of the force input, (MODES,)."""
     factors = np.ones(kernel.MODES)
     if force_patterns is not None:
-        n_dofs = model.reduced.n_dofs
-        vectors = force_vectors(force_patterns, model.modes, n_dofs, "force_patterns")
-        for mode, vector in enumerate(vectors):
-            factors[mode] = model.reduced.modal_force(mode, vector)
+        patterns = forces_on_modes(model.reduced, force_patterns, "force_patterns")
+        factors[: model.modes] = AppliedForces(model.reduced, patterns).modal
     return factors

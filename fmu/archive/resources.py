@@ -27,7 +27,7 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.validity import carrier_range
 
-FORMAT = 10  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 11  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 
@@ -184,6 +184,7 @@ def _constants(
         nominal,
         _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
         carrier_range(1.0),
+        [flow.ratio],
     )
     return np.concatenate([np.array(part).ravel() for part in parts])
 

@@ -68,7 +68,7 @@ def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Var
         ("phase", "Phase", Quantity.ANGLE, Quantity.FREQUENCY),
     )
     holds = "The input changes at this rate until it is set again"
-    for mode, letter in enumerate(options.mode_names):
+    for mode, letter in enumerate(options.mode_names[: model.reduced.tones]):
         natural = float(model.reduced.frequency[mode])
         for word, title, quantity, rate in rows:
             name = f"{word}_{letter}"
@@ -126,7 +126,11 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
     yield Variable(energy, Kind.OUTPUT, 9, Quantity.ENERGY, said, nominal=nominal)
 
     rates = [(name, Quantity.AMPLITUDE_RATE, needs) for name in amplitudes]
-    rates += [(f"theta_{m}", Quantity.FREQUENCY, (f"frequency_{m}",)) for m in modes]
+    driven = [modes[min(j, model.reduced.tones - 1)] for j in range(len(modes))]
+    rates += [
+        (f"theta_{m}", Quantity.FREQUENCY, (f"frequency_{by}",))
+        for m, by in zip(modes, driven, strict=True)
+    ]
     rates.append((energy, Quantity.POWER, needs))
     for slot, (state, quantity, needed) in enumerate(rates):
         name, said = f"der({state})", f"Rate of {state}"

@@ -87,7 +87,8 @@ class ContactProblem:
         higher_orders : sequence of (n, m)
             Further harmonics to which the modes respond, see `higher_order_harmonics`.
         """
-        reduced.refuse_shared_tone("reduced: must be of one or two modes with a tone each")
+        if reduced.shares_tone:
+            reduced.refuse_shared_tone("reduced: must be of one or two modes with a carrier each")
 
         def up_to(order: int) -> list[Order]:
             return harmonic_orders(order, len(reduced.modes), reduced.even)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
-from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.force_response import steady_force
 from slipmode.rom.reduction.reaction import strongest_resonance
 from slipmode.rom.short_repr import frozen, percentage
@@ -84,10 +84,26 @@ class ContactTerms:
         """-L_j^T P_nm of the combination resonances, (points, combinations) [N kg^-1/2]."""
         T = np.zeros((len(self.P), len(self.problem.combinations)), dtype=complex)
         for k, term in enumerate(self.problem.combinations):
-            P = self.P[:, self.problem.orders.index(term.stored_order)]
-            conjugate = term.stored_order != (term.n, term.m)
-            T[:, k] = -(P.conj() if conjugate else P) @ self.problem.reduced.coupling[term.mode]
+            T[:, k] = -self._harmonic(term) @ self.problem.reduced.coupling[term.mode]
         return T
+
+    def _harmonic(self, term: CombinationResonance) -> Complexes:
+        """P_nm of a combination resonance, (points, N_c)."""
+        P = self.P[:, self.problem.orders.index(term.stored_order)]
+        return P if term.stored_order == (term.n, term.m) else P.conj()
+
+    def at_carriers(self, turn: Complexes) -> Complexes:
+        """Return the motion of the contacts at the carriers, (points, modes, N_c) [m].
+
+        `turn` (points, modes) is exp(i arg a_j). Harmonics that modes on one tone have at the same
+        frequency are together.
+        """
+        modes = turn.shape[1]
+        found = self.P[:, :modes] * turn[..., np.newaxis]
+        for term in self.problem.combinations if self.problem.reduced.ratio else ():
+            beat = turn[:, 0] ** term.n * turn[:, 1] ** term.m
+            found[:, term.mode] += beat[:, np.newaxis] * self._harmonic(term)
+        return np.asarray(found)
 
     @property
     def left_out(self) -> Floats:

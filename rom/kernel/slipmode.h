@@ -22,7 +22,7 @@
 #endif
 
 #define SM_MODES 2 /* the method treats one or two forced modes */
-#define SM_COMBINATIONS 8  /* combination resonances that a slow flow may have at most */
+#define SM_COMBINATIONS 16  /* combination resonances that a slow flow may have at most */
 #define SM_MOST_FIELDS (2 * (SM_MODES + SM_COMBINATIONS + 1)) /* of a table */
 #define SM_RATE_CORRECTIONS (2 * SM_MODES * SM_MODES)             /* of a table of two modes */
 
@@ -281,6 +281,8 @@ typedef struct {
     double other_modes[SM_MODES][2][2];  /* displacement of the DOFs that force j loads, by all
                                             modes but j: per F_j exp(i ph_j), and per a_j */
     sm_combination combination[SM_COMBINATIONS];      /* table.combinations of them */
+    double ratio; /* Omega_B / Omega_A of modes on one tone, whose combination resonances are
+                     steady; 0: a tone for each mode */
 } sm_slow_flow;
 
 /* Inputs over a step: value at its start and rate of change during it. */

@@ -43,8 +43,8 @@ class AppliedForces:
 
     @classmethod
     def of(cls, reduced: Reduced, force: Forces, structure: Structure | None = None) -> Self:
-        """Return the forces of one {DOF: amplitude} or (n,) array per mode."""
-        return cls(reduced, force_vectors(force, len(reduced.modes), reduced.n_dofs), structure)
+        """Return the forces of one {DOF: amplitude} or (n,) array per tone."""
+        return cls(reduced, forces_on_modes(reduced, force), structure)
 
     @cached_property
     def modal(self) -> Floats:
@@ -52,11 +52,11 @@ class AppliedForces:
         return np.array([self.reduced.modal_force(j, f) for j, f in enumerate(self.force)])
 
     def excitation(self, phase: ArrayLike) -> Complexes:
-        """Return F_j exp(i phase_j), (modes,), for one phase or one phase per mode [rad]."""
+        """Return F_j exp(i phase_j), (modes,), for one phase or one phase per tone [rad]."""
         angle = as_floats("phase", phase)
-        if angle.shape not in ((), self.modal.shape) or not np.isfinite(angle).all():
+        if angle.shape not in ((), (self.reduced.tones,)) or not np.isfinite(angle).all():
             raise SlipmodeError(
-                f"phase: must be a finite number or {self.modal.size}, one per mode [rad], "
+                f"phase: must be a finite number or {self.reduced.tones}, one per mode [rad], "
                 f"got {in_one_line(phase)}"
             )
         return phasor(self.modal, angle)
@@ -180,6 +180,12 @@ class AppliedForces:
         own = (rotated / (gamma + 2j * (frequency + damped))).real
         free = -displacement + 1j * (own + 0.5 * gamma * displacement + velocity) / damped
         return np.where(vibrates, free * np.exp(-1j * np.asarray(angle)), 0.0)
+
+
+def forces_on_modes(reduced: Reduced, force: Forces, key: str = "force") -> Floats:
+    """Return forces (modes, n) of one per tone; none drives a second mode on the same tone."""
+    given = force_vectors(force, reduced.tones, reduced.n_dofs, key)
+    return np.pad(given, ((0, len(reduced.modes) - reduced.tones), (0, 0)))
 
 
 @lru_cache(maxsize=8)

@@ -38,12 +38,12 @@ def force_vector(
     return vector
 
 
-def force_vectors(forces: Any, modes: int, n_dofs: int, key: str = "force") -> Floats:
-    """Return forces (modes, n) of one {DOF: amplitude} or array per mode; refusals name `key`."""
+def force_vectors(forces: Any, tones: int, n_dofs: int, key: str = "force") -> Floats:
+    """Return forces (tones, n) of one {DOF: amplitude} or array per tone; refusals name `key`."""
     is_list = isinstance(forces, Sequence | np.ndarray) and not isinstance(forces, str)
-    if not is_list or len(forces) != modes:
+    if not is_list or len(forces) != tones:
         raise SlipmodeError(
-            f"{key}: needs one entry per mode ({modes}), each {{DOF: amplitude}} or an array of "
+            f"{key}: needs one entry per mode ({tones}), each {{DOF: amplitude}} or an array of "
             f"{n_dofs} numbers, got {in_one_line(forces)}"
         )
     return np.array([force_vector(each, n_dofs, key) for each in forces])

@@ -101,7 +101,10 @@ class Reduced:
     structure : Structure or None
         Structure that was reduced, for the static response of DOFs. It is not in files.
     shares_tone : bool
-        Whether all modes are on one tone, under one force.
+        Whether all modes are on one tone, under one force, with one carrier.
+    ratio : float
+        Carrier of B relative to A if both are on one tone, as given to `rom.reduce`; 0 if each
+        mode has a tone of its own.
     """
 
     formulation: Formulation
@@ -130,6 +133,7 @@ class Reduced:
     aerodynamics: Complexes | None = None
     structure: Structure | None = None
     shares_tone: bool = False
+    ratio: float = 0.0
 
     def __repr__(self) -> str:
         modes = ", ".join(
@@ -148,10 +152,20 @@ class Reduced:
             return ["A", *(f"A{k + 2}" for k in range(len(self.modes) - 1))]
         return list("AB"[: len(self.modes)])
 
+    @property
+    def tones(self) -> int:
+        """Number of tones, each with a force and a frequency."""
+        return 1 if self.shares_tone or self.ratio else len(self.modes)
+
+    def carriers(self, frequency: Floats) -> Floats:
+        """Return the carriers (..., modes) at frequencies of the tones (..., tones) [rad/s]."""
+        return frequency * np.array([1.0, self.ratio]) if self.ratio else frequency
+
     def refuse_shared_tone(self, refusal: str) -> None:
         """Raise SlipmodeError, with this beginning, if the modes share a tone."""
-        if self.shares_tone:
-            raise SlipmodeError(f"{refusal}, because the modes share a tone (rom.reduce(tones=))")
+        if self.tones < len(self.modes):
+            key = "ratio" if self.ratio else "tones"
+            raise SlipmodeError(f"{refusal}, because the modes share a tone (rom.reduce({key}=))")
 
     @property
     def n_dofs(self) -> int:

@@ -16,11 +16,16 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.progress import phases
 from slipmode.rom.reduction.bonded import reduce_bonded
-from slipmode.rom.reduction.force_response import ForcePatterns
-from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.force_response import ForcePatterns, forces_on_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced
 from slipmode.rom.reduction.stuck import reduce_stuck
-from slipmode.rom.reduction.tones import check_tone, share_a_tone, sliding_law
+from slipmode.rom.reduction.tones import (
+    check_tone,
+    checked_ratio,
+    on_one_tone,
+    share_a_tone,
+    sliding_law,
+)
 from slipmode.rom.representable import ALLOWED, fits
 from slipmode.rom.structure.structure import Structure
 
@@ -42,6 +47,7 @@ def reduce(
     aerodynamics: Sequence[complex] | None = None,
     *,
     tones: Sequence[int] | None = None,
+    ratio: float | None = None,
     smallest_response: float = SMALLEST_RESPONSE,
     warned: bool = True,
     progress: bool = False,
@@ -80,6 +86,11 @@ def reduce(
         their frequencies may be equal. They need an elastic law without lift-off, and
         `rom.tabulate` then returns a `ToneModel`. Default: mode j is on tone j, with a force and a
         frequency of its own.
+    ratio : float, optional
+        Carrier of the second of two modes relative to the first, for instance 3: both are on one
+        tone, whose force drives mode A, and a harmonic of the contacts drives mode B (internal
+        resonance). `carrier` and `force_patterns` then have one entry. A ratio of integers up to
+        9, odd ones if contacts do not lift off. Default: mode B has a tone of its own.
     smallest_response : float, default 1e-5
         Dynamic force of a mode on the contacts relative to the contact forces [-]. Modes follow
         statically from the frequency on at which harmonics of friction cause less. A table
@@ -125,12 +136,13 @@ def reduce(
             f"modes: must be one or two modes with a tone each, got {in_one_line(modes)}; more "
             "modes share a tone, tones=(0, 0, ...)"
         )
+    locked = None if ratio is None else checked_ratio(ratio, len(chosen), shared)
     if not 0 <= as_floats("smallest_response", smallest_response) <= 1:
         raise SlipmodeError(f"smallest_response: must be 0 to 1, got {smallest_response}")
     if formulation == "paper":
         if law is not None:
             raise SlipmodeError("formulation: must be 'consistent' for elastic contacts")
-        given = {"force_patterns": force_patterns, "aerodynamics": aerodynamics}
+        given = {"force_patterns": force_patterns, "aerodynamics": aerodynamics, "ratio": ratio}
         if refused := [key for key, value in given.items() if value is not None]:
             raise SlipmodeError(f"{refused[0]}: formulation must be 'consistent'")
     if law is not None and not isinstance(law, Elastic):
@@ -148,6 +160,9 @@ def reduce(
         given = {"carrier": carrier, "force_patterns": force_patterns}
         given |= {"aerodynamics": aerodynamics}
         check_tone(reduced.frequency, chosen, given)
+    if locked is not None:
+        reduced = on_one_tone(reduced, locked, carrier)
+        carrier = reduced.carrier.tolist()
     if warned:
         warn(mode_frequency_findings(reduced.mode_names, reduced.frequency))
     if aerodynamics is not None:
@@ -157,7 +172,7 @@ def reduce(
         check_table_carriers(reduced.frequency, reduced.carrier)
     if force_patterns is None:
         return reduced
-    f = force_vectors(force_patterns, len(chosen), reduced.n_dofs, "force_patterns")
+    f = forces_on_modes(reduced, force_patterns, "force_patterns")
     return replace(reduced, force_patterns=f)
 
 

@@ -1,13 +1,21 @@
-"""Several modes on one tone: which modes one force can drive together."""
+"""Several modes on one tone: which modes one force can drive together.
+
+Modes near its frequency respond to the force itself. A mode near a multiple of it, or a fraction,
+responds to a harmonic of the contacts (internal resonance), on a carrier of a fixed ratio.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
+from slipmode.rom.reduction.combination import locked_resonances
+from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage
 
 # Each amplitude acts on every other one through each contact. Beyond, harmonic balance of all
@@ -16,6 +24,8 @@ _MOST_MODES = 40
 # Relative distance of the frequencies of modes on one tone. A mode further away does not come into
 # resonance with the force when friction changes its frequency, and responds as all other modes do.
 _FARTHEST = 0.15
+# Largest integer in a ratio of carriers: the harmonics of contacts that reach them end at 15.
+LARGEST_INTEGER = 9
 
 
 def share_a_tone(tones: Sequence[int] | None, modes: int) -> bool:
@@ -70,3 +80,53 @@ def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, obje
             f"with modes within {percentage(_FARTHEST)}; leave one of them out, it still responds "
             "to the force, or use a tone for each, tones=(0, 1)"
         )
+
+
+def checked_ratio(ratio: float, modes: int, shared: bool) -> Fraction:
+    """Return the ratio of the carriers of two modes; refuse what is none."""
+    if modes != 2 or shared:
+        raise SlipmodeError(
+            f"ratio = {ratio}: needs two modes with a carrier each; leave out ratio or tones"
+        )
+    number = float(as_floats("ratio", ratio))
+    found = (
+        Fraction(number).limit_denominator(LARGEST_INTEGER) if 0.0 < number < 10.0 else Fraction(0)
+    )
+    if not (
+        0 < found.numerator <= LARGEST_INTEGER and found != 1 and abs(found / number - 1.0) < 1e-6
+    ):
+        raise SlipmodeError(
+            f"ratio: must be a ratio of integers up to {LARGEST_INTEGER}, such as 3 or 1/3, and "
+            f"not 1 (modes with one carrier: tones=(0, 0)), got {ratio}"
+        )
+    return found
+
+
+def on_one_tone(reduced: Reduced, ratio: Fraction, carrier: Sequence[float] | None) -> Reduced:
+    """Return the reduced structure with both carriers from that of mode A, by default natural.
+
+    Raises
+    ------
+    SlipmodeError
+        If no harmonic of the contacts or no mode is at the carrier of mode B.
+    """
+    if not locked_resonances(ratio, reduced.even):
+        raise SlipmodeError(
+            f"ratio = {ratio}: contacts without lift-off have odd harmonics alone; the ratio must "
+            "be of two odd integers"
+        )
+    given = reduced.frequency[:1] if carrier is None else as_floats("carrier", carrier)
+    if given.shape != (1,):
+        raise SlipmodeError(
+            f"carrier: must be one frequency, of mode A, if ratio is given, got "
+            f"{in_one_line(carrier)}"
+        )
+    omega, number = reduced.frequency, float(ratio)
+    apart = number * float(given[0] / omega[1]) - 1.0
+    if not abs(apart) <= _FARTHEST:
+        raise SlipmodeError(
+            f"ratio = {ratio}: {ratio} times {given[0]:.5g} rad/s is {percentage(abs(apart))} "
+            f"from mode {reduced.modes[1]} at {omega[1]:.5g} rad/s, which responds within "
+            f"{percentage(_FARTHEST)}; choose another mode or ratio, or the carrier of mode A"
+        )
+    return replace(reduced, ratio=number, carrier=given * [1.0, number])

@@ -114,6 +114,7 @@ def limit_cycles(
     [(array([1.26]), True), (array([4.69]), False)]
     """
     force = [{}] * model.modes if force is None else force
+    model.reduced.refuse_shared_tone("model: must be of one mode, or of two tones")
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
     forced = excitation != 0.0

@@ -33,7 +33,8 @@ def slow_flow(model: Model, force_patterns: ForcePatterns | None = None) -> kern
 def shifted_flow(model: Model, shift: Complexes | float) -> kernel.Structure:
     """Return the slow flow with effective amplitudes a_j + shift_j F_j exp(i phase_j)."""
     reduced = model.reduced
-    flow = kernel.SlowFlow(paper=int(reduced.formulation == "paper"), table=model.table.kernel())
+    paper = int(reduced.formulation == "paper")
+    flow = kernel.SlowFlow(paper=paper, table=model.table.kernel(), ratio=reduced.ratio)
     _store(flow.natural, reduced.frequency)
     _store(flow.carrier, reduced.carrier)
     _store(flow.damping, reduced.modal_damping)

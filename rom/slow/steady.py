@@ -184,7 +184,7 @@ def steady(
            [3.32]])
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
-    tones = 1 if isinstance(model, ToneModel) else model.modes
+    tones = model.reduced.tones
     if Omega.shape[-1] != tones or not np.all(np.isfinite(Omega) & (Omega > 0)):
         raise SlipmodeError(
             f"frequency: must be finite and > 0 with a last axis of length {tones} [rad/s]"
@@ -195,9 +195,9 @@ def steady(
         return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
-    points = Omega.reshape(-1, model.modes)
+    points = model.reduced.carriers(Omega.reshape(-1, tones))
     every = np.tile(excitation, (len(points), 1))
-    found = steady_points(model, points, list(applied.force), every)
+    found = steady_points(model, points, applied, every)
     if found.refusals:
         raise found.refusals[min(found.refusals)]
     amplitude = found.amplitude
@@ -205,7 +205,7 @@ def steady(
     warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
     if not has_contact_problem(model):
         warn(model.detuning_findings(points, excitation != 0.0))
-    return amplitude.reshape(Omega.shape)
+    return amplitude.reshape(*Omega.shape[:-1], model.modes)
 
 
 def resonance(

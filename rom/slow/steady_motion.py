@@ -128,6 +128,6 @@ class SteadyMotion:
             return np.zeros((*modulus.shape, 0), dtype=complex)
         # the least scale of a march is a tenth of the table's range
         torus = model.contact_problem(0.1 * model.table.amplitude_range)
-        P = torus.on_more_lines(torus.solve(modulus / scale)).P[:, : model.modes]
+        terms = torus.on_more_lines(torus.solve(modulus / scale))
         unit = np.divide(effective, modulus, out=np.ones_like(effective), where=modulus > 0.0)
-        return np.asarray(P * (scale * unit)[..., np.newaxis])
+        return scale[..., np.newaxis] * terms.at_carriers(unit)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.errors import OutsideTableError, SlipmodeError
-from slipmode.rom.reduction.force_response import AppliedForces, Forces, phasor
+from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.direct.corrected_points import corrected_points
@@ -46,13 +46,12 @@ class SteadyPoints:
 
 
 def steady_points(
-    model: Model, frequency: Floats, patterns: Forces, excitation: Complexes
+    model: Model, frequency: Floats, applied: AppliedForces, excitation: Complexes
 ) -> SteadyPoints:
     """Return the steady states of many loads, reached from rest.
 
     A load is a `frequency` (modes,) [rad/s] and an `excitation` F_j exp(i phase_j) (modes,), modal
-    [N kg^-1/2]. All loads have the force `patterns`, one {DOF: amplitude} or (n,) array per mode
-    in any scale.
+    [N kg^-1/2]. All loads have the patterns of the `applied` forces, in any scale.
     """
     found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
     forced = excitation != 0.0
@@ -61,7 +60,6 @@ def steady_points(
         found.refusals.update(_refusals(model.reduced, frequency, kind, alike))
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
-        applied = AppliedForces.of(model.reduced, patterns)
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], applied.shift)
         _solve(problem, places, found)
         for k, corrected in corrected_points(problem, found.amplitude[places], applied):

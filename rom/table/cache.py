@@ -121,7 +121,8 @@ def _key(
         *(np.zeros(0) if array is None else array for array in optional),
     )
     code = code_digest("slipmode.rom")
-    named = [FORMAT, _ENTRY, code, reduced.formulation, reduced.modes, record_of(law)]
+    named = [FORMAT, _ENTRY, code, reduced.formulation, reduced.modes, reduced.ratio]
+    named.append(record_of(law))
     digest = hashlib.sha256(json.dumps([*named, *asked]).encode())
     for array in arrays:
         digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())

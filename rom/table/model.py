@@ -37,7 +37,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.model_content import check_arrays, check_contacts, check_header
 from slipmode.rom.validity import Finding, detuning_findings
 
-FORMAT = 29  # of the file; raised whenever tables computed before must not be used any more
+FORMAT = 30  # of the file; raised whenever tables computed before must not be used any more
 
 OPTIONAL_ARRAYS = ("force_patterns", "aerodynamics")
 TABLE_ARRAYS = ("rate_correction", "detuning")  # that not all tables have
@@ -114,8 +114,9 @@ class Model:
         Raises
         ------
         SlipmodeError
-            If the model has no such mode.
+            If the model has no such mode, or its modes share a tone.
         """
+        self.reduced.refuse_shared_tone("model: must be of one mode, the others respond as well")
         if not isinstance(mode, int | np.integer) or not 0 <= mode < self.modes:
             raise SlipmodeError(f"mode: must be 0 to {self.modes - 1}, got {mode!r}")
 
@@ -306,6 +307,7 @@ class Model:
             contacts=elastic,
             force_patterns=content.get("force_patterns"),
             aerodynamics=content.get("aerodynamics"),
+            ratio=header["ratio"],
             **{name: content[name] for name in REDUCED_ARRAYS},
         )
         surface = (content["node_a"], content["node_b"], content["values"])
@@ -331,6 +333,7 @@ class Model:
             "format": FORMAT,
             "formulation": self.reduced.formulation,
             "modes": list(self.reduced.modes),
+            "ratio": self.reduced.ratio,
             "law": record_of(self.law),
             "combinations": [list(astuple(term)) for term in self.combinations],
             "orders": [list(order) for order in self.harmonics.orders] if self.harmonics else [],

@@ -15,6 +15,7 @@ from slipmode.rom.laws.friction import Coulomb, Friction, Tanh, limits
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.reduction.combination import MOST
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Formulation
+from slipmode.rom.reduction.tones import LARGEST_INTEGER
 from slipmode.rom.representable import LARGEST_PRODUCT
 from slipmode.rom.table.accuracy import Accuracy
 
@@ -35,6 +36,7 @@ def check_header(header: Mapping[str, Any]) -> None:
         "modes": _are_integers(modes, np.inf) and len(modes) in (1, 2),
         "combinations": _are_rows(header.get("combinations"), 3)
         and len(header["combinations"]) <= MOST,
+        "ratio": type(header.get("ratio")) is float and 0.0 <= header["ratio"] <= LARGEST_INTEGER,
         "orders": _are_rows(header.get("orders"), 2),
         "accuracy": _is_accuracy(header.get("accuracy")),
     }

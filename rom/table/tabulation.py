@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from typing import Any, overload
 
@@ -31,6 +32,7 @@ from slipmode.rom.reduction.combination import (
     CombinationResonance,
     Order,
     combination_resonances,
+    locked_resonances,
     tabulated_orders,
 )
 from slipmode.rom.reduction.nonresonant import (
@@ -39,6 +41,7 @@ from slipmode.rom.reduction.nonresonant import (
     with_responding,
 )
 from slipmode.rom.reduction.reduction import Reduced
+from slipmode.rom.reduction.tones import LARGEST_INTEGER
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
@@ -104,9 +107,10 @@ def tabulate(
         Tanh or Coulomb if `reduced` has rigid contacts. Otherwise the elastic law that
         `rom.reduce` received, or an elastic law with equal stiffness in stick.
     amplitude : sequence of float
-        Largest amplitude |a_j| of each mode [kg^1/2 m]. It is left out, as all that follows the
-        tolerance, if the modes share a tone: their friction is tabulated contact by contact, for
-        any amplitude.
+        Largest amplitude |a_j| of each mode [kg^1/2 m]. With a `ratio` of carriers that of A
+        suffices; B then moves the contacts as A does at most. It is left out, as all that follows
+        the tolerance, if the modes share a carrier: their friction is tabulated contact by
+        contact, for any amplitude.
     tolerance : float, default 0.001
         Relative error of the amplitude equation [-], see Notes.
     combinations : sequence of CombinationResonance, optional
@@ -177,8 +181,9 @@ def tabulate(
                 "harmonics, headroom, detuning and budget; leave these out"
             )
         return ToneModel.of(reduced, law, tolerance)
-    reduced.refuse_shared_tone("amplitude: must be left out")
-    amplitude_range = extended_range(amplitude, headroom)
+    if reduced.shares_tone:
+        reduced.refuse_shared_tone("amplitude: must be left out")
+    amplitude_range = extended_range(_of_both(reduced, amplitude), headroom)
     check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
     given = checked_budget(budget)
     time_budget = TimeBudget(np.inf if given is None else given)
@@ -198,11 +203,7 @@ def tabulate(
     if warned:
         warn(model_findings(reduced, law, amplitude_range, combinations or ()))
     if combinations is None:
-        combinations = (
-            ()
-            if reduced.formulation == "paper"
-            else combination_resonances(reduced.carrier, even=reduced.even)
-        )
+        combinations = default_combinations(reduced)
     # with a budget in seconds the message says what is possible in this time
     work = WorkLimit("friction table", _advice(len(reduced.modes))) if budget is None else None
     with (
@@ -258,6 +259,27 @@ def tabulate(
         moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
         reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
+
+
+def _of_both(reduced: Reduced, amplitude: Sequence[float]) -> Sequence[float]:
+    """Return the largest amplitudes of all modes, of which a second one on a tone may be missing.
+
+    The contacts that mode A moves limit it: they drive it, and damp it.
+    """
+    if not reduced.ratio or np.shape(amplitude) != (1,):
+        return amplitude
+    moves = np.linalg.norm(reduced.coupling, axis=1)
+    return [amplitude[0], amplitude[0] * float(moves[0] / moves[1])]
+
+
+def default_combinations(reduced: Reduced) -> tuple[CombinationResonance, ...]:
+    """Return the harmonics of the contacts that drive the slow flow at the carriers."""
+    if reduced.formulation == "paper":
+        return ()
+    if reduced.ratio:
+        ratio = Fraction(reduced.ratio).limit_denominator(LARGEST_INTEGER)
+        return locked_resonances(ratio, reduced.even)
+    return combination_resonances(reduced.carrier, even=reduced.even)
 
 
 def _advice(modes: int) -> str:
@@ -436,7 +458,8 @@ class _Task:
         if detuning is not None and not detuning:
             return table, None
         reduced = found.torus.problem.reduced
-        wanted = detuning or np.array_equal(reduced.carrier, reduced.frequency)
+        own = slice(reduced.tones)  # the others follow
+        wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
         tolerance = self.tolerance if wanted else None
         return with_detuning(table, found.torus, spread, tolerance, distance)
 

@@ -140,8 +140,12 @@ class Loads:
 
 def steady_states(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
     """Return |a| and its phase."""
-    patterns = loads.excited.force_patterns
-    found = steady_points(model, loads.frequency, patterns, loads.excitation)
+    found = steady_points(
+        model,
+        loads.frequency,
+        AppliedForces.of(model.reduced, loads.excited.force_patterns),
+        loads.excitation,
+    )
     a = loads.scale * found.amplitude
     values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
     values |= dofs.displacements("steady", a, loads.frequency, loads.force, loads.scale[:, 0])
@@ -161,7 +165,9 @@ def curves(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
     frequency = np.repeat(loads.frequency, axis.size, axis=0)
     frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
     excitation = np.repeat(loads.excitation, axis.size, axis=0)
-    found = steady_points(model, frequency, loads.excited.force_patterns, excitation)
+    found = steady_points(
+        model, frequency, AppliedForces.of(model.reduced, loads.excited.force_patterns), excitation
+    )
     scale = np.repeat(loads.scale, axis.size, axis=0)
     a, force = scale * found.amplitude, scale * excitation
     values = {"curve": np.abs(a)}

@@ -139,7 +139,7 @@ static fmu_status find_sensitivity(const fmu_instance *instance, uint32_t unknow
 /* Finds the changes of the unknowns along a direction whose state and inputs are set. */
 static fmu_status follow(fmu_instance *instance, const fmu_derivative *d, direction *along) {
     const int modes = instance->model->modes;
-    fmu_scale_forces(instance, &along->inputs);
+    fmu_modal_inputs(instance, &along->inputs);
     memcpy(along->inputs.angle, along->state + FMU_ANGLE, sizeof along->inputs.angle);
     const sm_inputs inputs = fmu_inputs_now(instance);
     const sm_slow_point at = {instance->outputs + FMU_AMPLITUDE, &inputs};

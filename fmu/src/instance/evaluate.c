@@ -52,7 +52,7 @@ static fmu_status check_apart(const fmu_instance *instance, const sm_inputs *fro
     const double before = from->frequency[1] - from->frequency[0];
     const double after = to->frequency[1] - to->frequency[0];
     const int apart = (before > 0.0 && after > 0.0) || (before < 0.0 && after < 0.0);
-    if (instance->model->modes < SM_MODES || apart) return FMU_OK;
+    if (instance->model->tones < SM_MODES || apart) return FMU_OK;
     return fmu_say(instance, too_far(instance, to),
                    "frequency_A, frequency_B: must differ at all times, and must not cross");
 }
@@ -74,7 +74,7 @@ static void unit_hint(double frequency, double natural, char hint[64]) {
 static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs) {
     const fmu_model *model = instance->model;
     char hint[64];
-    for (int j = 0; j < model->modes; j++) {
+    for (int j = 0; j < model->tones; j++) {
         const double natural = model->flow.natural[j], frequency = inputs->frequency[j];
         if (frequency * FARTHEST_FORCING >= natural && frequency <= FARTHEST_FORCING * natural)
             continue;
@@ -127,7 +127,7 @@ static sm_status build(fmu_instance *instance, const double *parameters, const d
 static sm_status pass_inputs(fmu_instance *instance) {
     if (instance->inputs_current) return SM_OK;
     sm_inputs inputs = instance->run.inputs;
-    fmu_scale_forces(instance, &inputs);
+    fmu_modal_inputs(instance, &inputs);
     const sm_status status = sm_component_set_inputs(instance->component, &inputs);
     instance->inputs_current = status == SM_OK;
     return status;

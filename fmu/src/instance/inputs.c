@@ -62,7 +62,12 @@ void fmu_advance_inputs(sm_inputs *inputs, double duration) {
     inputs->limit_scale += inputs->limit_scale_rate * duration;
 }
 
-void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
+void fmu_modal_inputs(const fmu_instance *instance, sm_inputs *inputs) {
+    const double ratio = instance->model->flow.ratio;
+    if (ratio != 0.0) {
+        inputs->frequency[1] = ratio * inputs->frequency[0];
+        inputs->frequency_rate[1] = ratio * inputs->frequency_rate[0];
+    }
     for (int j = 0; j < SM_MODES; j++) {
         inputs->force[j] *= instance->model->constants->force_factor[j];
         inputs->force_rate[j] *= instance->model->constants->force_factor[j];
@@ -71,7 +76,7 @@ void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs) {
 
 sm_inputs fmu_inputs_now(const fmu_instance *instance) {
     sm_inputs inputs = instance->run.inputs;
-    fmu_scale_forces(instance, &inputs);
+    fmu_modal_inputs(instance, &inputs);
     memcpy(inputs.angle, instance->outputs + FMU_ANGLE, sizeof inputs.angle);
     return inputs;
 }

@@ -138,7 +138,7 @@ void fmu_hold_inputs(fmu_instance *instance);
 /* Model Exchange: moves the inputs to the present time. */
 void fmu_move_inputs(fmu_instance *instance);
 /* Turns forces in the importer's units into modal forces. */
-void fmu_scale_forces(const fmu_instance *instance, sm_inputs *inputs);
+void fmu_modal_inputs(const fmu_instance *instance, sm_inputs *inputs);
 /* Returns the inputs of the core, with modal forces and the present carrier angles. */
 sm_inputs fmu_inputs_now(const fmu_instance *instance);
 

@@ -202,6 +202,7 @@ static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_consta
     for (int32_t k = 0; k < shape->combinations; k++, term += 3)
         flow->combination[k] = (sm_combination){term[0], term[1], term[2]};
     flow->paper = shape->paper;
+    flow->ratio = given->ratio;
     memcpy(flow->natural, given->natural, sizeof flow->natural);
     memcpy(flow->carrier, given->carrier, sizeof flow->carrier);
     memcpy(flow->damping, given->parameters + FMU_DAMPING, sizeof flow->damping);
@@ -318,6 +319,7 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     if (!load_arrays(l, model, 1, ARRAYS)) return 0;
     model->modes = shape->modes;
     set_flow(model, shape, model->constants);
+    model->tones = model->flow.ratio != 0.0 ? 1 : shape->modes;
     if (!set_contact(l, model, shape) || !set_variables(l, model, shape->variables)) return 0;
     sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */
     motion.wanted = 1;

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 10  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 11  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -59,13 +59,14 @@ typedef struct {
     double nominal[FMU_STATES];        /* of the states, absent modes left out */
     double amplitude[2 * SM_MODES];    /* start values of Re, Im of a_j */
     double carrier_range[2];           /* of forcing frequencies, relative to the natural one */
+    double ratio;                      /* of the carriers of two modes on one tone, else 0 */
 } fmu_constants;
 
 typedef struct {
     const fmu_layout *layout;
     const fmu_constants *constants;
     const sm_inputs *inputs;           /* start values */
-    int32_t modes, variables;
+    int32_t modes, tones, variables;
     sm_slow_flow flow;
     sm_contact contact;
     sm_elastic elastic;                /* of the contact, if its law is elastic */

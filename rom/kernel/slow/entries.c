@@ -23,7 +23,8 @@ static int combination_is_valid(const sm_combination *c, int modes) {
     sm_all_finite((const double *)(const void *)&(array), sizeof(array) / sizeof(double))
 
 sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
-    const sm_status status = sm_table_check_shape(&flow->table);
+    sm_status status = sm_table_check_shape(&flow->table);
+    if (status == SM_OK) status = sm_check_not_negative(flow->ratio);
     if (status != SM_OK) return status;
     const int modes = flow->table.modes;
     for (int j = 0; j < modes; j++) {
@@ -101,7 +102,7 @@ sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm
         double *slopes = jacobian ? jacobian + p * unknowns * unknowns : NULL;
         sm_flow_state state;
         sm_status status = set_point(flow, inputs + p, 0.0, amplitude, &instant);
-        if (status == SM_OK) status = sm_flow_at(flow, &instant, SM_CARRIERS, amplitude, &state);
+        if (status == SM_OK) status = sm_flow_at(flow, &instant, sm_steady_terms(flow), amplitude, &state);
         if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
         if (status == SM_OUTSIDE_TABLE) {
             worst = status;

@@ -21,6 +21,11 @@ typedef struct {
     sm_complex rate[SM_MODES];     /* follow - stiffness a / mass */
 } sm_flow_state;
 
+/* Which friction terms are constant in steady motion. */
+SM_INLINE sm_friction_terms sm_steady_terms(const sm_slow_flow *flow) {
+    return flow->ratio != 0.0 ? SM_ALL_TERMS : SM_CARRIERS;
+}
+
 /* Evaluates the equations at amplitudes y (modes, 2) and the inputs of the instant. */
 sm_status sm_flow_at(const sm_slow_flow *flow, sm_instant *instant, sm_friction_terms terms,
                      const double *y, sm_flow_state *state);

@@ -54,41 +54,42 @@ class ForcedSlowFlow:
         """Return the flow for arguments of `response_curve`; refuse those that do not fit."""
         applied = AppliedForces.of(model.reduced, force)
         excitation = applied.excitation(phase)
-        allowed = [name for name in get_args(Varied) if model.modes == 2 or name[-2:] != "_B"]
+        reduced, tones = model.reduced, model.reduced.tones
+        allowed = [name for name in get_args(Varied) if tones == 2 or name[-2:] != "_B"]
         if vary not in allowed:
             raise SlipmodeError(f"vary: must be one of {', '.join(allowed)}, got {vary!r}")
         given = [as_floats("span", end) for end in (span if np.iterable(span) else ())]
         both = vary == "frequency"
-        shape = (model.modes,) if both else ()
+        shape = (tones,) if both else ()
         fits = len(given) == 2 and all(end.shape == shape for end in given)
         if not fits or not np.isfinite(values := np.array(given)).all():
-            of_what = f"points of {model.modes} frequencies" if both else "numbers"
+            of_what = f"points of {tones} frequencies" if both else "numbers"
             raise SlipmodeError(f"span: must be two finite {of_what}, got {span}")
         if np.all(values[0] == values[1]) or (not vary.startswith("freq") and values.min() < 0.0):
             raise SlipmodeError(f"span: must be two different values, factors >= 0, got {span}")
         if vary == "limit" and (
-            values.min() == 0.0 or not is_homogeneous(model.law, model.reduced.n_contacts)
+            values.min() == 0.0 or not is_homogeneous(model.law, reduced.n_contacts)
         ):
             raise SlipmodeError(
                 "vary: a limit needs factors > 0 and a law whose motion scales with its limits, "
                 f"which excludes tanh and gaps; got {model.law!r}, span {span}"
             )
         Omega = as_floats("frequency", frequency)
-        if Omega.shape != (model.modes,):
-            raise SlipmodeError(f"frequency: must be {model.modes} numbers [rad/s], got {Omega}")
+        if Omega.shape != (tones,):
+            raise SlipmodeError(f"frequency: must be {tones} numbers [rad/s], got {Omega}")
         is_reversed = values[0].tolist() > values[1].tolist()
         values = values[::-1] if is_reversed else values
-        ends = ForcedFlow.of(model, np.tile(Omega, (2, 1)), excitation, applied.shift)
-        inputs = ends.inputs
         name, _, mode = vary.partition("_")
-        varied = ["AB".index(mode)] if mode else list(range(model.modes))
+        varied, along = ["AB".index(mode)] if mode else list(range(tones)), np.tile(Omega, (2, 1))
+        if name == "frequency":
+            along[:, varied] = values.reshape(2, -1)
+        ends = ForcedFlow.of(model, reduced.carriers(along), excitation, applied.shift)
+        inputs = ends.inputs
         if name == "limit":
             inputs["limit_scale"] = values
         elif name == "force":
             inputs["force"][:, varied] *= values[:, np.newaxis]
-        else:
-            inputs["frequency"][:, varied] = values.reshape(2, -1)
-        check_carriers_along(model.reduced, ends.frequency, excitation != 0.0)
+        check_carriers_along(reduced, ends.frequency, excitation != 0.0)
         forced = kernel.Forced(flow=ends.flow, inputs=inputs)
         forced.scale[: model.modes] = model.table.amplitude_range
         curve = kernel.Curve()

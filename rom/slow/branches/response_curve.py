@@ -368,7 +368,6 @@ def response_curve(
     """
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
-    model.check_mode(0)
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     starts = problem.solutions(9)  # at nine values of the parameter
     found = Branches.of(problem, starts)

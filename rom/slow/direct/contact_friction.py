@@ -92,7 +92,9 @@ class ContactFriction:
         finer = model.finer_contact_problem(
             smallest_scale(model.reduced, model.table.amplitude_range)
         )
-        problem, smallest = replace(finer.problem, combinations=()), finer.smallest_amplitude
+        problem, smallest = finer.problem, finer.smallest_amplitude
+        if not model.reduced.ratio:  # harmonics drive modes on one tone, and others in the problem
+            problem = replace(problem, combinations=())
         grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
         torus = problem.on(grid, _MARCH_TOLERANCE, smallest)
         finer_torus = problem.on(finer.grid, finer.march.tolerance, smallest)
@@ -114,6 +116,8 @@ class ContactFriction:
         `frequency` (points, modes) are the forcing frequencies at which there may be some.
         """
         problem = self.torus.problem
+        if problem.combinations:
+            return self.without_guess
         found = Resonances.along(problem.reduced, problem.orders, frequency)
         return replace(self.without_guess, resonances=found)
 
@@ -149,8 +153,11 @@ class ContactFriction:
         if not terms.is_periodic[0]:
             return
         self._harmonics = terms.P
-        found.force[k] = scale * terms.S[0] * turn
-        found.carriers[k] = scale * terms.P[0, : a.size] * turn[:, np.newaxis]
+        carriers = terms.at_carriers(turn[np.newaxis])[0]
+        beside = carriers - terms.P[0, : a.size] * turn[:, np.newaxis]
+        locked = -np.einsum("jc,jc->j", problem.reduced.coupling, beside)
+        found.force[k] = scale * (terms.S[0] * turn + locked)
+        found.carriers[k] = scale * carriers
         driven = np.einsum("uc,uc->u", B, terms.P[0, resonances.order])
         found.rate[k] = -scale * turned * (D @ q + driven) / (2j * nu)
 

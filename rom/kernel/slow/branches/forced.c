@@ -64,7 +64,7 @@ static sm_status forced_rates(const void *of, const double *z, double *F, double
     sm_flow_state state;
     sm_complex by_part[SM_MODES];
     sm_instant_set(&instant, forced->flow, &inputs);
-    status = sm_flow_at(forced->flow, &instant, SM_CARRIERS, amplitude, &state);
+    status = sm_flow_at(forced->flow, &instant, sm_steady_terms(forced->flow), amplitude, &state);
     if (status != SM_OK) return status;
     sm_flow_jacobian(forced->flow, &instant, &state, jacobian);
     rate_by_part(forced, &instant, &state, z, by_part);
