@@ -183,9 +183,16 @@ class AppliedForces:
 
 
 def forces_on_modes(reduced: Reduced, force: Forces, key: str = "force") -> Floats:
-    """Return forces (modes, n) of one per tone; none drives a second mode on the same tone."""
-    given = force_vectors(force, reduced.tones, reduced.n_dofs, key)
-    return np.pad(given, ((0, len(reduced.modes) - reduced.tones), (0, 0)))
+    """Return forces (modes, n) of one per tone, or per mode with 0 for a second one on a tone."""
+    tones, modes = reduced.tones, len(reduced.modes)
+    entries = modes if np.iterable(force) and len(force) == modes else tones
+    given = force_vectors(force, entries, reduced.n_dofs, key)
+    if given[tones:].any():
+        raise SlipmodeError(
+            f"{key}: must be 0 for mode B, which is on the tone of mode A (rom.reduce(ratio=)); "
+            "add the force to that of A if it has this frequency"
+        )
+    return np.pad(given[:tones], ((0, modes - tones), (0, 0)))
 
 
 @lru_cache(maxsize=8)

@@ -136,7 +136,9 @@ def reduce(
             f"modes: must be one or two modes with a tone each, got {in_one_line(modes)}; more "
             "modes share a tone, tones=(0, 0, ...)"
         )
-    locked = None if ratio is None else checked_ratio(ratio, len(chosen), shared)
+    if ratio is not None and shared:
+        raise SlipmodeError("ratio, tones: leave one out; modes on one tone share a carrier")
+    locked = None if ratio is None else checked_ratio(ratio, len(chosen))
     if not 0 <= as_floats("smallest_response", smallest_response) <= 1:
         raise SlipmodeError(f"smallest_response: must be 0 to 1, got {smallest_response}")
     if formulation == "paper":

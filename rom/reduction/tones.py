@@ -14,7 +14,11 @@ from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction
-from slipmode.rom.reduction.combination import locked_resonances
+from slipmode.rom.reduction.combination import (
+    CombinationResonance,
+    combination_resonances,
+    locked_resonances,
+)
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage
 
@@ -82,12 +86,10 @@ def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, obje
         )
 
 
-def checked_ratio(ratio: float, modes: int, shared: bool) -> Fraction:
+def checked_ratio(ratio: float, modes: int) -> Fraction:
     """Return the ratio of the carriers of two modes; refuse what is none."""
-    if modes != 2 or shared:
-        raise SlipmodeError(
-            f"ratio = {ratio}: needs two modes with a carrier each; leave out ratio or tones"
-        )
+    if modes != 2:
+        raise SlipmodeError(f"ratio = {ratio:g}: needs two modes, A and B; leave it out")
     number = float(as_floats("ratio", ratio))
     found = (
         Fraction(number).limit_denominator(LARGEST_INTEGER) if 0.0 < number < 10.0 else Fraction(0)
@@ -130,3 +132,16 @@ def on_one_tone(reduced: Reduced, ratio: Fraction, carrier: Sequence[float] | No
             f"{percentage(_FARTHEST)}; choose another mode or ratio, or the carrier of mode A"
         )
     return replace(reduced, ratio=number, carrier=given * [1.0, number])
+
+
+def combinations_along(
+    reduced: Reduced, start: Floats, end: Floats | None = None, *, transient: bool = False
+) -> tuple[CombinationResonance, ...]:
+    """Return the harmonics of the contacts that drive the slow flow.
+
+    Arguments as of `combination_resonances`; the carriers of modes on one tone meet everywhere.
+    """
+    if reduced.ratio:
+        ratio = Fraction(reduced.ratio).limit_denominator(LARGEST_INTEGER)
+        return locked_resonances(ratio, reduced.even)
+    return combination_resonances(start, end, even=reduced.even, transient=transient)

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from typing import Any, overload
 
@@ -31,8 +30,6 @@ from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import (
     CombinationResonance,
     Order,
-    combination_resonances,
-    locked_resonances,
     tabulated_orders,
 )
 from slipmode.rom.reduction.nonresonant import (
@@ -41,7 +38,7 @@ from slipmode.rom.reduction.nonresonant import (
     with_responding,
 )
 from slipmode.rom.reduction.reduction import Reduced
-from slipmode.rom.reduction.tones import LARGEST_INTEGER
+from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
@@ -203,7 +200,8 @@ def tabulate(
     if warned:
         warn(model_findings(reduced, law, amplitude_range, combinations or ()))
     if combinations is None:
-        combinations = default_combinations(reduced)
+        consistent = reduced.formulation == "consistent"
+        combinations = combinations_along(reduced, reduced.carrier) if consistent else ()
     # with a budget in seconds the message says what is possible in this time
     work = WorkLimit("friction table", _advice(len(reduced.modes))) if budget is None else None
     with (
@@ -270,16 +268,6 @@ def _of_both(reduced: Reduced, amplitude: Sequence[float]) -> Sequence[float]:
         return amplitude
     moves = np.linalg.norm(reduced.coupling, axis=1)
     return [amplitude[0], amplitude[0] * float(moves[0] / moves[1])]
-
-
-def default_combinations(reduced: Reduced) -> tuple[CombinationResonance, ...]:
-    """Return the harmonics of the contacts that drive the slow flow at the carriers."""
-    if reduced.formulation == "paper":
-        return ()
-    if reduced.ratio:
-        ratio = Fraction(reduced.ratio).limit_denominator(LARGEST_INTEGER)
-        return locked_resonances(ratio, reduced.even)
-    return combination_resonances(reduced.carrier, even=reduced.even)
 
 
 def _advice(modes: int) -> str:

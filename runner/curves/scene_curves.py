@@ -15,6 +15,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import RigidFriction
+from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.table.cache import cached_model
@@ -85,7 +86,7 @@ def scene_response_curve(
     combinations: tuple[rom.CombinationResonance, ...] = ()
     if forcing.plan.combinations:  # a run has more of them
         ends = forcing.plan.schedule.frequencies(excited.modes)
-        combinations = rom.combination_resonances(*ends, even=excited.reduced.even)
+        combinations = combinations_along(excited.reduced, *ends)
 
     def curve_of(model: rom.Model) -> rom.ResponseCurve:
         phase = tuple(forcing.phase)

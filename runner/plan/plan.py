@@ -21,10 +21,10 @@ from slipmode.rom.laws.states import STATES
 from slipmode.rom.reduction.combination import (
     TRANSIENT_SEPARATION,
     CombinationResonance,
-    combination_resonances,
 )
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
+from slipmode.rom.reduction.tones import combinations_along, on_one_tone
 from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
@@ -234,6 +234,8 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
             [scene.aerodynamics.get(mode, 0j) for mode in modes] if scene.aerodynamics else None,
             progress=progress,
         )
+        if scene.modes.ratio is not None:
+            reduced = on_one_tone(reduced, scene.modes.ratio, _middle(scene))
     initial = tuple(complex(scene.initial.get(mode, 0.0)) for mode in modes)
     patterns = tuple(_force_pattern(scene, mode, reduced, j) for j, mode in enumerate(modes))
     excited = Excited(modes, reduced, law, patterns, initial, initial)
@@ -299,7 +301,7 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
         reduced = replace(reduced, force_patterns=np.array(excited.force_patterns))
         excited = replace(excited, reduced=reduced).started(schedule)
         start, end = schedule.frequencies(excited.modes)
-        combinations = combination_resonances(start, end, even=reduced.even, transient=True)
+        combinations = combinations_along(reduced, start, end, transient=True)
     seen: DryRun | None = None
     if scene.model.amplitude is None:
         seen = dry_run(excited, schedule, combinations, progress=progress)
@@ -383,6 +385,8 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
         if moved or scene.aerodynamics.get(mode, 0j).imag < 0.0:
             why = "forcing" if forced else "initial" if moved else "aerodynamics"
             reason = f"moved by {why}.{mode}"
+        elif scene.modes.ratio is not None:
+            reason = f"driven by the contacts at {scene.modes.ratio} times the frequency of mode A"
         elif scene.saved_model is not None:
             reason = "part of model.file; neither forced nor moving at t = 0"
         else:
@@ -396,6 +400,13 @@ def _modes(scene: Scene) -> tuple[tuple[Mode, ...], list[Finding]]:
             "forcing: no mode moves; give forcing.A.amplitude or initial.A a value other than 0"
         )
     return tuple(modes), decisions
+
+
+def _middle(scene: Scene) -> list[float] | None:
+    """Return the middle of the forcing frequencies of mode A [rad/s]; None without a force."""
+    if "A" not in scene.forcing:
+        return None
+    return [0.5 * sum(scene.forcing["A"].frequency.range(0.0, scene.run.duration))]
 
 
 def _force_pattern(scene: Scene, mode: str, reduced: Reduced, index: int) -> np.ndarray:

@@ -6,6 +6,7 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 from slipmode.rom import Model, excited_diameter
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.frequencies import RPM
+from slipmode.rom.reduction.tones import LARGEST_INTEGER, checked_ratio
 from slipmode.rom.slow.units import Units
 from slipmode.rom.storage.files import as_path
 from slipmode.rom.storage.text import read_text
@@ -141,7 +143,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     if saved is not None:
         modes = _saved_modes(saved)
     else:  # a mistuned disk has all modes, and one force, [forcing.A]
-        modes = Modes(0) if mistuned else Modes(**tables["modes"].values())
+        modes = Modes(0) if mistuned else _modes_of(tables["modes"])
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
@@ -211,7 +213,17 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
 
 def _saved_modes(model: Model) -> Modes:
     first, *second = model.reduced.modes
-    return Modes(first, second[0] if second else None)
+    ratio = Fraction(model.reduced.ratio).limit_denominator(LARGEST_INTEGER) or None
+    return Modes(first, second[0] if second else None, ratio)
+
+
+def _modes_of(table: Table) -> Modes:
+    """Return the modes; refuse a ratio of frequencies that two modes cannot have."""
+    modes = Modes(**table.values())
+    if modes.ratio is None:
+        return modes
+    with naming("modes"):
+        return replace(modes, ratio=checked_ratio(modes.ratio, len(modes.numbers)))
 
 
 def _check_disk(root: Table, model: ModelOptions) -> None:
@@ -299,6 +311,8 @@ def _present_modes(table: Table, modes: Modes) -> list[str]:
 
 def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
     present = _present_modes(table, modes)
+    if "B" in present and modes.ratio is not None:
+        raise table.error("B", "must be left out, because mode B follows mode A (modes.ratio)")
     forcing = {mode: _forcing_of(mode, table[mode], units) for mode in present}
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))

@@ -169,7 +169,8 @@ def is_rate(name: str) -> bool:
 def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
     """Return the steps of a scene for the modes in `natural`, {"A": omega_A, ...}.
 
-    A mode without forcing of its own has zero force at its natural frequency.
+    A mode without forcing of its own has zero force at its natural frequency, or at a multiple of
+    the frequency of A.
     """
     scripts = {"limit_scale": scene.limit_scale} if scene.limit_scale else {}
     zero = Script.constant(0.0)
@@ -178,4 +179,6 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
         scripts[f"force_{mode}"] = forcing.amplitude if forcing else zero
         scripts[f"frequency_{mode}"] = forcing.frequency if forcing else Script.constant(frequency)
         scripts[f"phase_{mode}"] = forcing.phase if forcing else zero
+    if scene.modes.ratio is not None:
+        scripts["frequency_B"] = scripts["frequency_A"].scaled(float(scene.modes.ratio))
     return Schedule(scripts, scene.run.duration, scene.run.step)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -91,11 +92,13 @@ def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: i
 class Modes:
     """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional.
 
-    Of sectors they are counted for each nodal diameter.
+    Of sectors they are counted for each nodal diameter. With a ratio, B is on the tone of A and
+    has this multiple of its frequency.
     """
 
     A: int
     B: int | None = None
+    ratio: Fraction | None = None
     nodal_diameters: tuple[int, ...] | None = None
 
     @property

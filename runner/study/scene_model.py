@@ -19,8 +19,9 @@ from slipmode.rom import Model, Structure
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM
-from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
+from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
 from slipmode.rom.validity import warn
@@ -217,8 +218,8 @@ def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationReso
     ends = [frequencies.get(m, (mean, mean)) for m, mean in zip(modes, means, strict=True)]
     corners = np.array([(a, b) for a in ends[0] for b in ends[1]])
     first, second = np.array(list(pairs_of(range(4), 2))).T
-    even = plan.excited.reduced.even
-    return combination_resonances(corners[first], corners[second], even=even, transient=True)
+    reduced = plan.excited.reduced
+    return combinations_along(reduced, corners[first], corners[second], transient=True)
 
 
 _last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []
