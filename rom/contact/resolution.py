@@ -205,7 +205,11 @@ class _Trials:
         free = frictionless_force(reduced)
         moved = free > 0.0
         part = (self._norm.known(S).scale(points, S) / points)[:, moved] / free[moved]
-        march = max(budget.march * float(part.min(initial=1.0)), _FINEST_MARCH)
+        least = float(part.min(initial=1.0))
+        if reduced.ratio:  # the motion by the stronger mode drives the weaker one
+            by_mode = np.linalg.norm(reduced.coupling, axis=1) * self.search.amplitude_range
+            least *= float(by_mode.min() / by_mode.max())
+        march = max(budget.march * least, _FINEST_MARCH)
         return Resolution(grid, by_steps + by_lines, march)
 
     @cached_property

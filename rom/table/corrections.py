@@ -100,6 +100,8 @@ def with_detuning(
         known = same.solve(points)
         at_carriers, guess = same.friction(known), known.P
     detunings = distance * np.array(list(product((1.0, -1.0), repeat=table.modes)))
+    if reduced.ratio:  # the carriers move together
+        detunings = detunings[[0, -1]]
     moved = [Detuned.of(torus, detuning) for detuning in detunings]
     changes = [
         each.friction(each.solve(points, guess))

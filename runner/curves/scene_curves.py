@@ -32,21 +32,21 @@ class SceneForcing:
     """The forces at the end of a scene."""
 
     plan: Plan
-    frequency: Floats  # (modes,) [rad/s]
-    force: list[Floats]  # [N]
-    phase: Floats  # (modes,) [rad]
+    frequency: Floats  # (tones,) [rad/s]
+    force: list[Floats]  # [N], of each tone
+    phase: Floats  # (tones,) [rad]
 
     @classmethod
     def of(cls, scene: Scene, *, progress: bool = False) -> SceneForcing:
         """Return the forces at the end of a scene, with its plan."""
         scene.check_tabulated()
         plan = make_plan(scene, progress=progress)
-        last = slice(-1, None)
+        last, tones = slice(-1, None), plan.excited.modes[: plan.excited.reduced.tones]
         frequency, force, phase = (
-            plan.schedule.at_ends([f"{name}_{mode}" for mode in plan.excited.modes], last)[0]
+            plan.schedule.at_ends([f"{name}_{mode}" for mode in tones], last)[0]
             for name in ("frequency", "force", "phase")
         )
-        forces = [f * size for f, size in zip(plan.excited.force_patterns, force, strict=True)]
+        forces = [f * size for f, size in zip(plan.excited.force_patterns, force, strict=False)]
         return cls(plan, frequency, forces, phase)
 
 

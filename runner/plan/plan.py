@@ -309,12 +309,12 @@ def _tabulated(plan: Plan, progress: bool) -> Plan:
     else:
         amplitude = tuple(scene.model.amplitude["AB".index(mode)] for mode in excited.modes)
         reason = "given as model.amplitude"
+    plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
     found = [
         _other_modes(excited),
         Finding("friction table", _ranges(excited.modes, amplitude), reason),
-        *(_combination_decisions(combinations) if excited.waves is None else ()),
+        *(_combination_decisions(plan) if excited.waves is None else ()),
     ]
-    plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
     if plan.detuning:
         reason = (
             f"the forcing is up to {percentage(plan.detuning)} away from the reference frequency "
@@ -338,12 +338,12 @@ def _on_saved_model(plan: Plan, model: Model) -> Plan:
         reason = "the run ends there. Reduce the forcing, or save a model with a larger range"
         choice = "leave the range of model.file"
         found.append(Finding("amplitudes", choice, reason, "warning"))
-    if excited.reduced.n_contacts:
-        found += [_other_modes(excited), *_combination_decisions(model.combinations)]
-    else:
-        found.append(Finding("contacts", "none", "model.file has only damping and frequency"))
     amplitude, combinations = seen.amplitude, model.combinations
     plan = replace(plan, excited=excited, amplitude=amplitude, combinations=combinations)
+    if excited.reduced.n_contacts:
+        found += [_other_modes(excited), *_combination_decisions(plan)]
+    else:
+        found.append(Finding("contacts", "none", "model.file has only damping and frequency"))
     return _add_decisions(plan, found, seen)
 
 
@@ -458,7 +458,12 @@ def _listed(frequency: Floats) -> str:
     return ", ".join(f"{omega:.3g}" for omega in frequency)
 
 
-def _combination_decisions(combinations: Sequence[CombinationResonance]) -> list[Finding]:
+def _combination_decisions(plan: Plan) -> list[Finding]:
+    combinations = plan.combinations
+    if (ratio := plan.scene.modes.ratio) is not None:
+        reason = f"the frequency of mode B is {ratio} times that of mode A (modes.ratio)"
+        choice = f"{len(combinations)} harmonics of the contacts drive modes A and B"
+        return [Finding("internal resonance", choice, reason)]
     if not combinations:
         reason = "no combination frequency comes near a mode"
         return [Finding("combination resonances", "none", reason)]

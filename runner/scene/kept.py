@@ -9,7 +9,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 from zipfile import BadZipFile
 
 import numpy as np
@@ -80,8 +80,7 @@ def kept_reduction(
             modes=chosen,
             contacts=elements,
             structure=structure,
-            shares_tone=False,
-            **stored,
+            **cast(Any, stored),
         )
 
     record = None if law is None else record_of(law)

@@ -189,8 +189,8 @@ SCENE = Section("", "At the top of the file, before any table.", (
             "Number of the second mode, different from A. Default: a model with one mode."),
         Key("ratio", number(POSITIVE), "-", None,
             "Frequency of mode B relative to that of mode A, for instance 3, if a harmonic of the "
-            "contacts drives mode B (internal resonance). There is no `[forcing.B]` then. Default: "
-            "mode B has a force and a frequency of its own."),
+            "contacts drives mode B (internal resonance). There is no `[forcing.B]` then. "
+            "Default: mode B has a force and a frequency of its own."),
         Key("nodal_diameters", integers(FINITE), "-", None,
             "Nodal diameter of each mode of a bladed disk, negative for a backward wave. Modes "
             "are counted from 0 for each. Default: the diameters that the engine orders excite."),

@@ -223,7 +223,7 @@ def _modes_of(table: Table) -> Modes:
     if modes.ratio is None:
         return modes
     with naming("modes"):
-        return replace(modes, ratio=checked_ratio(modes.ratio, len(modes.numbers)))
+        return replace(modes, ratio=checked_ratio(float(modes.ratio), len(modes.numbers)))
 
 
 def _check_disk(root: Table, model: ModelOptions) -> None:
