@@ -103,6 +103,8 @@ gallery: $(VENV)/.installed
 	for scene in two-mode sweep beating; do \
 		$(BIN)/slipmode run $$scene --output logs && \
 		$(BIN)/slipmode replay logs/$$scene.mcap --screenshot docs/$$scene.png || exit 1; done
+	$(BIN)/slipmode curve internal-resonance --span 50.8 52.8 --output docs
+	rm docs/internal-resonance.curve.csv docs/internal-resonance.curve.rrd
 	$(BIN)/slipmode validate two-mode --output logs
 	$(BIN)/slipmode replay logs/two-mode.validation.mcap --screenshot docs/validation.png
 	@$(PIP) "slipmode[browser,pictures]"

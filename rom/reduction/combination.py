@@ -25,6 +25,7 @@ SEPARATION = {7: 0.1, 9: 0.01}
 # force (tests/runner/transients/test_combination_resonances.py).
 TRANSIENT_SEPARATION = 0.1
 MOST = 16  # combination resonances in the core's arrays
+_MOST_NEAR = 8  # of two tones: later ones are of high order, and each adds a column to the table
 # Largest |n| + |m| of the harmonics that drive modes on one tone: up to 9 a published resonance
 # 1:3 was 0.7 % off, up to 15 it is 0.2 % off (tests/rom/slow/test_one_forced_mode.py).
 _HIGHEST_LOCKED = 15
@@ -175,7 +176,7 @@ def combination_resonances(
         for k, mode in np.argwhere(close | passed)
         if sum(map(abs, orders[k])) > 1
     ]
-    return tuple(found[:MOST])
+    return tuple(found[:_MOST_NEAR])
 
 
 def locked_resonances(ratio: Fraction, even: bool = False) -> tuple[CombinationResonance, ...]:

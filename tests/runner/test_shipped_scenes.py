@@ -13,8 +13,8 @@ from scene_motion import Force, integrated
 from slipmode import rom
 from slipmode.runner import load_scene, shipped_scenes
 
-SHIPPED = ("beating", "blade", "bladed-disk", "force-step", "lap-joint", "one-mode", "sweep")
-SHIPPED += ("two-mode",)  # and mistuned-disk, see scene/test_mistuned_disks.py
+SHIPPED = ("beating", "blade", "bladed-disk", "force-step", "internal-resonance", "lap-joint")
+SHIPPED += ("one-mode", "sweep", "two-mode")  # and mistuned-disk, see scene/test_mistuned_disks.py
 SLOW = {"beating", "sweep", "blade"}
 
 

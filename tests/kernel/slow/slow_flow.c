@@ -85,7 +85,8 @@ void check_slow_flow_refusals(void) {
     for (int k = 0; k < 2; k++) {
         REFUSES_NULL(calls[k], &c, &c.a, &c.result);
         REFUSES_INTS(&c.flow.table.modes, calls[k], &c, 0, -1, 3, INT32_MIN, INT32_MAX);
-        REFUSES_INTS(&c.flow.table.combinations, calls[k], &c, INT32_MIN, -1, 9, INT32_MAX);
+        REFUSES_INTS(&c.flow.table.combinations, calls[k], &c, INT32_MIN, -1, SM_COMBINATIONS + 1,
+                     INT32_MAX);
         REFUSES_INTS(&c.flow.combination[0].mode, calls[k], &c, INT32_MIN, -1, 2, INT32_MAX);
         REFUSES_INTS(&c.flow.combination[0].n, calls[k], &c, INT32_MIN, -1001, 1001, INT32_MAX);
         REFUSES_INTS(&c.flow.combination[0].m, calls[k], &c, INT32_MIN, -1001, 1001, INT32_MAX);

@@ -81,6 +81,8 @@ CHANGED = [
     # modes and forces
     ("B = 1\n", "B = 0\n", "modes.B: must be another mode than A"),
     ("B = 1\n", "", "forcing.B: must be left out, because [modes] or model.file has only mo"),
+    ("B = 1\n", "B = 1\nratio = 3\n", "forcing.B: must be left out, because mode B follows"),
+    ("B = 1\n", "B = 1\nratio = 3.3\n", "modes: ratio: must be a ratio of integers up to 9"),
     ("dof = 1", "dof = 0", "forcing.B: this force does no work on mode B"),
     ("dof = 1\n", "", "forcing.B.dof: give exactly one of dof and vector"),
     ("dof = 1", "vector = [1.0]", "forcing.B.vector: must have 4 numbers"),
