@@ -74,6 +74,10 @@ def explore(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     scene.check_tabulated()
+    if scene.modes.ratio is not None:
+        raise SlipmodeError(
+            "modes.ratio: a page needs a tone for each mode; use slipmode run or slipmode curve"
+        )
     module = browser_module()
     plan = make_plan(scene.in_slow_time(), progress=progress)
     warn(each for each in plan.decisions if each.subject == "transients")

@@ -20,6 +20,7 @@ from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.plan.amplitude_range import shortened
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.scene.schedule import is_rate
 
 
 def export_fmu(
@@ -72,7 +73,8 @@ def export_fmu(
     model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)
     schedule, names = plan.schedule, plan.schedule.scripted
     inputs = schedule.inputs(names)
-    start = {name: inputs[0, k].item() for k, name in enumerate(schedule.scripts)}
+    first = zip(names, inputs[0].tolist(), strict=True)
+    start = {name: value for name, value in first if not is_rate(name)}
     return fmu.export(
         model,
         output or f"{scene.name}.fmu",

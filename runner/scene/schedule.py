@@ -42,11 +42,13 @@ class Schedule:
     duration: float
     step: float
     points: tuple[float, ...] = ()  # More communication points [s]
+    followers: tuple[str, ...] = ()  # Modes that follow the frequency of another, without inputs
 
     @property
     def scripted(self) -> tuple[str, ...]:
         """Names of the inputs that scripts set, and of their rates."""
-        return (*self.scripts, *map(rate_of, self.scripts))
+        names = [name for name in self.scripts if name[-1] not in self.followers]
+        return (*names, *map(rate_of, names))
 
     @property
     def steps(self) -> int:
@@ -173,6 +175,7 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
     the frequency of A.
     """
     scripts = {"limit_scale": scene.limit_scale} if scene.limit_scale else {}
+    followers: tuple[str, ...] = ()
     zero = Script.constant(0.0)
     for mode, frequency in natural.items():
         forcing = scene.forcing.get(mode)
@@ -181,4 +184,5 @@ def make_schedule(scene: Scene, natural: Mapping[str, float]) -> Schedule:
         scripts[f"phase_{mode}"] = forcing.phase if forcing else zero
     if scene.modes.ratio is not None:
         scripts["frequency_B"] = scripts["frequency_A"].scaled(float(scene.modes.ratio))
-    return Schedule(scripts, scene.run.duration, scene.run.step)
+        followers = ("B",)
+    return Schedule(scripts, scene.run.duration, scene.run.step, followers=followers)

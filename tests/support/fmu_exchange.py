@@ -104,11 +104,7 @@ class SceneFmu:
         self.fmi, self.folder = fmi, unpacked(path, path.with_suffix(""))
         self.step = float(fmpy.read_model_description(path).defaultExperiment.stepSize)
         self.plan = make_plan(scene)
-        scripts = tuple(self.plan.schedule.scripts)
-        rates = tuple(
-            name.replace("_", "_rate_") if name[-2] == "_" else f"{name}_rate" for name in scripts
-        )
-        self.inputs = (*scripts, *rates)
+        self.inputs = self.plan.schedule.scripted
         self.names = (*self.plan.excited.start(), "dissipated_energy")
 
     def _rows(self, schedule):

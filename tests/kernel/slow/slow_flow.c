@@ -92,6 +92,7 @@ void check_slow_flow_refusals(void) {
         REFUSES_INTS(&c.flow.combination[0].m, calls[k], &c, INT32_MIN, -1001, 1001, INT32_MAX);
         REFUSES(&c.inputs.frequency[1], calls[k], &c, 0.0);
         REFUSES(&c.inputs.limit_scale, calls[k], &c, -1.0);
+        REFUSES(&c.flow.ratio, calls[k], &c, -1.0);
         CHECK_WITH(&c.amplitude[2], 7.2, calls[k](&c), SM_OUTSIDE_TABLE);
         REFUSES_NOT_FINITE(calls[k], &c, {(double *)&c.inputs, INPUT_COUNT}, {c.amplitude, 4},
                            {c.flow.natural, 2}, {&c.flow.coupling_ratio[0][0][0], 8},

@@ -162,7 +162,7 @@ def model():
         (lambda _: reduce((4,), None, ratio=3), "ratio = 3: needs two modes, A and B"),
         (lambda _: reduce(tones=None, ratio=1), "ratio: must be a ratio of integers up to 9"),
         (lambda _: reduce(tones=None, ratio=2), "ratio = 2: .* the ratio must be of two odd"),
-        (lambda _: reduce(tones=None, ratio=3), r"ratio = 3: 3 times .* rad/s is .* % from mode 5"),
+        (lambda _: reduce(tones=None, ratio=3), r"ratio = 3: 3 times .* % from mode 5"),
         (lambda _: reduce(tones=None, ratio=3, carrier=(5, 15)), "carrier: must be one freq"),
         (lambda _: reduce(law=None), "law: .* slide and do not lift off .*got None"),
         (lambda _: reduce(carrier=(1.0, 1.0)), "carrier: must be left out if several modes share"),
