@@ -1,29 +1,14 @@
 """The scene reference: every key that the reader takes, with what the reader says and does."""
 
 import pytest
-from runs import TANH_ON_BOTH_MODES
+from runs import SCENE
 
 from slipmode.rom import SlipmodeError
 from slipmode.runner import parse_scene
 from slipmode.runner.scene.keys import scene_reference
 
-RIGID = f"""
-[structure]
-model = "two-mass"
-{TANH_ON_BOTH_MODES}[forcing.A]
-dof = 0
-amplitude = 0.15
-frequency = 0.98
-[run]
-duration = 100.0
-step = 1.0
-[[contact]]
-window = [10.0, 20.0]
-[[elastic]]
-window = [30.0, 40.0]
-[output]
-elastic = [0]
-"""
+ELASTIC_WINDOW = "[[elastic]]\nwindow = [30.0, 40.0]\n[output]\nelastic = [0]\n[log]"
+RIGID = SCENE[SCENE.index("[structure]") :].replace("[log]", ELASTIC_WINDOW)
 MISTUNED = """
 [structure]
 model = "lumped-disk"

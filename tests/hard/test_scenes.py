@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from beside_oracle import system_of
 from oracles.time_integration import integrate
+from runs import TANH_ON_BOTH_MODES
 from scene_motion import Force
 
 from slipmode import rom, runner
@@ -12,14 +13,9 @@ SCENE = """
 [structure]
 model = "two-mass"
 damping = 0.01
-[friction]
-law = "tanh"
-limit = {limit}
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+"""
+SCENE += TANH_ON_BOTH_MODES.replace("2.0", "{limit}")
+SCENE += """[forcing.A]
 dof = 0
 amplitude = {force_A}
 frequency = {frequency_A}

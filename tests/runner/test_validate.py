@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
+from runs import TANH_ON_BOTH_MODES
 from scene_motion import Force, integrated
 
 from slipmode import rom
@@ -68,14 +69,9 @@ SCENE = """
 title = "strained"
 [structure]
 {structure}
-[friction]
-law = "tanh"
-limit = {limit}
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
+"""
+SCENE += TANH_ON_BOTH_MODES.replace("2.0", "{limit}")
+SCENE += """[forcing.A]
 dof = 0
 amplitude = 0.05
 frequency = 0.99
