@@ -103,8 +103,7 @@ class Reduced:
     shares_tone : bool
         Whether all modes are on one tone, under one force, with one carrier.
     ratio : float
-        Carrier of B relative to A if both are on one tone, as given to `rom.reduce`; 0 if each
-        mode has a tone of its own.
+        Carrier of B relative to A if both are on one tone, see `rom.reduce`; otherwise 0.
     """
 
     formulation: Formulation
@@ -164,8 +163,7 @@ class Reduced:
     def refuse_shared_tone(self, refusal: str) -> None:
         """Raise SlipmodeError, with this beginning, if the modes share a tone."""
         if self.tones < len(self.modes):
-            key = "ratio" if self.ratio else "tones"
-            raise SlipmodeError(f"{refusal}, because the modes share a tone (rom.reduce({key}=))")
+            raise SlipmodeError(f"{refusal}, because the modes share a tone, see rom.reduce")
 
     @property
     def n_dofs(self) -> int:
@@ -209,8 +207,6 @@ class Reduced:
         if self.contacts is None:
             return bonded(structure)
         return stuck(structure, self.contacts.reference)
-
-    # Frequency-dependent matrices of all modes
 
     def modal_stiffness(self, frequency: ArrayLike) -> Complexes:
         """Return the dynamic stiffness D(nu) of the modes.
@@ -310,8 +306,7 @@ class Reduced:
     def reaction(self, frequency: ArrayLike, held: ArrayLike = False) -> Complexes:
         """Return the reaction H(nu) of the modes to contact motion x_c exp(i nu t).
 
-        It is the force on the contacts due to all modes that are not held, and due to
-        `carried_mass`.
+        It is the force on the contacts by the modes that are not held and by `carried_mass`.
 
         Parameters
         ----------
