@@ -31,11 +31,18 @@ SM_INLINE void add_rows(const int count, int rows, int columns, const double *re
     }
 }
 
-void sm_tone_add_product(int rows, int columns, const double *matrix, const double *x, double *to) {
+/* As sm_tone_add_product, with the vectors of the function that it is in. */
+SM_INLINE void add_product(int rows, int columns, const double *matrix, const double *x,
+                           double *to) {
     int i = 0;
     for (; i + BLOCK <= rows; i += BLOCK)
         add_rows(BLOCK, rows, columns, matrix + i, x, to + i);
     for (; i < rows; i++) add_rows(1, rows, columns, matrix + i, x, to + i);
+}
+
+SM_HOT void sm_tone_add_product(int rows, int columns, const double *matrix, const double *x,
+                                double *to) {
+    add_product(rows, columns, matrix, x, to);
 }
 
 void sm_tone_steady(const sm_tone_modes *modes, double frequency, double *rates) {
@@ -100,7 +107,7 @@ SM_INLINE double iterate(sm_tone_flow *flow, double scale) {
     const sm_tone *tone = &flow->tone;
     const int n = tone->contacts;
     memcpy(flow->drive, flow->given, 2 * (size_t)n * sizeof(double));
-    sm_tone_add_product(n, n, flow->others, flow->deficit, flow->drive);
+    add_product(n, n, flow->others, flow->deficit, flow->drive);
     double change = 0.0, all = 0.0;
     for (int j = 0; j < n; j++) {
         const double c[2] = {flow->drive[j], flow->drive[n + j]};
@@ -137,15 +144,15 @@ SM_HOT sm_status sm_tone_load(sm_tone_flow *flow, double elapsed, const double *
     const int n = tone->contacts, M = tone->slow.count;
     const double magnitude[2] = {force.re, force.im};
     memset(flow->given, 0, 2 * (size_t)n * sizeof(double));
-    sm_tone_add_product(n, 1, flow->others + 2 * (size_t)n * (size_t)n, magnitude, flow->given);
-    sm_tone_add_product(n, M, tone->slow.motion, amplitude, flow->given);
+    add_product(n, 1, flow->others + 2 * (size_t)n * (size_t)n, magnitude, flow->given);
+    add_product(n, M, tone->slow.motion, amplitude, flow->given);
     int iterations = 0;
     /* The error is the change times the contraction. */
     while (!(tone->contraction * iterate(flow, scale) <= flow->tolerance))
         if (++iterations >= MOST_ITERATIONS) return SM_NOT_CONVERGED;
     memset(load, 0, 2 * (size_t)M * sizeof(double));
-    sm_tone_add_product(M, 1, tone->slow.excitation, magnitude, load);
-    sm_tone_add_product(M, n, tone->slow.projection, flow->deficit, load);
+    add_product(M, 1, tone->slow.excitation, magnitude, load);
+    add_product(M, n, tone->slow.projection, flow->deficit, load);
     flow->now->power = dissipated(flow, in->frequency[0] + elapsed * in->frequency_rate[0]);
     return SM_OK;
 }
