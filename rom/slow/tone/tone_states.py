@@ -112,9 +112,9 @@ class ForcedTone:
             found.append(self.response.modal(each, y[0])[: self.model.modes])
         return np.array(found)
 
-    def flow(self, frequency: float) -> ToneFlow:
+    def flow(self, frequency: float, tolerance: float) -> ToneFlow:
         """Return the structure at rest, near a reference frequency [rad/s]."""
-        return ToneFlow(*self._parts(frequency), frequency, self.model.tolerance)
+        return ToneFlow(*self._parts(frequency), frequency, tolerance)
 
     def handle(
         self, frequency: float, tolerance: float, elastic: Sequence[int], contact: bool
@@ -247,4 +247,4 @@ def tone_flow(
     Omega = float(as_floats("frequency", frequency))
     forced = ForcedTone.of(model, [force], phase, np.array([Omega]))
     warn(forced.transient_findings(Omega))
-    return forced.flow(Omega)
+    return forced.flow(Omega, model.tolerance)
