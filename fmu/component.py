@@ -35,8 +35,10 @@ from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
 from slipmode.rom.slow.slow_flow import rates, slow_flow
+from slipmode.rom.slow.tone.tone_flow import NOT_CONVERGED
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, mode_frequency_findings, model_findings, warn
 
@@ -48,10 +50,11 @@ class Component:
 
     Parameters
     ----------
-    model : Model
+    model : Model or ToneModel
         Model from `rom.tabulate`, `rom.model_of_rates` or an identification.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
+        Modes that share a tone need one, [{DOF: amplitude}], possibly complex.
     contact : bool, default False
         Add the contact motion to the outputs. The model must store harmonics,
         `rom.tabulate(..., harmonics=5)`, except in the formulation "paper".
@@ -69,11 +72,12 @@ class Component:
     input_names : tuple of str
         "force_A" [N] or [N kg^-1/2], "frequency_A" [rad/s], "phase_A" [rad], and "limit_scale" [-]
         if the friction law scales. Each input has a rate, such as "force_rate_A" [N/s]. B has the
-        corresponding inputs.
+        corresponding inputs; modes that share a tone have one force, A.
     output_names : tuple of str
         "time" [s]; "A_re", "A_im" [kg^1/2 m]; "theta_A" [rad]; "input_power", "dissipated_power"
         [W]; "dissipated_energy" [J]. With `contact` also "contact_0_x" [m], "contact_0_v" [m/s]
         and "contact_0_f" [N] for each contact DOF. With `elastic` also "x_0" [m] for each DOF.
+        Modes that share a tone are A, A2, A3, ... Their motion is that at the forcing frequency.
 
     Raises
     ------
@@ -93,7 +97,8 @@ class Component:
     Contact motion is integrated when outputs are read, from the previous reading or over the last
     few periods. In the consistent formulation the modes respond to the harmonics of the contacts.
     This response is computed at the carriers of the model, which should be the forcing
-    frequencies.
+    frequencies. Modes that share a tone start from rest, at forcing frequencies within 10 % of the
+    middle of their frequencies.
 
     Examples
     --------
@@ -107,7 +112,10 @@ class Component:
 
     @takes(ComponentOptions)
     def __init__(
-        self, model: Model, force_patterns: ForcePatterns | None = None, **options: Any
+        self,
+        model: Model | ToneModel,
+        force_patterns: ForcePatterns | None = None,
+        **options: Any,
     ) -> None:
         chosen, last = ComponentOptions(**options), model.reduced.n_dofs - 1
         if not all(0 <= dof <= last for dof in chosen.elastic):
@@ -116,12 +124,12 @@ class Component:
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
-        self.output_names = _output_names(model, self._named.mode_names, chosen)
+        self.output_names = _output_names(model, self._named, chosen)
         self._handle = create_component(model, force_patterns, chosen)
         self._inputs = self._named.at_rest
         self.reset()
         self._check_frequencies = chosen.warned
-        if chosen.warned:
+        if chosen.warned and not isinstance(model, ToneModel):
             if force_patterns is not None:
                 check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
             warn(findings_of(model, self._named.mode_names))
@@ -150,6 +158,14 @@ class Component:
             table.
         """
         time, given = as_number("time", time), np.atleast_1d(as_complexes("amplitude", amplitude))
+        if isinstance(self.model, ToneModel):
+            if given.any() or not isfinite(time):
+                raise SlipmodeError(
+                    "amplitude, time: must be 0 and finite, because modes that share a tone start "
+                    f"from rest, got {given} at {time}"
+                )
+            kernel.check(self._handle.reset(time), "reset")
+            return
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
         too_many = given.size > modes and (given.size > start.size or given[modes:].any())
         if given.ndim > 1 or too_many:
@@ -157,7 +173,7 @@ class Component:
         start[: given.size] = given
         if not isfinite(time):
             raise SlipmodeError(f"time: must be finite, got {time}")
-        status = kernel.lib.sm_component_reset(self._handle, time, start)
+        status = self._handle.reset(time, start)
         if status == kernel.OK:
             return
         if not np.isfinite(start).all():
@@ -180,9 +196,10 @@ class Component:
         SlipmodeError
             If an amplitude is not finite, or outside the friction table.
         """
+        self._two_modes("set_amplitude")
         given = np.zeros(kernel.MODES, dtype=complex)
         given[: self.model.modes] = as_complexes("amplitude", amplitude)
-        status = kernel.lib.sm_component_set_amplitude(self._handle, given)
+        status = self._handle.set_amplitude(given)
         kernel.check(status, "amplitude")
 
     def set_inputs(self, **values: float) -> None:
@@ -205,7 +222,7 @@ class Component:
         if refusal := self._named.refusal(changed):
             raise SlipmodeError(refusal)
         scaled = self._named.modal(changed)
-        status = kernel.lib.sm_component_set_inputs(self._handle, scaled)
+        status = self._handle.set_inputs(scaled)
         kernel.check(status, "inputs")
         self._inputs = changed
         if not self._named.frequencies.isdisjoint(values):
@@ -234,7 +251,7 @@ class Component:
         later = moved_on(self._inputs, duration)
         status = kernel.BAD_ARGUMENT
         if later is self._inputs or not self._named.refusal_later(self._inputs, later):
-            status = kernel.lib.sm_component_step(self._handle, duration)
+            status = self._handle.step(duration)
         if status != kernel.OK:
             none = np.empty((0, len(self.output_names)))
             raise self._stopped(status, np.array([duration]), self._inputs, none)
@@ -251,7 +268,7 @@ class Component:
             Values by name, in the order of `output_names`.
         """
         values = np.empty(len(self.output_names))
-        kernel.check(kernel.lib.sm_component_outputs(self._handle, values), "outputs")
+        kernel.check(self._handle.outputs(values), "outputs")
         return dict(zip(self.output_names, values.tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
@@ -279,7 +296,7 @@ class Component:
         scaled = self._named.modal(records)
         outputs = np.empty((len(lengths), len(self.output_names)))
         arrays, done = (lengths, scaled, outputs), ctypes.c_size_t()
-        status = kernel.lib.sm_component_run(self._handle, allowed, *arrays, ctypes.byref(done))
+        status = self._handle.run(allowed, *arrays, ctypes.byref(done))
         k = done.value
         if k > 0:
             self._inputs = moved_on(records[k - 1 : k].copy(), float(lengths[k - 1]))
@@ -314,13 +331,14 @@ class Component:
             If a step is not possible, or an array has a wrong shape. `StoppedError.outputs` has
             the outputs that were not yielded.
         """
+        self._two_modes("trace")
         lengths, records, allowed = self._checked(durations, inputs)
         scaled = self._named.modal(records)
         trace, k = kernel.Trace(capacity=_TRACED_ROWS), 0
         while trace.done < lengths.size:
             outputs = np.empty((_TRACED_ROWS, len(self.output_names)))
             trace.outputs = outputs
-            status = kernel.lib.sm_component_trace(self._handle, allowed, lengths, scaled, trace)
+            status = self._handle.trace(allowed, lengths, scaled, trace)
             before, k = k, trace.done
             self._warn_of_frequencies(records[before:k])
             if trace.elapsed > 0.0:
@@ -340,8 +358,8 @@ class Component:
 
         The state (n,) contains time, amplitudes, contact memory and inputs.
         """
-        state = np.empty(kernel.lib.sm_component_state_count(self._handle))
-        kernel.check(kernel.lib.sm_component_get_state(self._handle, state), "state")
+        state = np.empty(self._handle.state_count())
+        kernel.check(self._handle.get_state(state), "state")
         return np.concatenate((state, self._inputs.ravel()))
 
     def set_state(self, state: Floats) -> None:
@@ -358,13 +376,13 @@ class Component:
             If the array has a wrong size or is not finite.
         """
         given = kernel.contiguous(as_floats("state", state))
-        count = kernel.lib.sm_component_state_count(self._handle)
+        count = self._handle.state_count()
         size = count + self._inputs.size
         if given.shape != (size,):
             raise SlipmodeError(f"state: must have {size} entries, got {given.size}")
         if not np.isfinite(given).all():
             raise SlipmodeError("state: must be finite")
-        kernel.check(kernel.lib.sm_component_set_state(self._handle, given), "state")
+        kernel.check(self._handle.set_state(given), "state")
         self._inputs = given[count:].reshape(1, -1).copy()
 
     def transient_error(self) -> Floats:
@@ -378,17 +396,18 @@ class Component:
         (modes,) ndarray
             Error of |a_j| [kg^1/2 m].
         """
+        model = self._two_modes("transient_error")
         values = self._slow_outputs("transient error")
-        modes = slice(0, self.model.modes)
+        modes = slice(0, model.modes)
         amplitude = values[1:5].view(complex)[np.newaxis, modes]
         inputs = self._named.modal(self._inputs).view(kernel.INPUTS).ravel()
         inputs["angle"][0] = values[5:7]
-        rate = rates(slow_flow(self.model, self._force_patterns), inputs, amplitude)
+        rate = rates(slow_flow(model, self._force_patterns), inputs, amplitude)
         scale = limit_scale(self._inputs)
         if self._force_patterns is not None:
-            shift = AppliedForces.of(self.model.reduced, self._force_patterns).shift
+            shift = AppliedForces.of(model.reduced, self._force_patterns).shift
             amplitude = amplitude + shift * phasor(inputs["force"], inputs["phase"])[:, modes]
-        estimate = TransientError.of(self.model.reduced, self.model.law)
+        estimate = TransientError.of(model.reduced, model.law)
         error = estimate.at(rate / scale, inputs["frequency"][:, modes], amplitude / scale)
         return np.asarray(scale * error[0])
 
@@ -398,12 +417,21 @@ class Component:
         They are the accepted and the rejected steps, with errors below and above the tolerance.
         """
         accepted, rejected = ctypes.c_uint64(), ctypes.c_uint64()
-        kernel.lib.sm_component_work(self._handle, ctypes.byref(accepted), ctypes.byref(rejected))
+        self._handle.work(ctypes.byref(accepted), ctypes.byref(rejected))
         return accepted.value, rejected.value
 
+    def _two_modes(self, function: str) -> Model:
+        """Return the model; refuse a function where modes share a tone."""
+        if isinstance(self.model, ToneModel):
+            raise SlipmodeError(
+                f"{function}: is not available for modes that share a tone; use run, outputs and "
+                "reset"
+            )
+        return self.model
+
     def _slow_outputs(self, doing: str) -> Floats:
-        values = np.empty(kernel.OUTPUTS_FIXED)
-        status = kernel.lib.sm_component_slow_outputs(self._handle, values)
+        values = np.empty(max(kernel.OUTPUTS_FIXED, len(self.output_names)))
+        status = self._handle.slow_outputs(values)
         kernel.check(status, doing)
         return values
 
@@ -433,9 +461,10 @@ class Component:
             return StoppedError(words, self.time, outputs)
         duration = float(left[0])
         reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
-        now = np.empty(kernel.OUTPUTS_FIXED)
-        read = kernel.lib.sm_component_slow_outputs(self._handle, now)
-        if outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
+        read = self._handle.slow_outputs(np.empty(max(kernel.OUTPUTS_FIXED, outputs.shape[1])))
+        if status == kernel.NOT_CONVERGED and isinstance(self.model, ToneModel):
+            reason = NOT_CONVERGED
+        elif outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
             reason = (
                 f"limit_scale = {limit_scale(inputs):g} puts the amplitudes outside the friction "
                 "table; tabulate a larger range"
@@ -449,16 +478,16 @@ class Component:
         elif outside:
             reason = self._departure(duration)
         own = self._named.modal(self._inputs)
-        kernel.lib.sm_component_set_inputs(self._handle, own)
+        self._handle.set_inputs(own)
         words = f"stopped at t = {self.time:g} s: {reason}"
         return StoppedError(words, self.time, outputs, outside)
 
     def _departure(self, duration: float) -> str:
         """Return which amplitude leaves the table during a step, and when."""
         state, taken = self.get_state(), ctypes.c_double()
-        advance = kernel.lib.sm_component_advance
+        advance = self._handle.advance
         while duration > 0.0:  # by internal steps, which become short near the edge
-            if advance(self._handle, duration, ctypes.byref(taken)) != kernel.OK:
+            if advance(duration, ctypes.byref(taken)) != kernel.OK:
                 break
             duration -= taken.value
         last = self.outputs()
@@ -487,10 +516,10 @@ def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
 
 
 def _output_names(
-    model: Model, mode_names: Sequence[str], options: ComponentOptions
+    model: Model | ToneModel, named: Inputs, options: ComponentOptions
 ) -> tuple[str, ...]:
-    names = ["time", *(f"{mode}_{part}" for mode in mode_names for part in ("re", "im"))]
-    names += [f"theta_{mode}" for mode in mode_names]
+    names = ["time", *(f"{mode}_{part}" for mode in named.mode_names for part in ("re", "im"))]
+    names += [f"theta_{mode}" for mode in named.carriers]
     names += ["input_power", "dissipated_power", "dissipated_energy"]
     if options.contact:
         contacts = range(model.reduced.n_contacts)

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import ctypes
 import inspect
-import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import index
 from typing import Any, TypeVar
+
+import numpy as np
 
 from slipmode.fmu.inputs import MODE_NAMES
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import as_number, in_one_line
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
+from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
 from slipmode.rom.slow.slow_flow import slow_flow
+from slipmode.rom.slow.tone.tone_states import ForcedTone
+from slipmode.rom.table.local.tone_model import ToneModel
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -61,16 +64,13 @@ def takes(options: type[ComponentOptions]) -> Callable[[Function], Function]:
     return decorate
 
 
-class Handle(ctypes.c_void_p):
-    """The address of a component of the core, and the structures whose arrays it reads."""
-
-    parts: tuple[kernel.Structure, ...]
-
-
 def create_component(
-    model: Model, force_patterns: ForcePatterns | None, options: ComponentOptions
+    model: Model | ToneModel, force_patterns: ForcePatterns | None, options: ComponentOptions
 ) -> Handle:
-    """Return the core's component, which is freed with the handle."""
+    """Return the core's component, or its flow of a tone, which is freed with the handle."""
+    if isinstance(model, ToneModel):
+        forced = ForcedTone.of(model, tone_patterns(force_patterns), 0.0, np.array([model.middle]))
+        return forced.handle(model.middle, options.tolerance, options.elastic, options.contact)
     wanted: dict[str, Any] = {}
     if options.contact:
         surface = response_surface(model, options.elastic)
@@ -85,13 +85,20 @@ def create_component(
             "reaction": surface.reaction,
             "response": surface.elastic,
         }
-    handle = Handle()
-    handle.parts = (
+    return Handle(
+        "component",
         slow_flow(model, force_patterns),
         contact_problem(model.reduced, model.law),
         kernel.Motion(steps_per_period=STEPS_PER_PERIOD, memory_periods=MEMORY_PERIODS, **wanted),
+        tolerance=options.tolerance,
     )
-    status = kernel.lib.sm_component_create(*handle.parts, options.tolerance, ctypes.byref(handle))
-    kernel.check(status, "component")
-    weakref.finalize(handle, kernel.lib.sm_component_free, handle.value)
-    return handle
+
+
+def tone_patterns(force_patterns: ForcePatterns | None) -> ForcePatterns:
+    """Return the force of modes that share a tone; refuse a force that is missing."""
+    if force_patterns is None:
+        raise SlipmodeError(
+            "force_patterns: is missing, because one force moves all modes that share a tone; "
+            "give it as [{DOF: amplitude}]"
+        )
+    return force_patterns

@@ -7,13 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipmode.rom import Model, SlipmodeError, Tanh, kernel
-from slipmode.rom.arrays import Floats, in_one_line
+from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import (
     AppliedForces,
     ForcePatterns,
     forces_on_modes,
 )
+from slipmode.rom.short_repr import percentage
+from slipmode.rom.slow.tone.tone_flow import SPAN
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.validity import (
     Finding,
     can_carry,
@@ -55,10 +58,20 @@ class Inputs:
     """
 
     def __init__(
-        self, model: Model, force_patterns: ForcePatterns | None, mode_names: Sequence[str]
+        self,
+        model: Model | ToneModel,
+        force_patterns: ForcePatterns | None,
+        mode_names: Sequence[str],
     ) -> None:
-        present = present_modes(model, mode_names)
-        self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
+        present: tuple[str, ...] = MODE_NAMES[:1]
+        self._tone = isinstance(model, ToneModel)
+        if isinstance(model, ToneModel):  # one force moves all modes
+            self.mode_names, self.carriers = tuple(model.reduced.mode_names), present
+            self._omega = np.array([model.middle])
+        else:
+            present = present_modes(model, mode_names)
+            self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
+            self.carriers, self._omega = self.mode_names, model.reduced.frequency
         driven = present[: model.reduced.tones]
         self._column = {
             f"{quantity}_{mode}": place(quantity, j)
@@ -70,17 +83,17 @@ class Inputs:
         self.names = tuple(self._column)
         self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
         self._contacts = model.reduced.n_contacts
-        self._omega = model.reduced.frequency
         natural = self._omega.tolist()
         self._natural = {f"frequency_{m}": w for m, w in zip(driven, natural, strict=False)}
         self.frequencies = self._natural.keys()
         at_rest = kernel.inputs(1)
-        at_rest["frequency"][0, : model.modes] = model.reduced.frequency
+        at_rest["frequency"][0, : self._omega.size] = self._omega
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
         self._ratio = model.reduced.ratio
         self._to_modal = np.ones(self.at_rest.size)
-        for j, factor in enumerate(force_factors(model, force_patterns)):
-            self._to_modal[[place("force", j), place("force_rate", j)]] = factor
+        if not isinstance(model, ToneModel):  # whose flow has the force itself
+            for j, factor in enumerate(force_factors(model, force_patterns)):
+                self._to_modal[[place("force", j), place("force_rate", j)]] = factor
 
     def column(self, name: str) -> int:
         """Return the column of an input in the records; other names are refused."""
@@ -112,7 +125,7 @@ class Inputs:
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
             with np.errstate(all="ignore"):  # values that are not finite are refused
                 end = start + rate * durations
-                fine &= can_carry(omega, start) & can_carry(omega, end)
+                fine &= self._can_carry(omega, start) & self._can_carry(omega, end)
             reached.append((start, end))
         if len(reached) == kernel.MODES:
             with np.errstate(all="ignore"):
@@ -135,7 +148,7 @@ class Inputs:
             if not np.isfinite(value):
                 refusal = f"{name}: must be finite, got {value:g}"
             elif name in self._natural:
-                refusal = carrier_refusal(name, name[-1], self._natural[name], value)
+                refusal = self._carrier_refusal(name, value)
             elif name == "limit_scale" and value <= 0:
                 refusal = f"{name}: must be > 0, got {value:g}"
             if refusal:
@@ -156,6 +169,23 @@ class Inputs:
         if is_near(omega, frequency).all():
             return []
         return carrier_findings("frequency_{}", self.mode_names, omega, frequency)
+
+    def _can_carry(self, omega: float, frequency: Floats) -> Flags:
+        """Return whether frequencies are allowed."""
+        within = np.abs(frequency - omega) <= SPAN * omega if self._tone else True
+        return can_carry(omega, frequency) & within
+
+    def _carrier_refusal(self, name: str, value: float) -> str:
+        """Return why a frequency is refused; "" if it is not."""
+        omega = self._natural[name]
+        if refusal := carrier_refusal(name, name[-1], omega, value):
+            return refusal
+        if self._can_carry(omega, np.array(value)):
+            return ""
+        return (
+            f"{name}: must be within {percentage(SPAN)} of {omega:.5g} rad/s, the middle of the "
+            f"modes that share the tone, got {value:g} rad/s"
+        )
 
     def _meeting(self, *records: Floats) -> str:
         """Return why the frequencies of a few records meet; faster than `carriers_meet`."""

@@ -24,6 +24,7 @@ from slipmode.runner.explore.explore import explore
 from slipmode.runner.fmi.export import export_fmu
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.recording.check import Info, doctor, info
 from slipmode.runner.recording.load import DamagedRecordingWarning, Signals, load, read
 from slipmode.runner.recording.recover import Recovery, recover
@@ -44,6 +45,7 @@ __all__ = [
     "Recording",
     "Recovery",
     "Scene",
+    "SharedTonePlan",
     "Signals",
     "StudyResults",
     "Validation",

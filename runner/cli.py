@@ -91,7 +91,7 @@ def _run(options: argparse.Namespace) -> int:
     source = "from model.file" if recording.plan.scene.saved_model else source
     before, steps = "friction table", "slow time"
     if recording.model is None:
-        steps = "slow time" if recording.plan.scene.mistuning else "full order"
+        steps = "full order" if isinstance(recording.plan, Plan) else "slow time"
         before, source = "plan", "no friction table"
     print(f"{recording.plan.scene.title}: {recording.plan.scene.run.duration:g} s")
     print(f"  {before:14}   {recording.table_seconds * 1e3:8.1f} ms  ({source})")

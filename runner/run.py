@@ -8,12 +8,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
-from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
+from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.load import RecordingData, read
 from slipmode.runner.recording.record import (
@@ -27,9 +29,9 @@ from slipmode.runner.recording.record import (
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.disk_motion import shown_dof
 from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.mistuned_pass import MistunedPass
 from slipmode.runner.transients.motion import contact_channels
 from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
+from slipmode.runner.transients.tone_pass import MistunedPass, SharedTonePass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
@@ -42,7 +44,7 @@ class Recording:
 
     Attributes
     ----------
-    plan : Plan or MistunedPlan
+    plan : Plan, SharedTonePlan or MistunedPlan
         Plan of the scene.
     model : Model or None
         Model of the scene; None without a friction table.
@@ -57,7 +59,7 @@ class Recording:
         Whether the table came from the cache or from `model.file`.
     """
 
-    plan: Plan | MistunedPlan
+    plan: AnyPlan
     model: Model | None
     mcap: Path | None
     rrd: Path | None
@@ -186,9 +188,11 @@ def run(
             else:
                 component = stepper(plan, model)
         recorder = stack.enter_context(open_recorder(header, _channels(plan), mcap, rrd, live))
-        pass_: Pass | MistunedPass
+        pass_: Pass[Any]
         if isinstance(plan, MistunedPlan):
             pass_ = MistunedPass(plan, recorder, raise_if_interrupted)
+        elif isinstance(plan, SharedTonePlan):
+            pass_ = SharedTonePass(plan, recorder, raise_if_interrupted)
         elif model is None or component is None:
             pass_ = IntegratedPass(plan, recorder, raise_if_interrupted)
         else:
@@ -233,23 +237,30 @@ def open_recorder(
     return Recorder(sinks)
 
 
-def _channels(plan: Plan | MistunedPlan) -> list[channels.Channel]:
+def _channels(plan: AnyPlan) -> list[channels.Channel]:
     """Return the channels that a run records."""
     if isinstance(plan, MistunedPlan):
         return plan.channels
-    scene, modes, (reduced, _) = plan.scene, plan.excited.modes, plan.excited.contacts
-    listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
+    scene = plan.scene
+    if isinstance(plan, SharedTonePlan):
+        reduced = plan.model.reduced
+        listed = [channels.modes(reduced.mode_names), channels.forcing(("A",))]
+        carriers = 1
+    else:
+        reduced, modes = plan.excited.contacts[0], plan.excited.modes
+        listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
+        carriers = len(modes)
     if scene.contact:
         listed += contact_channels(reduced)
         if reduced.contacts is not None:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
-        if len(modes) == 2:
+        if carriers == 2:
             listed.append(channels.phases())
-        if len(modes) == 2 and scene.tabulated and scene.disk is None:
+        if carriers == 2 and scene.tabulated and scene.disk is None:
             listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))
-    if plan.excited.waves is not None and scene.windows:
+    if isinstance(plan, Plan) and plan.excited.waves is not None and scene.windows:
         waves = plan.excited.waves
         listed.append(channels.disk(waves.structure.sectors, shown_dof(plan, waves)))
     return listed

@@ -58,5 +58,5 @@ def measure(name: str, where: Path) -> None:
 if __name__ == "__main__":
     print(platform.processor() or platform.machine())
     with tempfile.TemporaryDirectory() as temporary:
-        for scene in sys.argv[1:] or [n for n in shipped_scenes() if not load_scene(n).mistuning]:
+        for scene in sys.argv[1:] or [n for n in shipped_scenes() if load_scene(n).tabulated]:
             measure(scene, Path(temporary))

@@ -10,13 +10,14 @@ torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact 
 table/     look-up of the bicubic surface of S_j, Eq. (20)
 slow/      Eqs. (18), (19): slow_flow.c, with coefficients.c and friction_model.c; dopri5.c: time
            steps; entries.c: checked entries; branches/: curves of steady states; component/:
-           the step-able component; motion/: Eq. (12) along a trajectory
-cyclic/    amplitudes of disks whose blades differ
+           the step-able component; motion/: Eq. (12) along a trajectory; tone/: amplitudes of
+           many modes, or of a mistuned disk, under one force
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the time integration
 base/      complex numbers, lanes, checks, messages
 
-Here structures.py and library.py read structures and functions from the header.
+Here structures.py and library.py read structures and functions from the header; handle.py holds
+objects of the core that have a state.
 """
 
 from __future__ import annotations

@@ -61,8 +61,8 @@ def contact_states(
     return ContactStates(state, normal_force, gap)
 
 
-def harmonic_states(elements: Elements, amplitude: Complexes, angle: float) -> NDArray[np.int8]:
-    """Return the states of sliding contacts that move by x = 2 Re(c exp(i theta)), (..., N_c).
+def harmonic_force(elements: Elements, displacement: Complexes) -> Floats:
+    """Return the forces of sliding contacts in harmonic motion, (n, N_c) [N].
 
     From each reversal on, a slider sticks until its displacement has changed by twice the limit
     per stiffness.
@@ -71,22 +71,20 @@ def harmonic_states(elements: Elements, amplitude: Complexes, angle: float) -> N
     ----------
     elements : Elements
         Of N_c contacts that slide and do not lift off.
-    amplitude : (..., N_c) complex ndarray
-        c, steady for a period [m].
-    angle : float
-        theta [rad]
+    displacement : (n, N_c) complex ndarray
+        c exp(i theta) at instants theta of x = 2 Re(c exp(i theta)), steady for a period [m].
     """
-    state = np.zeros(amplitude.shape, dtype=np.int8)
+    force = np.zeros(displacement.shape)
     for element in elements.element:
         column = element["column"][0]
+        size, phase = 2.0 * np.abs(displacement[:, column]), np.angle(displacement[:, column])
+        moved = size * (1.0 - np.cos(phase % np.pi))  # since the last reversal
+        way = np.where(phase < 0.0, -1.0, 1.0)
         own = element["first_slider"] + np.arange(element["sliders"])
-        limit, stiffness = elements.slider[own].T
-        onset = np.max(limit / stiffness)
-        c = amplitude[..., column]
-        size, past_reversal = 2.0 * np.abs(c), (np.angle(c) + angle) % np.pi
-        moved = size * (1.0 - np.cos(past_reversal))
-        state[..., column] = np.where((size > onset) & (moved >= 2.0 * onset), SLIPPING, STUCK)
-    return state
+        for limit, stiffness in elements.slider[own]:
+            largest = np.minimum(limit, stiffness * size)
+            force[:, column] += way * np.maximum(largest - stiffness * moved, -largest)
+    return force
 
 
 def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:

@@ -1,7 +1,8 @@
 """What a scene needs modelled, and why, before anything is computed for it.
 
 plan.py              make_plan: every decision with its reason. Start here.
-mistuned.py          the plan of a mistuned disk
+mistuned.py          plan_scene, for any scene; the plan of a mistuned disk
+shared_tone.py       the plan of several modes on one tone; tone_plan.py: what both have in common
 excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 transients.py        stretches at full order

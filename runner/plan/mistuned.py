@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import field
 from typing import cast
 
 import numpy as np
 
-from slipmode.rom import MistunedDisk, SlipmodeError, excited_diameter
+from slipmode.rom import MistunedDisk, SlipmodeError, ToneFlow, excited_diameter
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import naming
+from slipmode.rom.errors import ValidityWarning, naming
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen, percentage
-from slipmode.rom.slow.tone.tone_flow import SPAN
+from slipmode.rom.short_repr import frozen
 from slipmode.rom.validity import Finding
-from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
+from slipmode.runner.plan.tone_plan import TonePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.schedule import Schedule, make_schedule
@@ -28,7 +29,7 @@ _FREQUENCIES = 64  # at which internal resonances are sought
 
 
 @frozen
-class MistunedPlan:
+class MistunedPlan(TonePlan):
     """Hold a scene with a mistuned disk and all modelling decisions about it.
 
     Attributes
@@ -50,20 +51,21 @@ class MistunedPlan:
     decisions: list[Finding] = field(default_factory=list)
 
     @property
-    def warnings(self) -> list[str]:
-        """Decisions that are warnings, one line each."""
-        return [command_words(each.line()) for each in self.decisions if each.level != "info"]
-
-    @property
     def engine_order(self) -> int:
         """Engine order of the force."""
         return cast(int, self.scene.forcing["A"].engine_order)
 
     @property
-    def frequency_range(self) -> tuple[float, float]:
-        """Smallest and largest forcing frequency [rad/s]."""
-        low, high = self.schedule.frequency_range(("A",))
-        return float(low[0]), float(high[0])
+    def summary(self) -> str:
+        """What the scene moves, for the first event of its recording."""
+        return f"{self.disk.structure!r}, mistuned, engine order {self.engine_order}"
+
+    def flow(self) -> ToneFlow:
+        """Return the disk at rest, with the middle of the range as reference frequency."""
+        middle, tolerance = 0.5 * sum(self.frequency_range), self.scene.run.tolerance
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ValidityWarning)  # the plan has this finding
+            return self.disk.flow(middle, self.engine_order, self.force, tolerance=tolerance)
 
     @property
     def dof(self) -> int:
@@ -79,8 +81,11 @@ class MistunedPlan:
         return listed + ([channels.disk(sectors, self.dof)] if self.scene.windows else [])
 
 
-def plan_scene(scene: Scene, *, progress: bool = False) -> Plan | MistunedPlan:
-    """Return the plan of a scene, with or without a mistuned disk.
+AnyPlan = Plan | SharedTonePlan | MistunedPlan
+
+
+def plan_scene(scene: Scene, *, progress: bool = False) -> AnyPlan:
+    """Return the plan of any scene.
 
     Parameters
     ----------
@@ -91,15 +96,20 @@ def plan_scene(scene: Scene, *, progress: bool = False) -> Plan | MistunedPlan:
 
     Returns
     -------
-    Plan or MistunedPlan
-        Decisions about the scene.
+    Plan, SharedTonePlan or MistunedPlan
+        Decisions about the scene: with one or two modes or waves, with several modes on one tone,
+        or with a mistuned disk.
 
     Raises
     ------
     SlipmodeError
         If the scene and its structure do not fit together.
     """
-    return _plan_mistuned(scene) if scene.mistuning else make_plan(scene, progress=progress)
+    if scene.mistuning:
+        return _plan_mistuned(scene)
+    if scene.modes.others:
+        return plan_shared_tone(scene)
+    return make_plan(scene, progress=progress)
 
 
 def _plan_mistuned(scene: Scene) -> MistunedPlan:
@@ -122,14 +132,7 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
     with naming("structure"):
         disk = MistunedDisk(structure, law, scene.mistuning, highest)
     plan = MistunedPlan(scene, schedule, disk, force)
-    low, high = plan.frequency_range
-    if high - low > SPAN * (high + low):
-        unit = scene.units.frequency
-        ends = " to ".join(f"{scene.units.of_frequency(each):.6g}" for each in (low, high))
-        raise SlipmodeError(
-            f"forcing.A.engine_order * rotor_speed: must stay within {percentage(SPAN)} of the "
-            f"middle of its range, got {ends} {unit}; use one scene per resonance"
-        )
+    plan.check_range("forcing.A.engine_order * rotor_speed")
     plan.decisions.extend(_decisions(plan))
     return plan
 

@@ -132,7 +132,7 @@ def _fields(units: Mapping[str, str]) -> tuple[Field, ...]:
     return tuple(Field(name, unit) for name, unit in units.items())
 
 
-def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
+def modes(present: Sequence[str] = ("A", "B")) -> Channel:
     """Return the channel of slow complex modal amplitudes: x_e = 2 Re(phi a e^{i theta})."""
     names = [f"{mode}_{part}" for mode in present for part in ("re", "im")]
     names += [f"{mode}_abs" for mode in present]
@@ -140,7 +140,7 @@ def modes(present: Sequence[Mode] = ("A", "B")) -> Channel:
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
 
 
-def forcing(present: Sequence[Mode] = ("A", "B")) -> Channel:
+def forcing(present: Sequence[str] = ("A", "B")) -> Channel:
     """Return the channel of force amplitude, frequency and phase of each mode."""
     units = {"force": "N", "frequency": "rad/s", "phase": "rad"}
     named = {f"{mode}_{name}": unit for mode in present for name, unit in units.items()}

@@ -184,7 +184,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
     Section("modes",
         "Retained modes with stuck contacts, counted from 0 by frequency. Not allowed with a "
         "saved model (`model.file`), which has its own modes.", (
-        Key("A", integer(), "-", MISSING, "Number of the first mode."),
+        Key("A", either(integer(), integers(), "integer, or list of integers"), "-", MISSING,
+            "Number of the first mode, or of several modes within 15 % that `[forcing.A]` moves "
+            "together: A, A2, A3, ... in recordings."),
         Key("B", integer(), "-", None,
             "Number of the second mode, different from A. Default: a model with one mode."),
         Key("ratio", number(POSITIVE), "-", None,

@@ -143,7 +143,7 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     if saved is not None:
         modes = _saved_modes(saved)
     else:  # a mistuned disk has all modes, and one force, [forcing.A]
-        modes = Modes(0) if mistuned else _modes_of(tables["modes"])
+        modes = Modes(0) if mistuned else _modes(tables["modes"])
     run = _run(tables["run"])
     units = Units(**tables["units"].values())
     forcing = _forcing(tables["forcing"], modes, run.duration, units)
@@ -167,6 +167,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     structure = read_structure(tables["structure"], folder) if saved is None else None
     mistuning: tuple[float, ...] = ()
     if isinstance(structure, LumpedDisk | SectorFile):
+        if modes.others:
+            raise tables["modes"].error("A", "must be one mode with structure.sectors")
         _check_disk(root, model)
         if mistuned:
             _check_mistuned(root, forcing)
@@ -178,6 +180,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     elif modes.nodal_diameters is not None:
         reason = "must be left out, because structure has no sectors"
         raise tables["modes"].error("nodal_diameters", reason)
+    elif modes.others:
+        _check_shared_tone(root, model)
     elif modes.A == modes.B:
         raise tables["modes"].error("B", "must be another mode than A")
     limit_scale = tables["limits"]["scale"]
@@ -211,28 +215,42 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     )
 
 
-def _saved_modes(model: Model) -> Modes:
-    first, *second = model.reduced.modes
-    ratio = Fraction(model.reduced.ratio).limit_denominator(LARGEST_INTEGER) or None
-    return Modes(first, second[0] if second else None, ratio)
-
-
-def _modes_of(table: Table) -> Modes:
-    """Return the modes; refuse a ratio of frequencies that two modes cannot have."""
-    modes = Modes(**table.values())
+def _modes(table: Table) -> Modes:
+    """Read the section [modes]; several modes A share a tone."""
+    values = table.values()
+    numbers = values["A"] if isinstance(values["A"], tuple) else (values["A"],)
+    if not numbers or len(set(numbers)) < len(numbers):
+        raise table.error("A", "must be one mode or several different ones")
+    if len(numbers) > 1 and values["B"] is not None:
+        raise table.error("B", "must be left out, because several modes share tone A")
+    first, *others = numbers
+    modes = Modes(**(values | {"A": first, "others": tuple(others)}))
     if modes.ratio is None:
         return modes
     with naming("modes"):
         return replace(modes, ratio=checked_ratio(float(modes.ratio), len(modes.numbers)))
 
 
+def _saved_modes(model: Model) -> Modes:
+    first, *second = model.reduced.modes
+    ratio = Fraction(model.reduced.ratio).limit_denominator(LARGEST_INTEGER) or None
+    return Modes(first, second[0] if second else None, ratio)
+
+
 def _check_disk(root: Table, model: ModelOptions) -> None:
     """Refuse what scenes with sectors do not have."""
+    _check_elastic(root, model, "with structure.sectors")
+    if "aerodynamics" in root:
+        raise root.error("aerodynamics", "must be left out with structure.sectors")
+
+
+def _check_elastic(root: Table, model: ModelOptions, where: str) -> None:
+    """Refuse what scenes with sectors and those with several modes on one tone do not have."""
     if "friction" in root:
-        raise root.error("friction", f"sectors need elastic contacts, [[contacts]]; {STAND_IN}")
-    for name in ("preload", "limits", "aerodynamics"):
+        raise root.error("friction", f"{where} contacts are elastic, [[contacts]]; {STAND_IN}")
+    for name in ("preload", "limits"):
         if name in root:
-            raise root.error(name, "must be left out with structure.sectors")
+            raise root.error(name, f"must be left out {where}")
     kept_out = {
         "table": (model.table == "none", 'must be "whole"'),
         "transients": (model.transients == "hybrid", 'must be "auto" or "slow"'),
@@ -240,7 +258,19 @@ def _check_disk(root: Table, model: ModelOptions) -> None:
     }
     for key, (given, instead) in kept_out.items():
         if given:
-            raise root["model"].error(key, f"{instead} with structure.sectors")
+            raise root["model"].error(key, f"{instead} {where}")
+
+
+def _check_shared_tone(root: Table, model: ModelOptions) -> None:
+    """Refuse what scenes with several modes on one tone do not have."""
+    where = "with several modes on tone A"
+    _check_elastic(root, model, where)
+    for name in ("aerodynamics", "initial"):
+        if name in root:
+            raise root.error(name, f"must be left out {where}")
+    for key in ("amplitude", "formulation"):
+        if key in root["model"]:
+            raise root["model"].error(key, f"must be left out {where}")
 
 
 def _check_mistuned(root: Table, forcing: Mapping[str, Forcing]) -> None:

@@ -92,14 +92,20 @@ def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: i
 class Modes:
     """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional.
 
-    Of sectors they are counted for each nodal diameter. With a ratio, B is on the tone of A and
-    has this multiple of its frequency.
+    Of sectors they are counted for each nodal diameter. `others` share the tone of mode A. With a
+    ratio, B is on the tone of A and has this multiple of its frequency.
     """
 
     A: int
     B: int | None = None
     ratio: Fraction | None = None
     nodal_diameters: tuple[int, ...] | None = None
+    others: tuple[int, ...] = ()
+
+    @property
+    def on_tone(self) -> tuple[int, ...]:
+        """Numbers of the modes on tone A."""
+        return (self.A, *self.others)
 
     @property
     def numbers(self) -> dict[Mode, int]:
@@ -266,11 +272,11 @@ class Scene:
 
     @property
     def tabulated(self) -> bool:
-        """Whether the scene has a friction table.
+        """Whether the scene has a friction table over the amplitudes of one or two modes.
 
-        Without a table it is integrated at full order, or its disk is mistuned.
+        Without a table it is integrated at full order, or many amplitudes share one tone.
         """
-        return self.model.table != "none" and not self.mistuning
+        return self.model.table != "none" and not self.mistuning and not self.modes.others
 
     @property
     def switches(self) -> bool:
@@ -289,13 +295,18 @@ class Scene:
         return replace(self, model=replace(self.model, transients="slow"))
 
     def check_tuned(self) -> None:
-        """Check that the scene has no mistuned disk.
+        """Check that the scene has one or two modes, or waves, each with a force of its own.
 
         Raises
         ------
         SlipmodeError
-            If the disk is mistuned.
+            If the disk is mistuned, or several modes share a tone.
         """
+        if self.modes.others:
+            raise SlipmodeError(
+                "modes.A: this needs one mode on each tone; give one mode, or use slipmode run or "
+                "plan (runner.plan_scene), rom.response_curve, or fmu.Component"
+            )
         if self.mistuning:
             raise SlipmodeError(
                 "mistuning: this needs a model of one or two waves, but a mistuned disk responds "

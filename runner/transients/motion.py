@@ -55,13 +55,24 @@ def record_points(
     `amplitude` (points, 2 modes) has the real and imaginary part of each a_j, `energy` has
     the fields of ``/energy``, (points, 5).
     """
-    schedule, points = plan.schedule, slice(first, first + len(amplitude))
+    record_amplitudes(plan.schedule, plan.excited.modes, recorder, first, amplitude)
+    time = plan.schedule.time(slice(first, first + len(amplitude)))
+    recorder.write("/energy", time, energy)
+
+
+def record_amplitudes(
+    schedule: Schedule, forced: Sequence[str], recorder: Recorder, first: int, amplitude: Floats
+) -> None:
+    """Record amplitudes and forces of communication points from number `first` on.
+
+    `forced` are the modes that have a force, `amplitude` (points, 2 modes) are of all.
+    """
+    points = slice(first, first + len(amplitude))
     time = schedule.time(points)
     moduli = np.hypot(amplitude[:, 0::2], amplitude[:, 1::2])
     recorder.write("/modes", time, np.hstack((amplitude, moduli)))
-    names = [f"{q}_{m}" for m in plan.excited.modes for q in ("force", "frequency", "phase")]
+    names = [f"{q}_{mode}" for mode in forced for q in ("force", "frequency", "phase")]
     recorder.write("/forcing", time, schedule.at_points(names, points))
-    recorder.write("/energy", time, energy)
 
 
 def contact_channels(reduced: Reduced, prefix: str = "") -> list[channels.Channel]:

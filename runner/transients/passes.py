@@ -7,12 +7,13 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator
+from typing import Generic, TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
 from slipmode.fmu import Steppable, StoppedError
-from slipmode.rom import Model
+from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
@@ -20,6 +21,7 @@ from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.tone_plan import TonePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
@@ -52,7 +54,12 @@ _FRICTION_ESTIMATES = 4096  # in a run, about: of the error by friction, some ms
 _log = logging.getLogger("slipmode.run")
 
 
-class Pass(ABC):
+AnyPlan = TypeVar("AnyPlan", bound=Plan | TonePlan)
+# Fast motion at times, the factor on limits and preloads, and the phases of the carriers.
+MotionAt = Callable[[Floats], tuple[FastMotion, Floats | float, Floats]]
+
+
+class Pass(ABC, Generic[AnyPlan]):
     """A pass through the schedule of a plan, with its recording.
 
     `samples` counts the samples of fast motion so far. `seconds` is the wall time of the
@@ -60,7 +67,7 @@ class Pass(ABC):
     """
 
     def __init__(
-        self, plan: Plan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+        self, plan: AnyPlan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
     ) -> None:
         self.samples, self.seconds = 0, 0.0
         self._plan = plan
@@ -81,23 +88,23 @@ class Pass(ABC):
         """Integrate and record; yield the number of steps each time."""
 
     @abstractmethod
-    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-        """Return fast motion at times, the factor on limits and preloads, and the phases."""
+    def _record_window(self, window: Window) -> None:
+        """Record fast motion in a window."""
 
     def _record_windows(self, reached: float) -> None:
         while self._windows and self._windows[0].end <= reached:
             self._record_window(self._windows.pop(0))
 
-    def _record_window(self, window: Window) -> None:
+    def _record_motion(self, window: Window, reduced: Reduced, motion_at: MotionAt) -> None:
         """Record fast motion in a window, and the share that contacts spent in each state."""
         plan, recorder, shares = self._plan, self._recorder, []
         times = plan.schedule.sample_times(window)
         for first in range(0, times.size, SAMPLES_PER_BATCH):
             self._raise_if_interrupted()
             batch = times[first : first + SAMPLES_PER_BATCH]
-            moved, scale, phases = self._motion(batch)
+            moved, scale, phases = motion_at(batch)
             if window in plan.scene.contact:
-                share = record_contacts(recorder, plan.excited.contacts[0], moved, scale)
+                share = record_contacts(recorder, reduced, moved, scale)
                 shares += [] if share is None else [batch.size * share]
             if plan.scene.output.elastic:
                 recorder.write("/elastic", batch, moved.elastic)
@@ -111,10 +118,11 @@ class Pass(ABC):
             recorder.event(end, "info", f"{start:g} to {end:g} s: {shares_in_words(mean)}")
 
     def _is_on_torus(self, window: Window) -> bool:
-        return window in self._plan.scene.contact and len(self._plan.excited.modes) == 2
+        two = {"force_A", "force_B"} <= self._plan.schedule.scripts.keys()
+        return two and window in self._plan.scene.contact
 
 
-class SlowPass(Pass):
+class SlowPass(Pass[Plan]):
     """Steps of a component through slow time."""
 
     def __init__(
@@ -251,7 +259,7 @@ class SlowPass(Pass):
         self._rows = deque([outputs])
         names = self._component.output_names
         self._trajectory = slow_trajectory(self._plan, self._model, names, outputs, self._first)
-        super()._record_window(window)
+        self._record_motion(window, self._plan.excited.contacts[0], self._motion)
         if self._plan.excited.waves is not None:
             record_disk(self._plan, self._recorder, self._model, self._trajectory, window)
         elif self._is_on_torus(window):
@@ -264,7 +272,7 @@ class SlowPass(Pass):
         return moved, slow.scale_at(times), carrier_phases(slow, times)
 
 
-class IntegratedPass(Pass):
+class IntegratedPass(Pass[Plan]):
     """Integration of all of a scene at full order; its amplitudes are demodulated."""
 
     def __init__(
@@ -300,6 +308,9 @@ class IntegratedPass(Pass):
             yield count - done
             done = count
             self._record_windows(known)
+
+    def _record_window(self, window: Window) -> None:
+        self._record_motion(window, self._plan.excited.contacts[0], self._motion)
 
     def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
         angle, *_ = self._full.excitation.at(times)

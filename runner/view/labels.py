@@ -107,8 +107,8 @@ def is_contact(channel: Channel) -> bool:
 
 
 def _quantity(name: str) -> str:
-    if name.endswith("_abs"):  # modes differ too much in size for one scale
-        return f"amplitude_{name.removesuffix('_abs')}"
+    if name.endswith("_abs"):  # modes of two tones differ too much in size for one scale
+        return f"amplitude_{name[0]}"
     word = "x" if name.startswith("x_") else name.split("_")[-1]
     return _QUANTITIES.get(name, _QUANTITIES.get(word, word))
 
@@ -135,7 +135,7 @@ def label(channel: Channel, column: int) -> str:
         return _BALANCE[field.name]
     if part == "abs":
         text = f"|{mode}|"
-    elif mode in ("A", "B"):
+    elif part in ("re", "im"):
         text = f"{part.capitalize()} {mode}"
     elif is_contact(channel):
         text = f"{field.name} contact {channel.topic.split('/')[-1]}"

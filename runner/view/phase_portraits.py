@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import DISK, FULL, MODES, PHASES, TORUS, Channel
+from slipmode.runner.recording.channels import DISK, FULL, PHASES, TORUS, Channel
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
 from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
 from slipmode.runner.view.samples import (
@@ -109,13 +109,12 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     modes = by_topic["/modes"].names if "/modes" in by_topic else ()
     forcing = by_topic["/forcing"].names if "/forcing" in by_topic else ()
     planes, responses = [], []
-    for mode in MODES:
-        if f"{mode}_re" in modes:
-            x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
-            entity = f"/phase_plane/{mode}"
-            planes.append(Portrait(entity, f"Mode {mode}", x, y, one_scale=True))
-        if f"{mode}_abs" in modes and f"{mode}_frequency" in forcing:
-            x = axis("/forcing", f"{mode}_frequency", "frequency")
+    for mode in [name.removesuffix("_re") for name in modes if name.endswith("_re")]:
+        x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
+        planes.append(Portrait(f"/phase_plane/{mode}", f"Mode {mode}", x, y, one_scale=True))
+        carrier = f"{mode[0]}_frequency"
+        if f"{mode}_abs" in modes and carrier in forcing:
+            x = axis("/forcing", carrier, "frequency")
             y = axis("/modes", f"{mode}_abs", f"|{mode}|")
             title = f"|{mode}| over its frequency"
             responses.append(Portrait(f"/response/{mode}", title, x, y, corner=True))

@@ -21,7 +21,7 @@ from slipmode.runner import export_fmu, load_scene, shipped_scenes
 SHIPPED = [
     pytest.param(name, marks=[] if name in ("one-mode", "two-mode") else [pytest.mark.slow])
     for name in shipped_scenes()
-    if not load_scene(name).mistuning
+    if load_scene(name).tabulated
 ]
 
 

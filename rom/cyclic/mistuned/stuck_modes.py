@@ -27,7 +27,7 @@ def stuck_modes(
         on_springs = psi_stuck.conj().T @ (springs * past_modes)
         return np.asarray(shapes.conj().T @ modal - on_springs)
 
-    def blades(modal: Complexes, magnitude: float, deficit: Complexes) -> Complexes:
+    def blades(modal: Complexes, magnitude: complex, deficit: Complexes) -> Complexes:
         return modes.tuned.displacement(shapes @ modal)
 
     return ToneModes.of(

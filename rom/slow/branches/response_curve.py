@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +31,10 @@ from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Vari
 from slipmode.rom.slow.branches.oscillation import SlowCycles, slow_cycles
 from slipmode.rom.slow.direct.contact_friction import ContactSolutions
 from slipmode.rom.slow.steady_motion import SteadyMotion
+from slipmode.rom.slow.tone.tone_curve import ToneCurve, curve_of_tone
+from slipmode.rom.slow.tone.tone_states import ToneForce
 from slipmode.rom.slow.units import SI, Shown, Units
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import Finding, forcing_findings, friction_findings, warn
 
@@ -298,6 +301,7 @@ class ResponseCurve(CurveResult):
         return super().to_dataframe(dof, units).assign(stable=self.stable)
 
 
+@overload
 def response_curve(
     model: Model,
     frequency: ArrayLike,
@@ -306,7 +310,26 @@ def response_curve(
     span: Sequence[ArrayLike],
     phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
-) -> ResponseCurve:
+) -> ResponseCurve: ...
+@overload
+def response_curve(
+    model: ToneModel,
+    frequency: ArrayLike,
+    force: Sequence[ToneForce],
+    vary: Varied,
+    span: Sequence[ArrayLike],
+    phase: ArrayLike = 0.0,
+    largest_step: float = LARGEST_STEP,
+) -> ToneCurve: ...
+def response_curve(
+    model: Model | ToneModel,
+    frequency: ArrayLike,
+    force: Any,  # of either model
+    vary: Varied,
+    span: Sequence[ArrayLike],
+    phase: ArrayLike = 0.0,
+    largest_step: float = LARGEST_STEP,
+) -> ResponseCurve | ToneCurve:
     """Return all steady states in the friction table against a parameter, with their stability.
 
     The curve is followed through folds. Steady states are searched from many amplitudes and phases
@@ -315,9 +338,10 @@ def response_curve(
 
     Parameters
     ----------
-    model : Model
+    model : Model or ToneModel
         Model with one or two modes. Where its friction table misses, the curve is followed with
-        the contact problem at each forcing frequency, which takes seconds to minutes.
+        the contact problem at each forcing frequency, which takes seconds to minutes. Of modes
+        that share a tone the curve is that of `rom.tone_curve`, against "frequency_A" alone.
     frequency : (modes,) array_like
         Forcing frequencies [rad/s]; a varied frequency is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
@@ -339,9 +363,9 @@ def response_curve(
 
     Returns
     -------
-    ResponseCurve
+    ResponseCurve or ToneCurve
         Steady states, folds and Hopf points. A branch ends where an amplitude leaves the table, or
-        after 5000 points on a side (`ResponseCurve.cut_off`).
+        after 5000 points on a side (`ResponseCurve.cut_off`). `ToneCurve` if modes share a tone.
 
     Raises
     ------
@@ -368,6 +392,13 @@ def response_curve(
     """
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
+    if isinstance(model, ToneModel):
+        if vary != "frequency_A":
+            raise SlipmodeError(
+                f"vary = {vary!r}: must be 'frequency_A' for modes that share a tone; use "
+                "rom.steady for other parameters"
+            )
+        return curve_of_tone(model, force, span, phase)
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     starts = problem.solutions(9)  # at nine values of the parameter
     found = Branches.of(problem, starts)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, check_dof, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -126,6 +127,8 @@ def tone_curve(
 ) -> ToneCurve:
     """Return steady states of modes that share a tone, against the forcing frequency.
 
+    It is `rom.response_curve` of such a model.
+
     There is one steady state at each frequency, and it is stable: contacts that do not lift off
     take energy from the difference of two motions.
 
@@ -151,12 +154,19 @@ def tone_curve(
     SlipmodeError
         If an argument is outside its range, or a steady state is not found to the tolerance.
     """
+    return curve_of_tone(model, [force], span, phase)
+
+
+def curve_of_tone(
+    model: ToneModel, force: Sequence[ToneForce], span: Sequence[ArrayLike], phase: ArrayLike
+) -> ToneCurve:
+    """Return the curve of `tone_curve`, of a sequence of one force."""
     ends = as_floats("span", span)
     if ends.shape != (2,) or not 0.0 < ends[0] < ends[1] < np.inf:
         raise SlipmodeError(
             f"span: must be two increasing frequencies > 0 [rad/s], got {in_one_line(span)}"
         )
-    forced = ForcedTone.of(model, [force], phase, ends)
+    forced = ForcedTone.of(model, force, phase, ends)
     Omega = _frequencies(forced, ends)
     states = forced.steady(Omega)
     amplitude = np.array([state.modal[: model.modes] for state in states])

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import percentage
+from slipmode.rom.slow.tone.tone_handle import tone_handle
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.table.local.local_contacts import LocalContacts
 
-# Width of the bands of frequency within which the fast modes respond as in the middle, relative to
-# the reference frequency: their response changes by less than 1e-3.
-_BAND = 2e-3
 # Part of the reference frequency by which the frequency may differ from it: the contacts respond
 # to the harmonics of the reference (tests/rom/cyclic/test_mistuned_transients.py).
 SPAN = 0.1
+NOT_CONVERGED = (
+    "contacts: the slow flow does not converge, because contacts act too strongly on each other; "
+    "integrate the structure in time (rom.full), of a disk CyclicStructure.annulus()"
+)
 
 
 class ToneFlow:
     """Step a structure under one force in time, from rest.
 
-    `rom.tone_flow` and `MistunedDisk.flow` make it. With the force deficits y of the contacts and
-    the magnitude F of the force, the amplitudes a_m of the modes with stuck contacts obey::
+    `rom.tone_flow` and `MistunedDisk.flow` make it. With the force deficits y of the contacts, and
+    the magnitude F and the phase of the force, the amplitudes a_m of the modes with stuck contacts
+    obey::
 
-        a_m' = (s_m - i Omega) a_m + b_m F + l_m y.
+        a_m' = (s_m - i Omega) a_m + b_m F exp(i phase) + l_m y.
 
     Parameters
     ----------
@@ -44,12 +46,10 @@ class ToneFlow:
 
     Attributes
     ----------
-    time : float
-        Present time [s].
-    frequency : float
-        Present forcing frequency Omega [rad/s].
-    magnitude : float
-        Present magnitude F, the factor of the force [-].
+    time, angle : float
+        Present time [s], and phase theta of the carrier from 0 to 2 pi [rad].
+    frequency, magnitude, phase : float
+        Present forcing frequency Omega [rad/s], factor F of the force [-], and phase [rad].
     """
 
     def __init__(
@@ -60,40 +60,21 @@ class ToneFlow:
         frequency: float,
         tolerance: float,
     ) -> None:
-        self.time, self.frequency, self.magnitude = 0.0, frequency, 0.0
-        self._angle = 0.0  # of the carrier [rad]
-        self._modes, self._reference, self._own = modes, frequency, np.diag(own)
+        self._modes, self._reference = modes, frequency
+        self._handle = tone_handle(modes, contacts, own, frequency, tolerance)
         self._amplitude: Floats = np.zeros((2, modes.slow.pole.size))
         self._deficit: Floats = np.zeros((2, own.size))
-        self._next_step: Floats = np.zeros(1)
-        self._band = 0
-        self._others = self._in_band(0)
-        nodes = contacts.secant.x
-        spacing = (nodes[-1] - nodes[0]) / (nodes.size - 1)
-        parts = [contacts.secant(nodes), spacing * contacts.secant(nodes, 1)]
-        # (nodes, kinds, value or slope, real or imaginary)
-        secant = np.array(parts).reshape(2, nodes.size, 2, contacts.kinds)
-        stiffness = np.abs(parts[0]).max()
-        self._tone = kernel.Tone(
-            modes=modes.slow.pole.size,
-            contacts=own.size,
-            kinds=contacts.kinds,
-            nodes=nodes.size,
-            pole=_split(modes.slow.pole),
-            excitation=_split(modes.slow.excitation),
-            motion=_split(modes.slow.motion.T),
-            projection=_split(modes.slow.projection.T),
-            others=self._others,
-            onset=contacts.onset,
-            first=nodes[0],
-            spacing=spacing,
-            secant=kernel.contiguous(secant.transpose(1, 3, 0, 2)),
-            contraction=stiffness * np.linalg.norm(modes.flexibility(frequency) - self._own, 2),
-            tolerance=tolerance,
-        )
+        self._inputs = kernel.inputs(1)
+        self.time = 0.0
+        self._read()
 
     def step(
-        self, duration: float, *, frequency: float | None = None, magnitude: float | None = None
+        self,
+        duration: float,
+        *,
+        frequency: float | None = None,
+        magnitude: float | None = None,
+        phase: float | None = None,
     ) -> None:
         """Advance the time.
 
@@ -106,6 +87,8 @@ class ToneFlow:
             the reference frequency. Default: constant.
         magnitude : float, optional
             Factor of the force at the end of the step [-], linear in between. Default: constant.
+        phase : float, optional
+            Phase of the force at the end of the step [rad], linear in between. Default: constant.
 
         Raises
         ------
@@ -113,39 +96,32 @@ class ToneFlow:
             If an input is not allowed, or the step cannot meet its tolerance. The state is
             unchanged.
         """
-        before = (self.frequency, self.magnitude)
-        ends = (
-            before[0] if frequency is None else float(frequency),
-            before[1] if magnitude is None else float(magnitude),
-        )
         if not (np.isfinite(duration) and duration >= 0.0):
             raise SlipmodeError(f"duration: must be a finite number >= 0, got {duration}")
-        if not abs(ends[0] - self._reference) <= SPAN * self._reference:
-            raise SlipmodeError(
-                f"frequency = {ends[0]:g} rad/s: must be within {percentage(SPAN)} of "
-                f"{self._reference:g} rad/s; start another flow at this frequency"
-            )
-        if not np.isfinite(ends[1]):
-            raise SlipmodeError(f"magnitude: must be a finite number, got {ends[1]}")
-        state = [each.copy() for each in (self._amplitude, self._deficit, self._next_step)]
-        start = before if duration > 0.0 else ends
-        if duration == 0.0:
-            jump = ends[1] - before[1]
-            state[0] += _split(self._modes.slow.after_jump(jump, ends[0], self._angle))
-        for band, inputs in self._in_bands(duration, start, ends):
-            self._enter_band(band)
-            status = kernel.lib.sm_tone_march(self._tone, inputs, *state)
-            if status == kernel.NOT_CONVERGED:
+        inputs, names = self._inputs.copy(), ("frequency", "force", "phase")
+        for name, end in zip(names, (frequency, magnitude, phase), strict=True):
+            now = inputs[name][0, 0]
+            wanted = now if end is None else float(end)
+            if not np.isfinite(wanted):
+                said = "magnitude" if name == "force" else name
+                raise SlipmodeError(f"{said}: must be a finite number, got {wanted}")
+            if name == "frequency" and abs(wanted - self._reference) > SPAN * self._reference:
                 raise SlipmodeError(
-                    "contacts: the slow flow does not converge, because contacts act too strongly "
-                    "on each other; integrate the structure in time (rom.full), of a disk "
-                    "CyclicStructure.annulus()"
+                    f"frequency = {wanted:g} rad/s: must be within {percentage(SPAN)} of "
+                    f"{self._reference:g} rad/s; start another flow at this frequency"
                 )
-            kernel.check(status, "slow flow of the tone")
+            if duration > 0.0:
+                inputs[f"{name}_rate"][0, 0] = (wanted - now) / duration
+            else:
+                inputs[name][0, 0] = wanted
+        status = self._handle.set_inputs(inputs)
+        if status == kernel.OK and duration > 0.0:
+            status = self._handle.step(duration)
+        if status == kernel.NOT_CONVERGED:
+            raise SlipmodeError(NOT_CONVERGED)
+        kernel.check(status, "slow flow of the tone")
         self.time += duration
-        self._angle += 0.5 * duration * (before[0] + ends[0])
-        self.frequency, self.magnitude = ends
-        self._amplitude, self._deficit, self._next_step = state
+        self._read()
 
     def displacement(self) -> Complexes:
         """Return the present harmonics of all DOFs.
@@ -156,8 +132,8 @@ class ToneFlow:
             Harmonics c of the displacements 2 Re(c exp(i theta)) [m]; (N, n_s) of the free DOFs of
             the N sectors of a disk.
         """
-        _, y = self._state()
-        return self._modes.expand(self.modal_amplitude(), self.magnitude, y)
+        _, y, force = self._state()
+        return self._modes.expand(self.modal_amplitude(), force, y)
 
     def modal_amplitude(self) -> Complexes:
         """Return the present amplitudes of the modes.
@@ -168,8 +144,8 @@ class ToneFlow:
             Amplitudes a_j [kg^1/2 m], q_j = 2 Re(a_j exp(i theta)): of the retained modes, in
             their order, then of the others. Of a disk, of the modes with open contacts.
         """
-        a, y = self._state()
-        return self._modes.modal(self.frequency, a, self.magnitude, y)
+        a, y, force = self._state()
+        return self._modes.modal(self.frequency, a, force, y)
 
     def contact_displacement(self) -> Complexes:
         """Return the present harmonics of all contact displacements.
@@ -180,9 +156,9 @@ class ToneFlow:
             Harmonics c of the displacements 2 Re(c exp(i theta)) [m], without higher harmonics;
             of a disk sector by sector.
         """
-        a, y = self._state()
+        a, y, force = self._state()
         moved = self._modes.slow.motion @ a + self._modes.flexibility(self.frequency) @ y
-        return np.asarray(moved + self.magnitude * self._modes.displacement(self.frequency))
+        return np.asarray(moved + force * self._modes.displacement(self.frequency))
 
     def amplitude(self, dof: int) -> Floats:
         """Return the present displacement amplitude of a DOF.
@@ -199,44 +175,34 @@ class ToneFlow:
         """
         return np.asarray(2.0 * np.abs(self.displacement()[..., dof]))
 
-    def _state(self) -> tuple[Complexes, Complexes]:
-        """Return the amplitudes of the slow modes, and the force deficits of the contacts."""
+    @property
+    def frequency(self) -> float:
+        """Present forcing frequency Omega [rad/s]."""
+        return float(self._inputs["frequency"][0, 0])
+
+    @property
+    def magnitude(self) -> float:
+        """Present factor F of the force [-]."""
+        return float(self._inputs["force"][0, 0])
+
+    @property
+    def phase(self) -> float:
+        """Present phase of the force [rad]."""
+        return float(self._inputs["phase"][0, 0])
+
+    @property
+    def angle(self) -> float:
+        """Present phase theta of the carrier, from 0 to 2 pi [rad]."""
+        return float(self._inputs["angle"][0, 0])
+
+    def _state(self) -> tuple[Complexes, Complexes, complex]:
+        """Return amplitudes of the slow modes, force deficits, and the magnitude of the force."""
         a, y = (each[0] + 1j * each[1] for each in (self._amplitude, self._deficit))
-        return a, y
+        return a, y, complex(phasor(self.magnitude, self.phase))
 
-    def _in_bands(
-        self, duration: float, start: tuple[float, float], end: tuple[float, float]
-    ) -> Iterator[tuple[int, kernel.Structure]]:
-        """Yield the bands of frequency that a step passes through, and its inputs there."""
-        first, last = (round((each[0] / self._reference - 1.0) / _BAND) for each in (start, end))
-        way = 1 if last >= first else -1
-        begin, begun = start, 0.0
-        for band in range(first, last + way, way):
-            stop, stopped = end, 1.0
-            if band != last:
-                edge = self._reference * (1.0 + (band + 0.5 * way) * _BAND)
-                stopped = max((edge - start[0]) / (end[0] - start[0]), begun)
-                stop = (edge, start[1] + stopped * (end[1] - start[1]))
-            inputs = kernel.ToneInputs(duration=duration * (stopped - begun))
-            inputs.frequency[:], inputs.force[:] = zip(begin, stop, strict=True)
-            yield band, inputs
-            begin, begun = stop, stopped
-
-    def _enter_band(self, band: int) -> None:
-        if band != self._band:
-            self._band = band
-            self._others[:] = self._in_band(band)
-
-    def _in_band(self, band: int) -> Floats:
-        """Return what moves the contacts besides the slow modes and their own force deficits.
-
-        Columns (N_c + 1, 2, N_c) per force deficit of each contact, then per magnitude.
-        """
-        frequency = self._reference * (1.0 + band * _BAND)
-        by_contacts = self._modes.flexibility(frequency) - self._own
-        return _split(np.vstack((by_contacts.T, self._modes.displacement(frequency))))
-
-
-def _split(values: Complexes) -> Floats:
-    """Return (..., n) complex numbers as (..., 2, n) real and imaginary parts."""
-    return np.ascontiguousarray(np.stack((values.real, values.imag), axis=-2))
+    def _read(self) -> None:
+        """Read the state of the core; inputs do not move until the next step."""
+        status = self._handle.present(self._inputs, self._amplitude, self._deficit)
+        kernel.check(status, "slow flow of the tone")
+        for name in kernel.INPUT_QUANTITIES:
+            self._inputs[f"{name}_rate"] = 0.0

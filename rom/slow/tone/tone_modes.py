@@ -56,15 +56,6 @@ class DampedModes:
             self.conjugate[which],
         )
 
-    def after_jump(self, jump: float, frequency: float, angle: float) -> Complexes:
-        """Return the change of the amplitudes (M,) by a jump of the magnitude at a carrier angle.
-
-        The real motion of a mode, a exp(i theta) + c exp(-i theta), is continuous. Its part c
-        follows the force at once; the conjugate mode is among the fast modes.
-        """
-        c = jump * self.conjugate / (-1j * frequency - self.pole)
-        return np.asarray(-c * np.exp(-2j * angle))
-
     def steady(self, frequency: float, rates: Complexes) -> Complexes:
         """Return steady amplitudes under rates (M, ...) at a frequency [rad/s]."""
         return np.asarray((rates.T / (1j * frequency - self.pole)).T)
@@ -92,7 +83,7 @@ class ToneModes:
     fast: DampedModes
     static_flexibility: Complexes
     static_displacement: Complexes
-    expand: Callable[[Complexes, float, Complexes], Complexes]
+    expand: Callable[[Complexes, complex, Complexes], Complexes]
 
     @classmethod
     def of(
@@ -152,7 +143,7 @@ class ToneModes:
         return np.asarray(by_modes + self.static_displacement)
 
     def modal(
-        self, frequency: float, amplitude: Complexes, magnitude: float, deficit: Complexes
+        self, frequency: float, amplitude: Complexes, magnitude: complex, deficit: Complexes
     ) -> Complexes:
         """Return the modal coordinates (R,)."""
         fast = self.fast

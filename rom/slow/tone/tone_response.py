@@ -8,6 +8,7 @@ the contacts, and the contact shapes X,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import FastModes
+from slipmode.rom.slow.tone.tone_handle import ToneOutputs
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.table.local.local_contacts import HIGHEST
 
@@ -96,11 +98,9 @@ class ToneResponse:
         D = reduced.modal_stiffness(frequency)[others, others]
         retained = np.ones(len(reduced.modes), dtype=bool)
         without = reduced.reaction(frequency, retained) - reduced.stiffness
-        shapes, inertia = reduced.nonresonant_shapes, reduced.nonresonant_inertia
-        half = 0.5 * self.force
-        beyond = reduced.contact_shapes - shapes @ inertia
+        beyond = self._by_contacts
 
-        def expand(modal: Complexes, magnitude: float, deficit: Complexes) -> Complexes:
+        def expand(modal: Complexes, magnitude: complex, deficit: Complexes) -> Complexes:
             x = reduced.all_shapes @ modal + beyond @ deficit
             return np.asarray(x + magnitude * self._static)
 
@@ -112,9 +112,37 @@ class ToneResponse:
             self._on_modes.conj(),
             frequency,
             static_flexibility=without - psi[others].T @ np.linalg.solve(D, psi[others]),
-            static_displacement=half @ beyond,
+            static_displacement=0.5 * self.force @ beyond,
             expand=expand,
         )
+
+    def outputs(self, elastic: Sequence[int], *, contact_motion: bool) -> ToneOutputs:
+        """Return the amplitudes of the retained modes, and displacements of DOFs, as outputs."""
+        reduced, amplitudes = self.reduced, len(self.reduced.modes)
+        assert reduced.contacts is not None
+
+        def rows(values: Complexes | Floats, of_amplitudes: Floats) -> Complexes:
+            return np.concatenate(
+                (of_amplitudes, values[list(elastic)], self.force[np.newaxis].conj() @ values)
+            )
+
+        shapes, static = reduced.all_shapes, self._static[:, np.newaxis]
+        return ToneOutputs(
+            amplitudes,
+            len(elastic),
+            contact_motion,
+            rows(shapes, np.eye(amplitudes, shapes.shape[1])),
+            rows(self._by_contacts, np.zeros((amplitudes, reduced.n_contacts))),
+            rows(static, np.zeros((amplitudes, 1)))[:, 0],
+            reduced.contacts.reference,
+        )
+
+    @cached_property
+    def _by_contacts(self) -> Floats:
+        """Displacements besides all modes by force deficits of the contacts, (n, N_c) [m/N]."""
+        reduced = self.reduced
+        inertia = reduced.nonresonant_shapes @ reduced.nonresonant_inertia
+        return np.asarray(reduced.contact_shapes - inertia)
 
     @cached_property
     def _on_modes(self) -> Complexes:

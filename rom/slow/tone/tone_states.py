@@ -15,14 +15,17 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
+from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
+from slipmode.rom.slow.tone.tone_handle import tone_handle
+from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
-from slipmode.rom.table.local.local_contacts import STEPS
+from slipmode.rom.table.local.local_contacts import STEPS, LocalContacts
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
 
@@ -109,12 +112,22 @@ class ForcedTone:
             found.append(self.response.modal(each, y[0])[: self.model.modes])
         return np.array(found)
 
-    def flow(self, frequency: float) -> ToneFlow:
+    def flow(self, frequency: float, tolerance: float) -> ToneFlow:
         """Return the structure at rest, near a reference frequency [rad/s]."""
-        model, modes = self.model, self.response.tone_modes(frequency)
+        return ToneFlow(*self._parts(frequency), frequency, tolerance)
+
+    def handle(
+        self, frequency: float, tolerance: float, elastic: Sequence[int], contact: bool
+    ) -> Handle:
+        """Return the core's flow near a reference frequency [rad/s], with outputs."""
+        outputs = self.response.outputs(elastic, contact_motion=contact)
+        return tone_handle(*self._parts(frequency), frequency, tolerance, outputs)
+
+    def _parts(self, frequency: float) -> tuple[ToneModes, LocalContacts, Complexes]:
+        """Return modes, contacts and the own flexibilities of the contacts."""
+        modes = self.response.tone_modes(frequency)
         own = np.diag(modes.flexibility(frequency))
-        local = local_contacts(model.reduced, model.law, frequency, own)
-        return ToneFlow(modes, local, own, frequency, model.tolerance)
+        return modes, local_contacts(self.model.reduced, self.model.law, frequency, own), own
 
     def transient_findings(self, frequency: float) -> list[Finding]:
         """Report that transients near a frequency [rad/s] have large errors."""
@@ -234,4 +247,4 @@ def tone_flow(
     Omega = float(as_floats("frequency", frequency))
     forced = ForcedTone.of(model, [force], phase, np.array([Omega]))
     warn(forced.transient_findings(Omega))
-    return forced.flow(Omega)
+    return forced.flow(Omega, model.tolerance)

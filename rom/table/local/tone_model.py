@@ -17,7 +17,7 @@ from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
 _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
-    "rom.steady, rom.tone_curve or rom.tone_flow"
+    "rom.steady, rom.response_curve, rom.tone_flow or fmu.Component"
 )
 
 
@@ -26,7 +26,7 @@ class ToneModel:
     """Represent several modes on one tone. They act on each other through all contacts.
 
     `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
-    `rom.tone_curve` and `rom.tone_flow` take it.
+    `rom.response_curve`, `rom.tone_flow` and `fmu.Component` take it.
 
     Attributes
     ----------
@@ -71,6 +71,11 @@ class ToneModel:
     def modes(self) -> int:
         """Number of modes."""
         return len(self.reduced.modes)
+
+    @property
+    def middle(self) -> float:
+        """Middle of the range of the natural frequencies [rad/s]."""
+        return 0.5 * float(self.reduced.frequency.min() + self.reduced.frequency.max())
 
     @property
     def table(self) -> NoReturn:

@@ -178,7 +178,7 @@ def model():
         (lambda m: rom.steady(m, [4.8, 4.9], [SHAPE]), "frequency: .* last axis of length 1"),
         (lambda m: rom.tone_curve(m, SHAPE, (5.0, 4.5)), "span: must be two increasing"),
         (lambda m: rom.response_curve(m, [5.0], [SHAPE], "force", (1.0, 2.0)), "use rom.steady"),
-        (lambda m: fmu.Component(m), "model: its modes share a tone"),
+        (lambda m: fmu.Component(m), "force_patterns: is missing"),
         (lambda _: at_resonance(), "frequency = .*: is the natural frequency of a mode without"),
     ],
 )

@@ -3,18 +3,16 @@
 
 #include <math.h>
 
+#include "base/cnumber.h"
 #include "base/lanes.h"
 
 #define MOST_ITERATIONS 60 /* where contacts hardly act on each other, one or two */
 #define BLOCK 8            /* rows side by side, of the widest vectors */
+/* Width of the bands of frequency, relative to the reference frequency: within one the response of
+ * the fast modes changes by less than 1e-3. */
+#define BAND 2e-3
 
-void sm_tone_flow_place(sm_tone_flow *flow, const sm_tone *tone, sm_block *block) {
-    double **vectors[] = {&flow->given, &flow->drive, &flow->deficit};
-    for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++)
-        *vectors[i] = sm_take(block, 2 * (size_t)tone->contacts);
-}
-
-/* As add_product, for `count` (a literal) neighbouring rows: sums stay in registers. */
+/* As sm_tone_add_product, for `count` (a literal) neighbouring rows: sums stay in registers. */
 SM_INLINE void add_rows(const int count, int rows, int columns, const double *restrict matrix,
                         const double *restrict x, double *restrict to) {
     double re_re[BLOCK] = {0.0}, re_im[BLOCK] = {0.0}, im_re[BLOCK] = {0.0}, im_im[BLOCK] = {0.0};
@@ -33,7 +31,7 @@ SM_INLINE void add_rows(const int count, int rows, int columns, const double *re
     }
 }
 
-/* to += matrix x, with `columns` columns of `rows` complex numbers. */
+/* As sm_tone_add_product, with the vectors of the function that it is in. */
 SM_INLINE void add_product(int rows, int columns, const double *matrix, const double *x,
                            double *to) {
     int i = 0;
@@ -42,9 +40,49 @@ SM_INLINE void add_product(int rows, int columns, const double *matrix, const do
     for (; i < rows; i++) add_rows(1, rows, columns, matrix + i, x, to + i);
 }
 
-/* y = k(|c|) c of one contact. */
-SM_INLINE void contact_deficit(const sm_tone *tone, int kind, const double c[2], double y[2]) {
-    const double past = sqrt(c[0] * c[0] + c[1] * c[1]) / tone->onset - 1.0;
+SM_HOT void sm_tone_add_product(int rows, int columns, const double *matrix, const double *x,
+                                double *to) {
+    add_product(rows, columns, matrix, x, to);
+}
+
+void sm_tone_steady(const sm_tone_modes *modes, double frequency, double *rates) {
+    const int M = modes->count;
+    for (int m = 0; m < M; m++) {
+        const sm_complex pole = sm_cx(-modes->pole[m], frequency - modes->pole[M + m]);
+        const sm_complex steady = sm_cdiv(sm_cx(rates[m], rates[M + m]), pole);
+        rates[m] = steady.re;
+        rates[M + m] = steady.im;
+    }
+}
+
+double sm_tone_band(const sm_tone *tone, double frequency) {
+    return round((frequency / tone->reference - 1.0) / BAND);
+}
+
+double sm_tone_edge(const sm_tone *tone, double band, int way) {
+    return tone->reference * (1.0 + (band + 0.5 * way) * BAND);
+}
+
+void sm_tone_enter_band(sm_tone_flow *flow, double band) {
+    const sm_tone *tone = &flow->tone;
+    const sm_tone_modes *fast = &tone->fast;
+    const size_t n = (size_t)tone->contacts, M = (size_t)fast->count;
+    const double frequency = tone->reference * (1.0 + band * BAND);
+    flow->now->band = band;
+    memcpy(flow->others, tone->flexibility, 2 * n * (n + 1) * sizeof(double));
+    for (size_t j = 0; j <= n; j++) {
+        const double *rates = j < n ? fast->projection + 2 * M * j : fast->excitation;
+        memcpy(flow->fast, rates, 2 * M * sizeof(double));
+        sm_tone_steady(fast, frequency, flow->fast);
+        sm_tone_add_product(tone->contacts, fast->count, fast->motion, flow->fast,
+                            flow->others + 2 * n * j);
+    }
+}
+
+/* y = k(|c|) c of one contact, at friction limits relative to those of the tables. */
+SM_INLINE void contact_deficit(const sm_tone *tone, int kind, double scale, const double c[2],
+                               double y[2]) {
+    const double past = sqrt(c[0] * c[0] + c[1] * c[1]) / (scale * tone->onset) - 1.0;
     y[0] = y[1] = 0.0;
     if (!(past > 0.0)) return;
     const double place = (log(past) - tone->first) / tone->spacing;
@@ -65,16 +103,16 @@ SM_INLINE void contact_deficit(const sm_tone *tone, int kind, const double c[2],
 }
 
 /* One iteration: new deficits from the last ones. Returns their change, relative to them. */
-SM_INLINE double iterate(sm_tone_flow *flow) {
-    const sm_tone *tone = flow->tone;
+SM_INLINE double iterate(sm_tone_flow *flow, double scale) {
+    const sm_tone *tone = &flow->tone;
     const int n = tone->contacts;
     memcpy(flow->drive, flow->given, 2 * (size_t)n * sizeof(double));
-    add_product(n, n, tone->others, flow->deficit, flow->drive);
+    add_product(n, n, flow->others, flow->deficit, flow->drive);
     double change = 0.0, all = 0.0;
     for (int j = 0; j < n; j++) {
         const double c[2] = {flow->drive[j], flow->drive[n + j]};
         double y[2];
-        contact_deficit(tone, j % tone->kinds, c, y);
+        contact_deficit(tone, j % tone->kinds, scale, c, y);
         for (int i = 0; i < 2; i++) {
             const double moved = y[i] - flow->deficit[i * n + j];
             change += moved * moved;
@@ -85,20 +123,36 @@ SM_INLINE double iterate(sm_tone_flow *flow) {
     return change > 0.0 ? sqrt(change / all) : 0.0;
 }
 
-SM_HOT sm_status sm_tone_flow_load(sm_tone_flow *flow, double part, const double *amplitude,
-                                   double *load) {
-    const sm_tone *tone = flow->tone;
-    const double *force_at = flow->inputs->force;
-    const double force = force_at[0] + part * (force_at[1] - force_at[0]);
-    const int n = tone->contacts, M = tone->modes;
-    const double *by_force = tone->others + 2 * (size_t)n * (size_t)n;
-    for (int i = 0; i < 2 * n; i++) flow->given[i] = force * by_force[i];
-    add_product(n, M, tone->motion, amplitude, flow->given);
+/* Mean over a period of the power that the contacts dissipate. */
+static double dissipated(const sm_tone_flow *flow, double frequency) {
+    const int n = flow->tone.contacts;
+    const double *c = flow->drive, *y = flow->deficit, *own = flow->tone.own + n;
+    double sum = 0.0;
+    for (int j = 0; j < n; j++)
+        sum += y[j] * c[n + j] - y[n + j] * c[j] + own[j] * (y[j] * y[j] + y[n + j] * y[n + j]);
+    return 2.0 * frequency * sum;
+}
+
+SM_HOT sm_status sm_tone_load(sm_tone_flow *flow, double elapsed, const double *amplitude,
+                              double *load) {
+    const sm_tone *tone = &flow->tone;
+    const sm_inputs *in = &flow->now->inputs;
+    const double phase = in->phase[0] + elapsed * in->phase_rate[0];
+    const sm_complex force =
+        sm_cscale(sm_unit(phase), in->force[0] + elapsed * in->force_rate[0]);
+    const double scale = in->limit_scale + elapsed * in->limit_scale_rate;
+    const int n = tone->contacts, M = tone->slow.count;
+    const double magnitude[2] = {force.re, force.im};
+    memset(flow->given, 0, 2 * (size_t)n * sizeof(double));
+    add_product(n, 1, flow->others + 2 * (size_t)n * (size_t)n, magnitude, flow->given);
+    add_product(n, M, tone->slow.motion, amplitude, flow->given);
     int iterations = 0;
     /* The error is the change times the contraction. */
-    while (!(tone->contraction * iterate(flow) <= tone->tolerance))
+    while (!(tone->contraction * iterate(flow, scale) <= flow->tolerance))
         if (++iterations >= MOST_ITERATIONS) return SM_NOT_CONVERGED;
-    for (int i = 0; i < 2 * M; i++) load[i] = force * tone->excitation[i];
-    add_product(M, n, tone->projection, flow->deficit, load);
+    memset(load, 0, 2 * (size_t)M * sizeof(double));
+    add_product(M, 1, tone->slow.excitation, magnitude, load);
+    add_product(M, n, tone->slow.projection, flow->deficit, load);
+    flow->now->power = dissipated(flow, in->frequency[0] + elapsed * in->frequency_rate[0]);
     return SM_OK;
 }
