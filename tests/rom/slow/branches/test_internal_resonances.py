@@ -38,7 +38,7 @@ def iwan():
 
 
 @pytest.mark.parametrize("force", [1.0, pytest.param(2.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("on_one_tone", [False, True])
+@pytest.mark.parametrize("on_one_tone", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
 def test_the_published_resonance_1_to_3_of_an_iwan_joint(iwan, force, on_one_tone):
     """The third harmonic of mode A is 7 % below to 5 % above mode B, retained or not."""
