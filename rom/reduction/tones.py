@@ -15,7 +15,7 @@ from slipmode.rom.short_repr import percentage
 _MOST_MODES = 40
 # Relative distance of the frequencies of modes on one tone. A mode further away does not come into
 # resonance with the force when friction changes its frequency, and responds as all other modes do.
-_FARTHEST = 0.15
+FARTHEST = 0.15
 
 
 def share_a_tone(tones: Sequence[int] | None, modes: int) -> bool:
@@ -63,10 +63,10 @@ def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, obje
             raise SlipmodeError(f"{key}: must be left out if several modes share a tone")
     low, high = int(frequency.argmin()), int(frequency.argmax())
     apart = float(frequency[high] / frequency[low] - 1.0)
-    if apart > _FARTHEST:
+    if apart > FARTHEST:
         raise SlipmodeError(
             f"tones: mode {modes[low]} at {frequency[low]:.5g} rad/s and mode {modes[high]} at "
             f"{frequency[high]:.5g} rad/s are {percentage(apart)} apart, and one tone resonates "
-            f"with modes within {percentage(_FARTHEST)}; leave one of them out, it still responds "
+            f"with modes within {percentage(FARTHEST)}; leave one of them out, it still responds "
             "to the force, or use a tone for each, tones=(0, 1)"
         )
