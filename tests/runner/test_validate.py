@@ -65,27 +65,13 @@ def test_a_scene_without_a_table_is_compared_on_its_reduced_coordinates(tmp_path
 
 
 SCENE = """
-title = "strained"
+friction = {{law = "tanh", limit = {limit}, alpha = 0.02}}
+modes = {{A = 0, B = 1}}
+forcing.A = {{dof = 0, amplitude = 0.05, frequency = 0.99}}
+forcing.B = {{dof = 1, amplitude = 0.05, frequency = {frequency}}}
+run = {{duration = 200.0, step = 1.0}}
 [structure]
 {structure}
-[friction]
-law = "tanh"
-limit = {limit}
-alpha = 0.02
-[modes]
-A = 0
-B = 1
-[forcing.A]
-dof = 0
-amplitude = 0.05
-frequency = 0.99
-[forcing.B]
-dof = 1
-amplitude = 0.05
-frequency = {frequency}
-[run]
-duration = 200.0
-step = 1.0
 """
 
 
