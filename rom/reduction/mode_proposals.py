@@ -31,6 +31,7 @@ _SMALLEST_EFFECT = 5e-3
 # Distance of a harmonic from the frequencies of a mode, relative to them, beyond which the mode is
 # not proposed: the forcing frequency then hardly changes its response.
 _MARGIN = 0.03
+_EQUAL = 1e-5  # relative distance of frequencies that are called equal
 _HIGHEST_ORDER = 9  # of a harmonic, as `rom.reduce(ratio=)` allows
 # Largest damping of a mode by a contact that sticks and slides, |Im Q| relative to kappa.
 _LARGEST_DAMPING = 1.0 / np.pi
@@ -185,24 +186,27 @@ class ContactModes:
         # Modes on two tones that are close beat slowly, whatever couples them.
         effect[np.isin(self.number, retention.modes)] = float(retention.tones > 1)
         effect[at] = 0.0
+        retained = np.flatnonzero(np.isin(self.number, retention.modes)).tolist()
+        tone = [at] if retention.tones > 1 else retained
         others: list[int] = []
         for other in _strongest(effect):
-            tone = self.frequency[[at, *others, other]]
-            if tone.max() <= (1.0 + FARTHEST) * tone.min():
+            together = self.frequency[[*tone, *others, other]]
+            if together.max() <= (1.0 + FARTHEST) * together.min():
                 others.append(other)
         if not others:
             return []
         ratio = self.frequency[others] / self.frequency[at]
-        apart, mode = percentage(float(np.abs(ratio - 1.0).max())), self.number[at]
+        distance, mode = float(np.abs(ratio - 1.0).max()), self.number[at]
         does = "respond to the force"
         if self.number[others[0]] in retention.modes:
             does = "have a tone of their own"
         elif by_contacts[others].max() >= by_force[others].max():
             does = "move the contacts"
-        reason = f"modes within {apart} of mode {mode} {does} too"
+        reason = f"modes within {percentage(distance)} of mode {mode} {does} too"
         if len(others) == 1:
-            place = f"{apart} {'above' if ratio[0] > 1.0 else 'below'} mode {mode}"
-            reason = f"mode {self.number[others[0]]} is {place}, and both {does}"
+            place = f"{percentage(distance)} {'above' if ratio[0] > 1.0 else 'below'}"
+            place = place if distance > _EQUAL else "at the frequency of"
+            reason = f"mode {self.number[others[0]]} is {place} mode {mode}, and both {does}"
         return [self._proposal(at, others, 1, effect, reason, retention)]
 
     def _at_harmonics(
@@ -280,7 +284,8 @@ def resonance_words(
     met = strongest_resonance(reduced, orders, combinations)
     n, m = met.order
     words = f"The {met.mode} responds most, to harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s"
-    if m != 0 or reduced.structure is None:
+    apart = met.frequency / (max(n, 1) * float(reduced.frequency[0])) - 1.0
+    if m != 0 or abs(apart) > FARTHEST or reduced.structure is None:
         return words, ""
     reach = 1.01 * met.frequency / float(reduced.structural_frequency.max())
     modes, _ = reduced.held(reduced.structure).modes(max(reduced.modes) + 1, MOST_MODES, reach)

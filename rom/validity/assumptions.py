@@ -94,8 +94,8 @@ def proposal_findings(
     """Report modes of the structure that must be retained with the modes (`names`).
 
     `frequency` are the smallest and the largest forcing frequencies, each (modes,) [rad/s], and
-    `slip` (modes,) is the largest |Q_j| / omega_j^2. Of a model from a file the modes are not
-    known.
+    `slip` (modes,) is the largest |Q_j| / omega_j^2, or infinity if it is not known. Of a model
+    from a file the modes are not known.
     """
     if reduced.structure is None or reduced.formulation == "paper":
         return []
@@ -104,7 +104,7 @@ def proposal_findings(
     tones = zip(names, reduced.modes, force_patterns, *frequency, slip, free, strict=False)
     for name, mode, pattern, low, high, share, most in tones:
         force = reduced.all_shapes.T @ pattern
-        slipping = modes.with_slip(float(share / most) if 0.0 < share < most else 1.0)
+        slipping = modes.with_slip(float(share / most) if share < most else 1.0)
         for each in slipping.proposals(mode, retention, (float(low), float(high)), force):
             choice = "is close to another mode" if each.order == 1 else "excites another mode"
             found.append(Finding(f"mode {name}", choice, str(each), "warning"))
