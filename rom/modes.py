@@ -13,7 +13,7 @@ from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.frequencies import mode_frequency_findings
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
-from slipmode.rom.reduction.mode_proposals import ContactModes, ModeProposal, Retention
+from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, ModeProposal, Retention
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.labels import DIRECTIONS

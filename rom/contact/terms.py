@@ -14,7 +14,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import Order
 from slipmode.rom.reduction.force_response import steady_force
-from slipmode.rom.reduction.mode_proposals import resonance_words
+from slipmode.rom.reduction.interaction.mode_proposals import resonance_words
 from slipmode.rom.short_repr import frozen, percentage
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.internal_resonance import harmonic_gain
+from slipmode.rom.reduction.interaction.internal_resonance import harmonic_gain
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
@@ -208,7 +208,7 @@ class DiameterModes:
     def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
         """Return the gains of the modes at a harmonic, (..., modes).
 
-        See `slipmode.rom.reduction.internal_resonance`.
+        See `slipmode.rom.reduction.interaction.internal_resonance`.
 
         Parameters
         ----------

@@ -18,7 +18,7 @@ from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
-from slipmode.rom.reduction.mode_proposals import ContactModes, Retention
+from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, Retention
 from slipmode.rom.reduction.reaction import STRAINED, stiffness_loss
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage

@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.errors import Finding
-from slipmode.rom.reduction.internal_resonance import InternalResonance
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 
 # Gain of a mode at a harmonic from which an internal resonance is a finding. Errors of local
 # contacts were up to 0.6 % below, and 0.3 to 11 % beyond

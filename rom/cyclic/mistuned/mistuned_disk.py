@@ -34,7 +34,7 @@ from slipmode.rom.cyclic.mistuned.stuck_modes import stuck_modes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
-from slipmode.rom.reduction.internal_resonance import InternalResonance
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts, FastModes
 from slipmode.rom.slow.tone.tone_flow import ToneFlow

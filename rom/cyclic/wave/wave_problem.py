@@ -31,7 +31,7 @@ from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.structure import excited_diameter
 from slipmode.rom.errors import Finding, UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
-from slipmode.rom.reduction.internal_resonance import InternalResonance
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
 from slipmode.rom.short_repr import frozen

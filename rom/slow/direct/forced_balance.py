@@ -27,7 +27,7 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.reduction.mode_proposals import resonance_words
+from slipmode.rom.reduction.interaction.mode_proposals import resonance_words
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import Order, resonant_modes
-from slipmode.rom.reduction.internal_resonance import harmonic_decay, mode_gains
+from slipmode.rom.reduction.interaction.internal_resonance import harmonic_decay, mode_gains
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.internal_resonance import mode_gains
+from slipmode.rom.reduction.interaction.internal_resonance import mode_gains
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import FastModes
@@ -65,7 +65,7 @@ class ToneResponse:
     def harmonic_gain(self, frequency: float) -> float:
         """Return the largest gain of a mode at harmonics of a carrier [rad/s].
 
-        See `slipmode.rom.reduction.internal_resonance`; without the modes of the tone.
+        See `slipmode.rom.reduction.interaction.internal_resonance`; without the modes of the tone.
         """
         h = np.arange(3.0, HIGHEST + 1.0, 2.0)
         gain, _ = mode_gains(self.reduced, h * frequency, h**2)

@@ -18,7 +18,10 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.frequencies import LOWEST_CARRIER
 from slipmode.rom.reduction.combination import CombinationResonance, Order
-from slipmode.rom.reduction.internal_resonance import harmonic_gain, strongest_resonance
+from slipmode.rom.reduction.interaction.internal_resonance import (
+    harmonic_gain,
+    strongest_resonance,
+)
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.tones import FARTHEST
