@@ -58,6 +58,7 @@ from slipmode.rom.laws.joint_laws import Iwan, Jenkins, Sliders
 from slipmode.rom.laws.no_contacts import NoContacts
 from slipmode.rom.modes import ModeTable, modes
 from slipmode.rom.reduction.combination import CombinationResonance, combination_resonances
+from slipmode.rom.reduction.interaction.mode_proposals import ModeProposal
 from slipmode.rom.reduction.reduction import Reduced, reduce
 from slipmode.rom.slow.branches.backbone import Backbone, backbone
 from slipmode.rom.slow.branches.performance import PerformanceCurve, performance_curve
@@ -120,6 +121,7 @@ __all__ = [
     "LocalRates",
     "Measurement",
     "MistunedDisk",
+    "ModeProposal",
     "ModeTable",
     "Model",
     "Motion",

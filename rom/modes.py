@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -13,6 +13,7 @@ from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.frequencies import mode_frequency_findings
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.progress import phases
+from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, ModeProposal, Retention
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.labels import DIRECTIONS
@@ -57,7 +58,8 @@ class ModeTable:
     Attributes
     ----------
     states : mapping of "free", "stuck", "bonded" to ModeSet
-        Modes with free, stuck and bonded contacts; "stuck" only with a law.
+        Modes with free, stuck and bonded contacts; "stuck" only with a law, with which there may
+        be fewer bonded modes.
     reference : {"stuck", "bonded"}
         State whose modes `rom.reduce` numbers.
     free_mode : (count,) ndarray of int
@@ -70,7 +72,12 @@ class ModeTable:
         mode. `print` shows it relative to the largest.
     pairs : tuple of (int, int)
         Pairs of modes A and B that suit a reduction, best first. Friction acts on both modes at
-        common contacts, and both are well separated from their neighbours.
+        common contacts, and none of them must be retained with a neighbour.
+    together : tuple of ModeProposal
+        For each mode, if it is forced: the modes that must be retained with it (`others`), because
+        they are close (`order` 1) or a harmonic of the contacts excites them (`order` 2 to 9), how
+        much they change its amplitude (`effect` [-]), the `reason`, and how to retain them
+        (`advice`).
     """
 
     states: Mapping[str, ModeSet]
@@ -79,6 +86,7 @@ class ModeTable:
     stiffness_share: Floats
     contact: Floats
     pairs: tuple[tuple[int, int], ...]
+    together: tuple[ModeProposal, ...] = ()
 
     def __str__(self) -> str:
         chosen = self.states[self.reference]
@@ -90,7 +98,9 @@ class ModeTable:
         lines = [head]
         largest = np.abs(self.contact).max() or 1.0
         for k in range(chosen.frequency.size):
-            line = f"{k:4}" + "".join(f"{s.hertz[k]:11.5g}" for s in self.states.values())
+            line = f"{k:4}"
+            for state in self.states.values():  # with bonded contacts there may be fewer modes
+                line += f"{state.hertz[k]:11.5g}" if k < state.hertz.size else f"{'':11}"
             line += f"{chosen.frequency[k]:13.5g} {chosen.damping[k]:8.2%}"
             if chosen.effective_mass is not None:
                 line += "".join(f"{share:7.1%}" for share in chosen.effective_mass[k])
@@ -104,7 +114,7 @@ class ModeTable:
             if named
             else "no pair of modes is separated from its neighbours and affected by friction"
         )
-        return "\n".join(lines)
+        return "\n".join([*lines, *map(str, self.together)])
 
 
 def modes(
@@ -160,17 +170,18 @@ def modes(
             f"contact: all {structure.n_modes} DOFs are contacts, so there is no mode with bonded "
             "contacts; give an elastic law"
         )
-    count = min(n, elastic_dofs or structure.n_modes)
+    count = min(n, elastic_dofs if law is None else structure.n_modes)
     with phases("modes", shown=progress):
         free = _mode_set(structure, stuck(structure, np.zeros(structure.n_contacts)), count)
         fixed = {}
         if elastic_dofs > 0:
-            fixed["bonded"] = _mode_set(structure, bonded(structure, may_float=True), count)
+            held = bonded(structure, may_float=True)
+            fixed["bonded"] = _mode_set(structure, held, min(n, elastic_dofs))
         states = {"free": free, **fixed}
         if law is not None:  # last, for `reduce` to find this factorisation
             reference = law.elements(structure.n_contacts).reference
-            held = _mode_set(structure, stuck(structure, reference), count)
-            states = {"free": free, "stuck": held, **fixed}
+            springs = _mode_set(structure, stuck(structure, reference), count)
+            states = {"free": free, "stuck": springs, **fixed}
     name = "bonded" if law is None else "stuck"
     chosen = states[name]
     similarity = np.abs(chosen.shapes.T @ as_dense(structure.mass @ free.shapes))
@@ -181,9 +192,22 @@ def modes(
     ratio = np.divide(free.frequency[similar], omega, out=np.ones(count), where=omega > 0)
     stiffness_share = np.clip(1.0 - ratio**2, 0.0, 1.0)
     contact = free.contact[similar] if law is None else chosen.contact
-    return ModeTable(
-        states, name, similar, stiffness_share, contact, _pairs(omega, stiffness_share, contact)
+    weight = np.ones(structure.n_contacts) if law is None else reference
+    moved = np.abs(contact) * np.sqrt(weight)
+    if law is None:  # from the loss of stiffness, as no spring is known
+        size = np.linalg.norm(moved, axis=1, keepdims=True)
+        moved *= np.sqrt(stiffness_share)[:, np.newaxis] * omega[:, np.newaxis]
+        moved = np.divide(moved, size, out=np.zeros_like(moved), where=size > 0.0)
+    damping = 2.0 * chosen.damping * omega
+    coupled = ContactModes(np.arange(count), omega, damping, moved @ moved.T)
+    even = law is not None and not law.elements(structure.n_contacts).odd
+    together = tuple(
+        proposal
+        for mode in vibrating.tolist()
+        for proposal in coupled.proposals(mode, Retention((mode,), law is not None, even))
     )
+    pairs = _pairs(coupled, stiffness_share, together)
+    return ModeTable(states, name, similar, stiffness_share, contact, pairs, together)
 
 
 def _mode_set(structure: Structure, held: Held, count: int) -> ModeSet:
@@ -206,20 +230,14 @@ def _effective_mass(structure: Structure, shapes: Floats) -> Floats | None:
 
 
 def _pairs(
-    frequency: Floats, stiffness_share: Floats, contact: Floats
+    modes: ContactModes, stiffness_share: Floats, together: Sequence[ModeProposal]
 ) -> tuple[tuple[int, int], ...]:
     """Return the pairs with the largest effect of friction at contacts that both modes move."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance = np.abs(frequency[:, np.newaxis] / frequency - 1.0)
-    np.fill_diagonal(distance, np.inf)
-    distance[:, frequency == 0.0] = np.inf
-    # Well separated from its neighbours, and with enough stiffness due to contacts
-    fit = (distance.min(axis=1) >= 0.05) & (stiffness_share >= 1e-3) & (frequency > 0)
-    share = np.abs(contact)
-    length = np.linalg.norm(share, axis=1, keepdims=True)
-    share = np.divide(share, length, out=np.zeros_like(share), where=length > 0)
+    close = [each.mode for each in together if each.order == 1]
+    # With enough stiffness due to contacts; rigid-body modes have none
+    fit = np.flatnonzero((stiffness_share >= 1e-3) & ~np.isin(modes.number, close))
+    share = modes.shared[np.ix_(fit, fit)] / np.outer(modes.frequency[fit], modes.frequency[fit])
     effect = {
-        (a, b): float(share[a] @ share[b] * np.sqrt(stiffness_share[a] * stiffness_share[b]))
-        for a, b in combinations(np.flatnonzero(fit).tolist(), 2)
+        (int(fit[a]), int(fit[b])): float(share[a, b]) for a, b in combinations(range(fit.size), 2)
     }
     return tuple(sorted(effect, key=lambda pair: -effect[pair])[:3])

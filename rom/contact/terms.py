@@ -14,7 +14,7 @@ from slipmode.rom.contact.harmonics import left_out
 from slipmode.rom.errors import UnsettledError
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.force_response import steady_force
-from slipmode.rom.reduction.reaction import strongest_resonance
+from slipmode.rom.reduction.interaction.mode_proposals import resonance_words
 from slipmode.rom.short_repr import frozen, percentage
 
 if TYPE_CHECKING:
@@ -171,16 +171,14 @@ class ContactTerms:
             return
         off = float(self.residual.max())
         reduced = self.problem.reduced
-        met = strongest_resonance(reduced, self.orders, self.problem.combinations)
-        n, m = met.order
+        response, advice = resonance_words(reduced, self.orders, self.problem.combinations)
         part = percentage(off) if off <= 1.0 else "more than 100 %"
         rigid = ""
         if reduced.contacts is None:
             rigid = "let contacts be elastic while they stick (rom.Jenkins), "
         raise UnsettledError(
             "contacts: the response of the modes to the contact forces does not converge. It "
-            f"changes by {part} in a period. The mode at {met.mode:.4g} rad/s responds most, to "
-            f"harmonic ({n}, {m}) at {met.harmonic:.4g} rad/s; {rigid}retain that mode, move the "
-            "forcing away from it, give it damping, lower the largest amplitudes, or integrate in "
-            "time (rom.full)"
+            f"changes by {part} in a period. {response}; {rigid}{advice}move the forcing away "
+            "from it, give it damping, lower the largest amplitudes, or integrate in time "
+            "(rom.full)"
         )

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.reduction.interaction.internal_resonance import harmonic_gain
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
@@ -205,14 +206,9 @@ class DiameterModes:
         return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
 
     def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
-        """Return how far each mode moves a contact at a harmonic of its force, (..., modes).
+        """Return the gains of the modes at a harmonic, (..., modes).
 
-        It is relative to the displacement of the contact at the carrier,
-
-            max_c k_ref |psi_c|^2 / (|D(nu)| h^2).
-
-        Harmonics of the force deficit of a contact that sticks and slides are at most
-        0.7 to 0.95 k_ref |x| / h^2 (tests/rom/cyclic/test_internal_resonance.py).
+        See `slipmode.rom.reduction.interaction.internal_resonance`.
 
         Parameters
         ----------
@@ -224,10 +220,9 @@ class DiameterModes:
             h.
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
-        stiffness, damping = np.diag(self.stiffness), np.diag(self.damping)
-        dynamic = np.abs(stiffness - nu**2 + 1j * nu * damping)
-        moved = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
-        return np.asarray(moved / (order**2 * np.maximum(dynamic, np.finfo(float).tiny)))
+        dynamic = np.diag(self.stiffness) - nu**2 + 1j * nu * np.diag(self.damping)
+        own = np.sum(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
+        return harmonic_gain(own, dynamic, order**2)
 
     @cached_property
     def past_flexibility(self) -> Complexes:

@@ -5,6 +5,7 @@ bonded.py, stuck.py   Eqs. (8), (13), (20): reduction about bonded or stuck cont
 reduced.py            Reduced, the result: Eq. (12) with damping and inertia of the contacts
 nonresonant.py        other modes that respond to the contacts
 reaction.py           force of the responding modes back on the contacts
+interaction/          internal resonances, and modes that must be retained together
 combination.py        harmonics n Omega_A + m Omega_B that come near a carrier
 force_response.py     effects of the forces besides the excitation of their own mode
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -57,35 +56,3 @@ def stiffness_loss(
     inverse = np.linalg.inv(np.linalg.cholesky(reduced.stiffness))
     shares = np.linalg.eigvalsh(inverse @ reaction @ inverse.T)[:, -1]
     return float(shares.max()), orders[int(shares.argmax())]
-
-
-@dataclass(frozen=True)
-class InternalResonance:
-    """Harmonic (n, m) of the contact motion, and the mode that responds to it most."""
-
-    order: Order
-    harmonic: float  # n Omega_A + m Omega_B [rad/s]
-    mode: float  # natural frequency of the mode [rad/s]
-
-
-def strongest_resonance(
-    reduced: Reduced, orders: Sequence[Order], combinations: Sequence[CombinationResonance] = ()
-) -> InternalResonance:
-    """Return the harmonic and the mode with the largest response to contact motion."""
-    omega = np.append(reduced.frequency, reduced.nonresonant_frequency)
-    found, largest = InternalResonance((1, 0), float(reduced.carrier[0]), float(omega[0])), -1.0
-    modes = len(reduced.modes)
-    for order, resonant in zip(orders, resonant_modes(modes, orders, combinations), strict=True):
-        nu = abs(float(np.dot(order[:modes], reduced.carrier)))
-        if nu == 0.0:
-            continue
-        stiffness = np.abs(np.diag(reduced.modal_stiffness(nu)))
-        coupling = np.linalg.norm(reduced.modal_coupling(nu), axis=1)
-        response = coupling**2 / np.maximum(stiffness, np.finfo(float).tiny)
-        response[:modes][resonant] = 0.0
-        response /= sum(abs(k) for k in order) ** 2
-        mode = int(np.argmax(response))
-        if response[mode] > largest:
-            largest = float(response[mode])
-            found = InternalResonance(order, nu, float(omega[mode]))
-    return found

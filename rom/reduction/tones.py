@@ -27,7 +27,7 @@ from slipmode.rom.short_repr import percentage
 _MOST_MODES = 40
 # Relative distance of the frequencies of modes on one tone. A mode further away does not come into
 # resonance with the force when friction changes its frequency, and responds as all other modes do.
-_FARTHEST = 0.15
+FARTHEST = 0.15
 # Largest integer in a ratio of carriers: the harmonics of contacts that reach them end at 15.
 LARGEST_INTEGER = 9
 
@@ -77,11 +77,11 @@ def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, obje
             raise SlipmodeError(f"{key}: must be left out if several modes share a tone")
     low, high = int(frequency.argmin()), int(frequency.argmax())
     apart = float(frequency[high] / frequency[low] - 1.0)
-    if apart > _FARTHEST:
+    if apart > FARTHEST:
         raise SlipmodeError(
             f"tones: mode {modes[low]} at {frequency[low]:.5g} rad/s and mode {modes[high]} at "
             f"{frequency[high]:.5g} rad/s are {percentage(apart)} apart, and one tone resonates "
-            f"with modes within {percentage(_FARTHEST)}; leave one of them out, it still responds "
+            f"with modes within {percentage(FARTHEST)}; leave one of them out, it still responds "
             "to the force, or use a tone for each, tones=(0, 1)"
         )
 
@@ -125,11 +125,11 @@ def on_one_tone(reduced: Reduced, ratio: Fraction, carrier: Sequence[float] | No
         )
     omega, number = reduced.frequency, float(ratio)
     apart = number * float(given[0] / omega[1]) - 1.0
-    if not abs(apart) <= _FARTHEST:
+    if not abs(apart) <= FARTHEST:
         raise SlipmodeError(
             f"ratio = {ratio}: {ratio} times {given[0]:.5g} rad/s is {percentage(abs(apart))} "
             f"from mode {reduced.modes[1]} at {omega[1]:.5g} rad/s, which responds within "
-            f"{percentage(_FARTHEST)}; choose another mode or ratio, or the carrier of mode A"
+            f"{percentage(FARTHEST)}; choose another mode or ratio, or the carrier of mode A"
         )
     return replace(reduced, ratio=number, carrier=given * [1.0, number])
 

@@ -25,10 +25,10 @@ from slipmode.rom.validity.assumptions import force_findings as force_findings
 from slipmode.rom.validity.assumptions import forcing_findings as forcing_findings
 from slipmode.rom.validity.assumptions import meeting_refusal as meeting_refusal
 from slipmode.rom.validity.assumptions import model_findings as model_findings
+from slipmode.rom.validity.assumptions import proposal_findings as proposal_findings
 from slipmode.rom.validity.assumptions import (
     reference_frequency_finding as reference_frequency_finding,
 )
-from slipmode.rom.validity.assumptions import separation_findings as separation_findings
 from slipmode.rom.validity.assumptions import share_findings as share_findings
 from slipmode.rom.validity.friction import friction_findings as friction_findings
 from slipmode.rom.validity.friction import frictionless_findings as frictionless_findings

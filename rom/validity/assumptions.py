@@ -18,13 +18,13 @@ from slipmode.rom.laws.directions import skewed_directions
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
+from slipmode.rom.reduction.interaction.mode_proposals import ContactModes, Retention
 from slipmode.rom.reduction.reaction import STRAINED, stiffness_loss
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.validity.friction import friction_findings
 
-_SEPARATION = 0.1  # least relative distance of a mode from its neighbours
 _SMALL = 0.3  # largest share of a mode's stiffness that contact motion may take away
 
 
@@ -84,22 +84,30 @@ def model_findings(
     ]
 
 
-def separation_findings(
-    structure: Structure, reduced: Reduced, names: Sequence[str] = "AB"
+def proposal_findings(
+    reduced: Reduced,
+    force_patterns: Sequence[Floats],
+    frequency: tuple[Floats, Floats],
+    slip: Floats,
+    names: Sequence[str] = "AB",
 ) -> list[Finding]:
-    """Report modes (`names`) near other modes of the structure."""
-    frequency, _ = reduced.held(structure).modes(max(reduced.modes) + 2)
-    found = []
-    for mode, number in zip(names, reduced.modes, strict=False):
-        others = np.delete(frequency, number)
-        distance = np.abs(others / frequency[number] - 1.0).min(initial=np.inf)
-        if distance < _SEPARATION:
-            reason = (
-                f"the nearest natural frequency is {percentage(distance)} away, less than "
-                f"{percentage(_SEPARATION)}. That mode also responds at the frequency of mode "
-                f"{mode}, which is not modelled. Compare with slipmode validate"
-            )
-            found.append(Finding(f"mode {mode}", "is close to another mode", reason, "warning"))
+    """Report modes of the structure that must be retained with the modes (`names`).
+
+    `frequency` are the smallest and the largest forcing frequencies, each (modes,) [rad/s], and
+    `slip` (modes,) is the largest |Q_j| / omega_j^2, or infinity if it is not known. Of a model
+    from a file the modes are not known.
+    """
+    if reduced.structure is None or reduced.formulation == "paper":
+        return []
+    modes, retention, found = ContactModes.of_reduced(reduced), Retention.of(reduced), []
+    free = modes.shared.diagonal() / np.maximum(modes.frequency**2, np.finfo(float).tiny)
+    tones = zip(names, reduced.modes, force_patterns, *frequency, slip, free, strict=False)
+    for name, mode, pattern, low, high, share, most in tones:
+        force = reduced.all_shapes.T @ pattern
+        slipping = modes.with_slip(float(share / most) if share < most else 1.0)
+        for each in slipping.proposals(mode, retention, (float(low), float(high)), force):
+            choice = "is close to another mode" if each.order == 1 else "excites another mode"
+            found.append(Finding(f"mode {name}", choice, str(each), "warning"))
     return found
 
 

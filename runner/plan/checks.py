@@ -68,12 +68,12 @@ def check_assumptions(
     reduced, law, names = excited.reduced, excited.law, excited.modes
     largest_force = np.abs(schedule.extremes([f"force_{m}" for m in names])).max(axis=0)
     force = [f * most for f, most in zip(excited.force_patterns, largest_force, strict=True)]
-    of_structure = []
-    if structure is not None:
-        of_structure += validity.separation_findings(structure, reduced, names)
-        of_structure += validity.direction_findings(structure, law)
+    reached = schedule.frequency_range(names)
+    share = seen.contact_share if seen else np.full(len(names), np.inf)
+    of_structure = validity.direction_findings(structure, law) if structure is not None else []
     return [
         *_self_excited(excited, largest_force),
+        *validity.proposal_findings(reduced, force, reached, share, names),
         *of_structure,
         *validity.share_findings(seen.contact_share if seen else np.zeros(len(names)), names),
         *validity.contact_findings(reduced, combination_resonances(reduced.carrier), names),

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipmode.rom import MistunedDisk, SlipmodeError, ToneFlow, excited_diameter
 from slipmode.rom.arrays import Floats
+from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
 from slipmode.rom.errors import ValidityWarning, naming
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
@@ -167,5 +168,5 @@ def _decisions(plan: MistunedPlan) -> list[Finding]:
             f"DOF {plan.dof} of every blade in {shown}" if scene.windows else "not reconstructed",
             "[[elastic]] windows" if scene.windows else "the scene has no [[elastic]] window",
         ),
-        *plan.disk.internal_resonance(order, at).findings(),
+        *resonance_findings(plan.disk.internal_resonance(order, at)),
     ]

@@ -4,37 +4,20 @@ import numpy as np
 import pytest
 from beside_oracle import system_of
 from oracles.time_integration import integrate
-from runs import TANH_ON_BOTH_MODES
 from scene_motion import Force
 
 from slipmode import rom, runner
 
 SCENE = """
-[structure]
-model = "two-mass"
-damping = 0.01
-"""
-SCENE += TANH_ON_BOTH_MODES.replace("2.0", "{limit}")
-SCENE += """[forcing.A]
-dof = 0
-amplitude = {force_A}
-frequency = {frequency_A}
-phase = {phase_A}
-[forcing.B]
-dof = 1
-amplitude = {force_B}
-frequency = {frequency_B}
-[run]
-duration = {duration}
-step = 1.0
-[[elastic]]
-window = [0.0, {duration}]
-samples_per_period = 16
-[output]
-elastic = [0, 1]
-[log]
-mcap = true
-rerun = false
+structure = {{model = "two-mass", damping = 0.01}}
+friction = {{law = "tanh", limit = {limit}, alpha = 0.02}}
+modes = {{A = 0, B = 1}}
+forcing.A = {{dof = 0, amplitude = {force_A}, frequency = {frequency_A}, phase = {phase_A}}}
+forcing.B = {{dof = 1, amplitude = {force_B}, frequency = {frequency_B}}}
+run = {{duration = {duration}, step = 1.0}}
+elastic = [{{window = [0.0, {duration}], samples_per_period = 16}}]
+output = {{elastic = [0, 1]}}
+log = {{mcap = true, rerun = false}}
 """
 
 BOUND = 5e-3

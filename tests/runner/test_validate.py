@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from beside_oracle import relative_rms, with_laws
 from oracles.system import Tanh
-from runs import TANH_ON_BOTH_MODES
 from scene_motion import Force, integrated
 
 from slipmode import rom
@@ -66,22 +65,13 @@ def test_a_scene_without_a_table_is_compared_on_its_reduced_coordinates(tmp_path
 
 
 SCENE = """
-title = "strained"
+friction = {{law = "tanh", limit = {limit}, alpha = 0.02}}
+modes = {{A = 0, B = 1}}
+forcing.A = {{dof = 0, amplitude = 0.05, frequency = 0.99}}
+forcing.B = {{dof = 1, amplitude = 0.05, frequency = {frequency}}}
+run = {{duration = 200.0, step = 1.0}}
 [structure]
 {structure}
-"""
-SCENE += TANH_ON_BOTH_MODES.replace("2.0", "{limit}")
-SCENE += """[forcing.A]
-dof = 0
-amplitude = 0.05
-frequency = 0.99
-[forcing.B]
-dof = 1
-amplitude = 0.05
-frequency = {frequency}
-[run]
-duration = 200.0
-step = 1.0
 """
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.errors import Finding
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 
 # Gain of a mode at a harmonic from which an internal resonance is a finding. Errors of local
 # contacts were up to 0.6 % below, and 0.3 to 11 % beyond
@@ -17,48 +17,18 @@ from slipmode.rom.short_repr import frozen
 _MOST = 0.016
 
 
-@frozen
-class InternalResonance:
-    """The mode to which a harmonic of the contact forces comes closest.
-
-    Attributes
-    ----------
-    ratio : float
-        `DiameterModes.harmonic_gain` of the mode.
-    harmonic, nodal_diameter, family : int
-        Of the forces, and of the mode; 0 is the lowest family.
-    frequency, mode : float
-        Forcing frequency, and natural frequency of the mode [rad/s].
-    stuck : bool
-        Whether the contacts stick in the mode.
-    """
-
-    ratio: float
-    harmonic: int
-    nodal_diameter: int
-    family: int
-    frequency: float
-    mode: float
-    stuck: bool
-
-    def findings(self) -> list[Finding]:
-        """Return the resonance as a finding, if local contacts are inexact there."""
-        if self.ratio < _MOST:
-            return []
-        contacts = "stuck" if self.stuck else "open"
-        return [
-            Finding(
-                subject=f"internal resonance 1:{self.harmonic}",
-                choice="is neglected by local contacts",
-                reason=(
-                    f"{self.harmonic} x {self.frequency:.5g} rad/s is close to nodal diameter "
-                    f"{self.nodal_diameter} of family {self.family}, {self.mode:.5g} rad/s with "
-                    f"{contacts} contacts. Errors of amplitudes may be some per cent. "
-                    "MistunedDisk.response without local includes the resonance"
-                ),
-                level="warning",
-            )
-        ]
+def resonance_findings(met: InternalResonance) -> list[Finding]:
+    """Report an internal resonance of a disk, if local contacts are inexact there."""
+    if met.gain < _MOST:
+        return []
+    contacts, (h, _) = "stuck" if met.stuck else "open", met.order
+    reason = (
+        f"{h} x {met.harmonic / h:.5g} rad/s is close to {met.mode}, {met.frequency:.5g} rad/s "
+        f"with {contacts} contacts. Errors of amplitudes may be some per cent. "
+        "MistunedDisk.response without local includes the resonance"
+    )
+    choice = "is neglected by local contacts"
+    return [Finding(f"internal resonance 1:{h}", choice, reason, "warning")]
 
 
 def internal_resonance(
@@ -89,17 +59,11 @@ def internal_resonance(
         for h in range(3, highest + 1, 2):
             k = h * engine_order % N
             modes = by_diameter[k]
-            ratio = modes.harmonic_gain(springs, h * frequency, h)
-            at, family = np.unravel_index(ratio.argmax(), ratio.shape)
+            gain = modes.harmonic_gain(springs, h * frequency, h)
+            at, family = np.unravel_index(gain.argmax(), gain.shape)
+            name = f"nodal diameter {min(k, N - k)} of family {family}"
+            nu, omega = float(h * frequency[at]), float(modes.frequency[family])
             found.append(
-                InternalResonance(
-                    ratio=float(ratio[at, family]),
-                    harmonic=h,
-                    nodal_diameter=min(k, N - k),
-                    family=int(family),
-                    frequency=float(frequency[at]),
-                    mode=float(modes.frequency[family]),
-                    stuck=sticks,
-                )
+                InternalResonance(float(gain[at, family]), (h, 0), nu, omega, name, sticks)
             )
-    return max(found, key=lambda each: each.ratio)
+    return max(found, key=lambda each: each.gain)

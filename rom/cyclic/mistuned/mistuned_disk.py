@@ -25,12 +25,16 @@ from slipmode.rom.cyclic.mistuned.disk_modes import (
     real_modes,
 )
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
-from slipmode.rom.cyclic.mistuned.internal_resonance import InternalResonance, internal_resonance
+from slipmode.rom.cyclic.mistuned.internal_resonance import (
+    internal_resonance,
+    resonance_findings,
+)
 from slipmode.rom.cyclic.mistuned.script import Script
 from slipmode.rom.cyclic.mistuned.stuck_modes import stuck_modes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts, FastModes
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
@@ -414,7 +418,7 @@ class MistunedDisk:
 
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
-        warn(self.internal_resonance(engine_order, frequency).findings(), stacklevel=4)
+        warn(resonance_findings(self.internal_resonance(engine_order, frequency)), stacklevel=4)
 
     def _coupled(self, frequency: float) -> list[CoupledContacts]:
         """Return all contacts of each pattern together."""

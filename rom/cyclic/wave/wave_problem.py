@@ -31,6 +31,7 @@ from slipmode.rom.cyclic.diameter_modes import DiameterModes, SlowMode
 from slipmode.rom.cyclic.structure import excited_diameter
 from slipmode.rom.errors import Finding, UnsettledError
 from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
+from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.reduction.modes_alone import modes_alone
 from slipmode.rom.reduction.nonresonant import HIGHEST_HARMONIC, symmetric
 from slipmode.rom.short_repr import frozen
@@ -216,11 +217,10 @@ class WaveProblem(ContactProblem):
         return self.of_waves([replace(each, frequency=nu) for each, nu in both], self.highest)
 
 
-def strongest_resonance(problem: WaveProblem) -> tuple[float, str]:
-    """Return the largest gain besides the modes at their carriers, and what it is, in words.
+def strongest_resonance(problem: WaveProblem) -> InternalResonance:
+    """Return the largest gain besides the modes at their carriers.
 
-    A mode of nodal diameter n k_A + m k_B moves the contacts at harmonic (n, m) with the gain of
-    `DiameterModes.harmonic_gain`, of the order |n| + |m| at n Omega_A + m Omega_B.
+    A mode of nodal diameter n k_A + m k_B responds to harmonic (n, m) at n Omega_A + m Omega_B.
     """
     wave = problem.carriers[0].wave
     reference = wave.law.elements(wave.structure.n_contacts).reference
@@ -228,24 +228,24 @@ def strongest_resonance(problem: WaveProblem) -> tuple[float, str]:
     for harmonic in problem.harmonics:
         order, nu = sum(map(abs, harmonic.order)), harmonic.frequency
         if harmonic.carrier is None and order > 0:
-            gain = harmonic.modes.harmonic_gain(reference, nu, order)
-            mode = int(gain.argmax())
             forward = harmonic.nodal_diameter if nu >= 0.0 else -harmonic.nodal_diameter
             k = excited_diameter(forward, wave.structure.sectors)
-            excited = (
-                f"harmonic {harmonic.order} at {abs(nu):.5g} rad/s excites mode {mode} of nodal "
-                f"diameter {k} at {harmonic.modes.frequency[mode]:.5g} rad/s"
+            gain = harmonic.modes.harmonic_gain(reference, nu, order)
+            mode = int(gain.argmax())
+            name = f"mode {mode} of nodal diameter {k}"
+            omega = float(harmonic.modes.frequency[mode])
+            found.append(
+                InternalResonance(float(gain[mode]), harmonic.order, abs(nu), omega, name)
             )
-            found.append((float(gain[mode]), excited))
-    return max(found)
+    return max(found, key=lambda each: each.gain)
 
 
 def resonance_findings(problem: WaveProblem) -> list[Finding]:
     """Report a mode of another nodal diameter whose transients a model of the waves leaves out."""
-    gain, excited = strongest_resonance(problem)
-    if gain < _NAMED:
+    met = strongest_resonance(problem)
+    if met.gain < _NAMED:
         return []
-    reason = f"{excited}. The model includes its steady response, but not its transients"
+    reason = f"{met}. The model includes its steady response, but not its transients"
     return [Finding("contacts", "excite another mode", reason, "warning")]
 
 
@@ -255,8 +255,8 @@ def naming_resonance(problem: WaveProblem) -> Iterator[None]:
     try:
         yield
     except UnsettledError as error:
-        _, excited = strongest_resonance(problem)
         raise UnsettledError(
             "contacts: the contact motion does not become periodic. The largest response is where "
-            f"{excited}; move the forcing, give this mode damping, or lower the amplitudes"
+            f"{strongest_resonance(problem)}; move the forcing, give this mode damping, or lower "
+            "the amplitudes"
         ) from error

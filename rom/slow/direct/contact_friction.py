@@ -21,14 +21,11 @@ from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import harmonic_orders, resonant_modes
 from slipmode.rom.reduction.force_response import AppliedForces
+from slipmode.rom.reduction.interaction.internal_resonance import harmonic_decay, own_stiffness
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.direct.resonant_response import (
-    Resonances,
-    harmonic_decay,
-    own_stiffness,
-)
+from slipmode.rom.slow.direct.resonant_response import Resonances
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.model import Model
 

@@ -27,7 +27,7 @@ from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.combination import Order
-from slipmode.rom.reduction.reaction import strongest_resonance
+from slipmode.rom.reduction.interaction.mode_proposals import resonance_words
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.direct.steady_harmonics import (
     Receptance,
@@ -202,12 +202,10 @@ class ForcedBalance:
 
     def _refusal(self, step: _TimeStep, P: Complexes) -> SlipmodeError:
         off = step.residual(step.iterate(P))
-        met = strongest_resonance(self.problem.reduced, self.orders)
-        n, m = met.order
+        response, advice = resonance_words(self.problem.reduced, self.orders)
         return SlipmodeError(
             f"frequency: no steady state was found. The residual is {percentage(min(off, 1.0))}. "
-            f"The mode at {met.mode:.4g} rad/s responds most, to harmonic ({n}, {m}) at "
-            f"{met.harmonic:.4g} rad/s, so the motion may not be periodic; move the forcing, give "
+            f"{response}, so the motion may not be periodic; {advice}move the forcing, give "
             "damping to that mode, or integrate in time (rom.full)"
         )
 

@@ -17,27 +17,16 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import Order, resonant_modes
+from slipmode.rom.reduction.interaction.internal_resonance import harmonic_decay, mode_gains
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 
-# Effect of the response of a mode on the contacts, relative to their own motion at the harmonic,
-# above which it is an unknown, and the most of them: weaker ones converge in a few periods.
+# Gain of a mode above which it is an unknown, and the most of them: weaker ones converge in a
+# few periods.
 _STRONG, _MOST = 0.1, 3
 # Dynamic stiffness relative to nu^2 below which a mode is in resonance: others follow their
 # harmonic, and as unknowns they stop the continuation (tests/rom/slow/branches, seed 75).
 _RESONANT = 0.3
-
-
-def own_stiffness(reduced: Reduced) -> Floats:
-    """Return force per displacement (N_c,) of rigid contacts, displacement per force of others."""
-    if reduced.contacts is None:
-        return np.array(np.diag(reduced.stiffness))
-    return np.asarray(1.0 / np.maximum(reduced.contacts.reference, np.finfo(float).tiny))
-
-
-def harmonic_decay(orders: tuple[Order, ...]) -> Floats:
-    """Return the decay (|n| + |m|)^2 of harmonics of friction, (orders,); 1 for the mean."""
-    return np.asarray(np.maximum(np.abs(np.array(orders)).sum(axis=1), 1.0) ** 2)
 
 
 @frozen
@@ -67,10 +56,8 @@ class Resonances:
         """Return the strongest resonances at any of the frequencies (points, modes)."""
         modes = frequency.shape[1]
         nu = frequency @ np.array(orders)[:, :modes].T
-        D = np.einsum("pqkk->pqk", reduced.modal_stiffness(nu))
-        B = reduced.modal_coupling(nu)
-        moved = (np.abs(B) ** 2 / own_stiffness(reduced)).max(axis=3) / np.abs(D)
-        effect = moved.max(axis=0) / harmonic_decay(orders)[:, np.newaxis]
+        gain, D = mode_gains(reduced, nu, harmonic_decay(orders))
+        effect = gain.max(axis=0)
         effect[(np.abs(D) > _RESONANT * nu[..., np.newaxis] ** 2).all(axis=0)] = 0.0
         effect[:modes] = 0.0  # the carriers
         strongest = np.argsort(-effect, axis=None)[:_MOST]

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.reduction.interaction.internal_resonance import mode_gains
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import FastModes
@@ -21,7 +22,6 @@ from slipmode.rom.slow.tone.tone_handle import ToneOutputs
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.table.local.local_contacts import HIGHEST
 
-_TINY = np.finfo(float).tiny
 # Square of the natural frequency that rigid-body modes have instead of 0, relative to the carrier:
 # it changes their response by this much, and the poles of a mode differ.
 _RIGID = 1e-6
@@ -65,19 +65,13 @@ class ToneResponse:
         return np.asarray(x + self._static[dof])
 
     def harmonic_gain(self, frequency: float) -> float:
-        """Return the largest response of a mode to a harmonic of a contact at a carrier [rad/s].
+        """Return the largest gain of a mode at harmonics of a carrier [rad/s].
 
-        It is relative to the displacement of the contact at the carrier, with harmonics h of the
-        force of at most k_ref |x| / h^2, see `DiameterModes.harmonic_gain`.
+        See `slipmode.rom.reduction.interaction.internal_resonance`; without the modes of the tone.
         """
-        reduced = self.reduced
-        assert reduced.contacts is not None
-        h = np.arange(3.0, HIGHEST + 1.0, 2.0)[:, np.newaxis]
-        nu, omega = h * frequency, reduced.nonresonant_frequency
-        dynamic = np.abs(omega**2 - nu**2 + 1j * nu * reduced.nonresonant_damping)
-        psi = self._motion[len(reduced.modes) :]
-        moved = np.max(reduced.contacts.reference * psi**2, axis=1)
-        return float(np.max(moved / (h**2 * np.maximum(dynamic, _TINY)), initial=0.0))
+        h = np.arange(3.0, HIGHEST + 1.0, 2.0)
+        gain, _ = mode_gains(self.reduced, h * frequency, h**2)
+        return float(gain[:, len(self.reduced.modes) :].max(initial=0.0))
 
     @cached_property
     def fast(self) -> FastModes:

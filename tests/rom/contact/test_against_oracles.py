@@ -7,8 +7,8 @@ i gamma_j Omega_j. Integrated in time, the structure must move with a under them
 import numpy as np
 import pytest
 import scipy.linalg
-from oracles.system import Coulomb, Frictional, Sliders, System, Tanh, Tone, jenkins
-from oracles.time_integration import steady_harmonics
+from beside_oracle import steady_amplitudes
+from oracles.system import Coulomb, Frictional, Sliders, System, Tanh, jenkins
 
 from slipmode import rom
 from slipmode.rom import ContactProblem, Discretisation
@@ -55,11 +55,9 @@ def moved(system, law, detuning, a, grid, tolerance, steps):
     terms = problem.solve([a])
     D = reduced.frequency**2 - Omega**2 + 1j * reduced.modal_damping * Omega
     F = 2.0 * (D * a - terms.S[0])
-    rows = reduced.mode_shapes.T @ system.M
-    tones = [Tone(*each) for each in zip(Omega, F[:, np.newaxis] * rows, strict=True)]
-    found = steady_harmonics(system, tones, np.eye(len(a), dtype=int).tolist(), tolerance, steps)
-    b = 0.5 * np.einsum("jn,jn->j", rows, found.amplitude)
-    own = 0.5 * np.einsum("jn,jn->j", np.abs(rows), found.error)
+    force = F[:, np.newaxis] * (reduced.mode_shapes.T @ system.M)
+    options = {"tolerance": tolerance, "steps": steps}
+    b, own = steady_amplitudes(system, reduced, Omega, force, **options)
     return np.abs(b / a - 1.0), own / a, terms
 
 

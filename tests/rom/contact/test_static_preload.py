@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beside_oracle import with_laws
 from elastic import cantilever
-from oracles.system import Frictional, System
+from oracles.system import Frictional
 from oracles.time_integration import Integrator
 
 from slipmode import rom
@@ -145,11 +146,10 @@ def loaded(law, force, static, Omega, t_end, steps, found=None):
     body, gaps = beam(), np.broadcast_to(law.gap, 3)
     k_t, k_n = law.tangential_stiffness, law.normal_stiffness
     contacts = [Frictional(law.mu, 0.0, k_t, k_n, gap) for gap in gaps]
-    W = np.asarray(body.directions)
-    system = System(*map(np.asarray, (body.mass, body.damping, body.stiffness)), W, contacts)
+    system = with_laws(body, contacts)
     inner = Integrator(system, np.column_stack((force, static)), t_end / steps)
     if found is not None:
-        inner.z[:24], x = found.displacement, W.T @ found.displacement
+        inner.z[:24], x = found.displacement, system.W.T @ found.displacement
         inner.u[:] = np.tile([k_t, k_n], 3) * x - found.contact_force
         inner.memory[:] = x[::2] - found.contact_force[::2] / k_t
     t = np.linspace(0.0, t_end, steps + 1)

@@ -127,16 +127,12 @@ def larger(law, scale):
 
 @pytest.mark.oracle
 @pytest.mark.parametrize("law", RIGID, ids=str)
-def test_only_odd_sums_of_orders_appear_and_the_sign_of_the_coupling_is_free(law):
+def test_only_odd_sums_of_orders_appear(law):
     """The contact problem changes sign with half a turn of both phases."""
     orders = ((1, 0), (0, 1), (0, 0), (1, 1), (2, 0), (0, 2), (-1, 1))
     grid = Discretisation(128, 32)
     P = ContactProblem(two_mode("paper"), law, orders).on(grid, 1e-8).solve([(1.3, 1.5)]).P[0]
     assert np.abs(P[2:]).max() < 1e-3 * np.abs(P[0]).max()
-    plus, minus = (
-        solved(two_mode(k_p=k_p), law, (64, 16), AMPLITUDES, 1e-5).Q for k_p in (5.0, -5.0)
-    )
-    np.testing.assert_allclose(minus, plus, rtol=1e-12)
 
 
 @pytest.mark.oracle

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from oracles.system import Frictional, System, jenkins
+from beside_oracle import with_laws
+from oracles.system import Frictional, jenkins
 from oracles.time_integration import integrate
 
 from slipmode import rom
@@ -126,9 +127,7 @@ def chain_excitation(structure):
 @pytest.mark.oracle
 def test_a_free_structure_with_two_laws_agrees_with_the_oracle_and_converges():
     structure, t_end = chain(), 60.0
-    matrices = structure.mass, structure.damping, structure.stiffness, structure.directions
-    laws = [jenkins(0.06, 5.0), Frictional(0.5, 0.1, 6.0, 8.0)]
-    system = System(*map(np.asarray, matrices), laws)
+    system = with_laws(structure, [jenkins(0.06, 5.0), Frictional(0.5, 0.1, 6.0, 8.0)])
     columns = np.eye(6)[:, :2] * [0.15, 0.25]
 
     def signals(t):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse
+from beside_oracle import with_laws
 from oracles.closed_forms import jenkins_dissipation, jenkins_first_harmonic
 
 from slipmode import rom
@@ -35,11 +36,8 @@ def chain(damping=DAMPINGS["dashpots"], store=np.asarray, n=10):
 
 def matrices(structure, law):
     """M, C, K with the springs of stuck contacts, W, and a basis of the allowed motion."""
-    M, C, K, W = (
-        matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
-        for matrix in (structure.mass, structure.damping, structure.stiffness,
-                       structure.directions)
-    )  # fmt: skip
+    system = with_laws(structure, ())
+    M, C, K, W = system.M, system.C, system.K, system.W
     if law is None:
         return M, C, K, W, scipy.linalg.null_space(W.T)
     return M, C, K + (W * SPRINGS) @ W.T, W, np.eye(len(M))

@@ -6,30 +6,14 @@ import pytest
 from slipmode.runner import make_plan, parse_scene
 
 SCENE = """
-[structure]
-model = "two-mass"
-damping = 0.01
-{structure}
-[friction]
-law = "{law}"
-limit = 2.0
-{alpha}
-[modes]
-A = 0
-B = 1
-[forcing.A]
-dof = 0
-amplitude = 0.15
-frequency = 0.98
-[forcing.B]
-dof = 1
-amplitude = 0.25
-frequency = 1.65
-[run]
-duration = 50.0
-step = 1.0
+structure = {{model = "two-mass", damping = 0.01{structure}}}
+friction = {{law = "{law}", limit = 2.0{alpha}}}
+modes = {{A = 0, B = 1}}
+forcing.A = {{dof = 0, amplitude = 0.15, frequency = 0.98}}
+forcing.B = {{dof = 1, amplitude = 0.25, frequency = 1.65}}
+run = {{duration = 50.0, step = 1.0}}
 """
-TANH = {"law": "tanh", "alpha": "alpha = 0.02", "structure": ""}
+TANH = {"law": "tanh", "alpha": ", alpha = 0.02", "structure": ""}
 COULOMB = {"law": "coulomb", "alpha": "", "structure": ""}
 
 
@@ -39,12 +23,12 @@ COULOMB = {"law": "coulomb", "alpha": "", "structure": ""}
         (TANH, ("limit = 2.0", "limit = 1e30")),
         (COULOMB, ("limit = 2.0", "limit = 1e-30")),
         (TANH, ("amplitude = 0.25", "amplitude = 1e-30")),
-        (TANH, ("amplitude = 0.", "amplitude = 1e30 # 0.")),
-        (TANH | {"alpha": "alpha = 1e-30"}, ("", "")),
-        (TANH | {"alpha": "alpha = 1e30"}, ("", "")),
+        (TANH, ("amplitude = 0.", "amplitude = 1e30, phase = 0.")),
+        (TANH | {"alpha": ", alpha = 1e-30"}, ("", "")),
+        (TANH | {"alpha": ", alpha = 1e30"}, ("", "")),
         (TANH, ("damping = 0.01", "damping = 1e-30")),
-        (TANH | {"structure": "k_c1 = 1e15"}, ("", "")),
-        (TANH | {"structure": "contact_mass = 1e-30"}, ("", "")),
+        (TANH | {"structure": ", k_c1 = 1e15"}, ("", "")),
+        (TANH | {"structure": ", contact_mass = 1e-30"}, ("", "")),
     ],
     ids=str,
 )

@@ -80,30 +80,13 @@ def test_carriers_are_natural_frequencies_or_those_of_the_forces(formulation, mo
 
 
 LONG = """
-[structure]
-model = "two-mass"
-damping = 0.05
-[friction]
-law = "tanh"
-limit = 2.0
-alpha = 0.1
-[modes]
-A = 0
-B = 1
-[forcing.A]
-dof = 0
-amplitude = {force}
-frequency = {frequency_A}
-phase = {phase}
-[forcing.B]
-dof = 1
-amplitude = 0.25
-frequency = {frequency_B}
-[run]
-duration = {duration}
-step = {step}
-[log]
-rerun = false
+structure = {{model = "two-mass", damping = 0.05}}
+friction = {{law = "tanh", limit = 2.0, alpha = 0.1}}
+modes = {{A = 0, B = 1}}
+forcing.A = {{dof = 0, amplitude = {force}, frequency = {frequency_A}, phase = {phase}}}
+forcing.B = {{dof = 1, amplitude = 0.25, frequency = {frequency_B}}}
+run = {{duration = {duration}, step = {step}}}
+log = {{rerun = false}}
 """
 HELD = {"force": 0.15, "frequency_A": 0.98, "frequency_B": 1.65, "phase": 0.0, "step": 10.0}
 HELD |= {"duration": 2e4}
