@@ -93,4 +93,5 @@ def test_a_plan_names_how_to_retain_modes(tmp_path):
         f" above mode 0, and both move the contacts; retain mode 1 as well, {call}"
     )
     assert third.startswith("mode A excites another mode: three times the frequency of mode 0 ")
-    assert third.endswith("retain mode 2 as well, rom.reduce(structure, (0, 2), ratio=3, law=law)")
+    call = "rom.reduce(structure, (0, 2), ratio=3, law=law), in a scene [modes] B = 2, ratio = 3"
+    assert third.endswith(f"retain mode 2 as well, {call}")
