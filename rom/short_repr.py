@@ -53,6 +53,9 @@ def _names(record: object) -> list[str]:
 
 def _short(value: Any) -> str:
     is_sparse: bool = issparse(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind == "U":
+        counts = zip(*np.unique(value, return_counts=True), strict=True)
+        return f"<{', '.join(f'{word}: {count}' for word, count in counts)}>"
     if is_sparse or (isinstance(value, np.ndarray) and value.size != 1):
         return f"<{value.dtype} {' x '.join(map(str, value.shape))}>"
     if isinstance(value, Sized) and not isinstance(value, str) and len(value) > _MOST:

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats, in_one_line
 from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.curve_result import CurveResult, axes_or_new
+from slipmode.rom.slow.branches.curve_result import CurveResult, axes_or_new, methods
 from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.direct.contact_friction import has_contact_problem
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
-from slipmode.rom.slow.steady_points import steady_points
+from slipmode.rom.slow.steady_points import SteadyPoints, steady_points
 from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.local.tone_model import ToneModel
@@ -68,11 +68,14 @@ class ResonanceSurface(CurveResult):
         Forcing frequencies of mode B [rad/s].
     amplitude : (n_A, n_B, 2) complex ndarray
         Amplitudes a_A and a_B [kg^1/2 m].
+    method : (n_A, n_B) ndarray of str
+        Friction at each point: "table", or "direct" for the contact problem itself.
     """
 
     frequency_A: Floats
     frequency_B: Floats
     amplitude: Complexes
+    method: NDArray[np.str_]
 
     @property
     def euclidean(self) -> Floats:
@@ -185,27 +188,40 @@ def steady(
     """
     Omega = np.atleast_1d(as_floats("frequency", frequency))
     tones = model.reduced.tones
-    if Omega.shape[-1] != tones or not np.all(np.isfinite(Omega) & (Omega > 0)):
-        raise SlipmodeError(
-            f"frequency: must be finite and > 0 with a last axis of length {tones} [rad/s]"
-        )
+    _check_frequencies(Omega, tones)
     if isinstance(model, ToneModel):
         states = ForcedTone.of(model, force, phase, Omega.ravel()).steady(Omega.ravel())
         of_modes = [state.modal[: model.modes] for state in states]
         return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
+    points = model.reduced.carriers(Omega.reshape(-1, tones))
+    found, findings = _steady(model, points, force, phase)
+    warn(findings)
+    return found.amplitude.reshape(*Omega.shape[:-1], model.modes)
+
+
+def _check_frequencies(Omega: Floats, tones: int) -> None:
+    """Refuse frequencies (..., tones) of another shape, not finite or <= 0."""
+    if Omega.shape[-1] != tones or not np.all(np.isfinite(Omega) & (Omega > 0)):
+        raise SlipmodeError(
+            f"frequency: must be finite and > 0 with a last axis of length {tones} [rad/s]"
+        )
+
+
+def _steady(
+    model: Model, points: Floats, force: Forces, phase: ArrayLike
+) -> tuple[SteadyPoints, list[Finding]]:
+    """Return the steady states of `steady` at frequencies (points, modes), with its findings."""
     applied = AppliedForces.of(model.reduced, force)
     excitation = applied.excitation(phase)
-    points = model.reduced.carriers(Omega.reshape(-1, tones))
     every = np.tile(excitation, (len(points), 1))
     found = steady_points(model, points, applied, every)
     if found.refusals:
         raise found.refusals[min(found.refusals)]
-    amplitude = found.amplitude
-    warn(forcing_findings(model.reduced, points, excitation != 0.0))
-    warn(friction_findings(model.reduced, model.law, np.abs(amplitude).max(axis=0)))
+    findings = forcing_findings(model.reduced, points, excitation != 0.0)
+    findings += friction_findings(model.reduced, model.law, np.abs(found.amplitude).max(axis=0))
     if not has_contact_problem(model):
-        warn(model.detuning_findings(points, excitation != 0.0))
-    return amplitude.reshape(*Omega.shape[:-1], model.modes)
+        findings += model.detuning_findings(points, excitation != 0.0)
+    return found, findings
 
 
 def resonance(
@@ -244,11 +260,14 @@ def resonance(
         if axis.ndim != 1:
             raise SlipmodeError(f"{key}: must be a sequence of numbers [rad/s], got {axis}")
     grid = np.stack(np.meshgrid(axis_A, axis_B, indexing="ij"), axis=-1)
-    amplitude, applied = steady(model, grid, force), AppliedForces.of(model.reduced, force)
-    points = grid.reshape(-1, model.modes)
+    _check_frequencies(grid, model.modes)
+    points, applied = grid.reshape(-1, model.modes), AppliedForces.of(model.reduced, force)
+    found, findings = _steady(model, points, force, 0.0)
+    warn(findings)
     flow = ForcedFlow.of(model, points, applied.modal.astype(complex))
-    motion = SteadyMotion.of(flow, amplitude.reshape(points.shape), applied)
-    return ResonanceSurface(motion, axis_A, axis_B, amplitude)
+    motion = SteadyMotion.of(flow, found.amplitude, applied)
+    method = methods(found.is_direct.reshape(grid.shape[:-1]))
+    return ResonanceSurface(motion, axis_A, axis_B, found.amplitude.reshape(grid.shape), method)
 
 
 def resonance_curve(

@@ -17,7 +17,7 @@ from typing import Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Floats, check_dof
+from slipmode.rom.arrays import Complexes, Flags, Floats, check_dof
 from slipmode.rom.reduction.combination import CARRIERS
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen
@@ -43,6 +43,8 @@ class SteadyMotion:
     # `AppliedForces.static` (n_dofs, modes) of the structure. None: `applied.static`.
     static: Floats | None = None
     contact: ContactSolutions | None = None  # None: the contact motion is the table's
+    # (points,), where the contact motion is the table's although `contact` is given. None: nowhere
+    tabulated: Flags | None = None
 
     @classmethod
     def of(cls, flow: ForcedFlow, amplitude: Complexes, applied: AppliedForces | None) -> Self:
@@ -60,20 +62,26 @@ class SteadyMotion:
         """
         reduced = self.model.reduced
         check_dof(dof, reduced.n_dofs)
-        if self.contact is not None:
+        if self.contact is None:
+            x = self._of_table(dof)
+        else:
             modal, carriers = self._at_frequencies
             x = modal @ reduced.all_shapes[dof] + carriers @ reduced.contact_shapes[dof]
-        else:
-            response = self._response
-            moved = response.modal @ self.model.all_shapes[dof]
-            moved += response.contact @ reduced.contact_shapes[dof]
-            x = reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)]
+        if self.tabulated is not None:
+            x = np.where(self.tabulated[:, np.newaxis], self._of_table(dof), x)
         static = self.static
         if static is None and self.applied is not None:
             static = self.applied.static
         if static is not None:
             x = x + 0.5 * static[dof] * self.force
         return np.asarray(2.0 * np.abs(x))
+
+    def _of_table(self, dof: int) -> Complexes:
+        """Return the harmonics of a DOF with the contact motion of the table, (points, modes)."""
+        reduced, response = self.model.reduced, self._response
+        moved = response.modal @ self.model.all_shapes[dof]
+        moved += response.contact @ reduced.contact_shapes[dof]
+        return np.asarray(reduced.mode_shapes[dof] * self.amplitude + moved[: len(self.amplitude)])
 
     @cached_property
     def _at_frequencies(self) -> tuple[Complexes, Complexes]:

@@ -31,6 +31,7 @@ class SteadyPoints:
     """Steady amplitudes of many loads, and refusals."""
 
     amplitude: Complexes  # (points, modes), a_j [kg^1/2 m]; NaN where the load is refused
+    is_direct: Flags  # (points,), whether friction is of the contact problem, not of the table
     refusals: dict[int, Exception] = field(default_factory=dict)  # By point
 
     @property
@@ -53,7 +54,8 @@ def steady_points(
     A load is a `frequency` (modes,) [rad/s] and an `excitation` F_j exp(i phase_j) (modes,), modal
     [N kg^-1/2]. All loads have the patterns of the `applied` forces, in any scale.
     """
-    found = SteadyPoints(np.full(frequency.shape, np.nan, dtype=complex))
+    unknown = np.full(frequency.shape, np.nan, dtype=complex)
+    found = SteadyPoints(unknown, np.zeros(len(frequency), dtype=bool))
     forced = excitation != 0.0
     for kind in np.unique(forced, axis=0):
         (alike,) = np.nonzero((forced == kind).all(axis=1))
@@ -66,7 +68,8 @@ def steady_points(
             place = int(places[k])
             if isinstance(corrected, SlipmodeError):
                 found.amplitude[place], found.refusals[place] = np.nan, corrected
-            else:
+            else:  # the same if the table's error is below the tolerance
+                found.is_direct[place] = (corrected != found.amplitude[place]).any()
                 found.amplitude[place] = corrected
     return found
 

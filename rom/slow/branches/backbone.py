@@ -14,12 +14,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats, as_floats
-from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.arrays import Complexes, Flags, Floats, as_floats
+from slipmode.rom.errors import Finding, SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.answer_error import TableError, off_carrier_findings
-from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, plot_band
+from slipmode.rom.slow.branches.curve_result import ModeCurve, axes_or_new, methods, plot_band
 from slipmode.rom.slow.branches.solve_points import flow_at_amplitudes
 from slipmode.rom.slow.direct.contact_friction import (
     ContactFriction,
@@ -65,6 +66,8 @@ class Backbone(ModeCurve):
     decay : (n,) ndarray
         Rate -d|a|/dt / |a| of free vibration [1/s]. It is zeta Omega for slow decay; in a faster
         decay friction lags behind the amplitude.
+    method : (n,) ndarray of str
+        Friction at each amplitude: "table", or "direct" for the contact problem itself.
     """
 
     amplitude: Floats
@@ -74,6 +77,7 @@ class Backbone(ModeCurve):
     damping: Floats
     damping_error: Floats
     decay: Floats
+    method: NDArray[np.str_]
 
     def _values(self, units: Units) -> dict[str, Floats]:
         rest = {name: getattr(self, name) for name in ("damping", "damping_error", "decay")}
@@ -149,7 +153,8 @@ def backbone(
     Warns
     -----
     ValidityWarning
-        If the frequency is so far from the carrier that the error exceeds the tolerance.
+        If the frequency is so far from the carrier that the error exceeds the tolerance, or the
+        contact problem does not converge at some amplitudes, which keep the friction of the table.
 
     Notes
     -----
@@ -200,39 +205,68 @@ def tabulated_backbone(
     model.table(np.abs(a))  # refuses what is outside
     start = np.tile(model.reduced.carrier, (amplitude.size, 1))
     start[:, mode] = model.reduced.frequency[mode]
-    return _backbone(ForcedFlow.of(model, start), mode, a)
+    flow, force_ratio, found = phase_resonance(ForcedFlow.of(model, start), mode, a, 0.0)
+    refuse_lost(
+        found,
+        a[:, mode],
+        "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
+        "larger range, or call rom.reduce with carrier = the frequency of the mode there",
+    )
+    return _backbone(flow, force_ratio, mode, a)
 
 
 def _without_table(given: Backbone, worst: float) -> tuple[Backbone, float]:
     """Return a backbone with friction from the contact problem, and its largest error.
 
-    They are the given ones if the contact problem has no solution at one of the amplitudes.
+    Amplitudes at which the contact problem does not converge keep the friction of the table, with
+    its stated error.
     """
+    mode, a = given.mode, given.motion.amplitude
     start = ForcedFlow.of(given.motion.model, given.motion.frequency)
     friction = ContactFriction.of(start.model, None)
-    try:
-        return _backbone(start, given.mode, given.motion.amplitude, friction)
-    except SlipmodeError:
+    flow, force_ratio, found = phase_resonance(
+        start, mode, a, 0.0, lambda flow: friction(ContactPoints.of(flow, a))
+    )
+    if not found.any():
         return given, worst
+    part = flow.with_inputs(flow.inputs[found])
+    direct, error = _backbone(part, force_ratio[found], mode, a[found], friction)
+    if found.all():
+        return direct, error
+    lost = given.amplitude[~found]
+    _, worst = tabulated_backbone(start.model, mode, given.other, lost)
+    where = f"at |a| = {lost.min():.3g} to {lost.max():.3g} kg^1/2 m"
+    reason = "the contact problem does not converge there. Compare with rom.steady_state"
+    warn([Finding("backbone", f"has the friction of the table {where}", reason, "warning")])
+
+    def joined(table: Any, of_contacts: Any) -> Any:
+        every = table.copy()
+        every[found] = of_contacts
+        return every
+
+    names = ("frequency", "frequency_error", "damping", "damping_error", "decay", "method")
+    values = {name: joined(getattr(given, name), getattr(direct, name)) for name in names}
+    motion = replace(
+        given.motion,
+        frequency=joined(given.motion.frequency, direct.motion.frequency),
+        contact=ContactSolutions(friction, np.zeros((len(a), 0), dtype=complex)),
+        tabulated=~found,
+    )
+    return replace(given, motion=motion, **values), max(error, worst)
 
 
 def _backbone(
-    start: ForcedFlow, mode: int, a: Complexes, friction: ContactFriction | None = None
+    flow: ForcedFlow,
+    force_ratio: Complexes,
+    mode: int,
+    a: Complexes,
+    friction: ContactFriction | None = None,
 ) -> tuple[Backbone, float]:
     """Return the backbone with its largest error, see `tabulated_backbone`.
 
-    `start` is the flow without forces near the frequencies at the amplitudes a (points, modes).
+    `flow` and `force_ratio` are of `phase_resonance` at the amplitudes a (points, modes).
     `friction` is not given if it is the table's.
     """
-    flow, force_ratio = phase_resonance(
-        start,
-        mode,
-        a,
-        0.0,
-        "it leaves the friction table, or friction depends strongly on the frequency; tabulate a "
-        "larger range, or call rom.reduce with carrier = the frequency of the mode there",
-        None if friction is None else lambda flow: friction(ContactPoints.of(flow, a)),
-    )
     model, r, Omega = flow.model, np.abs(a[:, mode]), flow.frequency[:, mode]
     rate, contact = rates(flow.flow, flow.inputs, a)[:, mode], None
     if friction is not None:
@@ -260,7 +294,8 @@ def _backbone(
     other = float(np.abs(np.delete(a[0], mode)).sum())
     motion = replace(SteadyMotion.of(flow, a, None), contact=contact)
     errors = frequency_error, zeta, damping_error
-    return Backbone(motion, mode, r, other, Omega, *errors, -rate.real / r), worst
+    by = methods(np.full(r.shape, friction is not None))
+    return Backbone(motion, mode, r, other, Omega, *errors, -rate.real / r, by), worst
 
 
 def phase_resonance(
@@ -268,9 +303,8 @@ def phase_resonance(
     mode: int,
     amplitude: Complexes,
     shift: complex,
-    refusal: str,
     friction: Callable[[ForcedFlow], Complexes] | None = None,
-) -> tuple[ForcedFlow, Complexes]:
+) -> tuple[ForcedFlow, Complexes, Flags]:
     """Return the flow in which the force of a mode is a quarter of a cycle ahead of the mode.
 
     The contacts move with the amplitudes A = a + shift F (points, modes), so that
@@ -278,26 +312,31 @@ def phase_resonance(
         (stiffness - Q) a = F / 2 + Q shift F.
 
     `start` is the flow without forces at the frequencies from which Newton's method starts. The
-    second result (points,) is F / a [rad^2/s^2]. `refusal` is why there may be no frequency.
-    `friction` is as in `flow_at_amplitudes`.
+    other results (points,) are F / a [rad^2/s^2], and whether a frequency is found. `friction` is
+    as in `flow_at_amplitudes`.
     """
     takes_energy = friction_takes_energy(start.model, amplitude, mode)
 
     def force_ratio(stiffness: Complexes, Q: Complexes) -> Complexes:
         if takes_energy:
             Q = Q.real + 1j * np.minimum(Q.imag, 0.0)
-        return (stiffness - Q) / (0.5 + shift * Q)
+        with np.errstate(invalid="ignore"):  # NaN where the contact motion does not converge
+            return np.asarray((stiffness - Q) / (0.5 + shift * Q))
 
     def in_phase(stiffness: Complexes, Q: Complexes) -> Floats:
         return force_ratio(stiffness, Q).real
 
     flow, terms, found = flow_at_amplitudes(start, mode, amplitude, in_phase, friction)
+    return flow, force_ratio(*terms), found
+
+
+def refuse_lost(found: Flags, amplitude: Complexes, refusal: str) -> None:
+    """Refuse amplitudes (points,) without a frequency; `refusal` is why there may be none."""
     if not found.all():
         raise SlipmodeError(
             f"amplitude: the frequency of the mode does not converge at "
-            f"{abs(amplitude[~found][0, mode]):.3g} kg^0.5 m, because {refusal}"
+            f"{abs(amplitude[~found][0]):.3g} kg^0.5 m, because {refusal}"
         )
-    return flow, force_ratio(*terms)
 
 
 def friction_takes_energy(model: Model, amplitude: Complexes, mode: int) -> bool:

@@ -18,9 +18,10 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import allowed_error
 from slipmode.rom.slow.branches.continuation import Branch, Points, branch_through
 from slipmode.rom.slow.branches.curve_error import CurveError
+from slipmode.rom.slow.branches.curve_result import Method
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
 from slipmode.rom.slow.direct.contact_curve import ContactCurve
-from slipmode.rom.slow.direct.contact_friction import ContactFriction
+from slipmode.rom.slow.direct.contact_friction import ContactFriction, has_contact_problem
 
 
 @frozen
@@ -54,6 +55,11 @@ class Branches:
             if branch is not None and len(branch.points.rows) > 1:
                 branches.append(branch)
         branches = [each for each in branches if not _is_part(each, branches)]
+        if not branches and contact is not None:
+            raise SlipmodeError(
+                f"span: the contact problem does not converge over the span {problem.span}; "
+                'choose method = "table", or compare with rom.steady_state'
+            )
         if not branches:
             raise SlipmodeError(
                 "span: no steady state inside the friction table, whose range is "
@@ -69,30 +75,47 @@ class Branches:
         error = CurveError.of(problem, points.z, number, contact)
         return cls(problem, branches, points, number, error, contact)
 
-    @property
-    def misses(self) -> bool:
-        """Whether the table misses the friction on the curve by far more than it states."""
-        return self.error.beyond_table > allowed_error(self.problem.model.accuracy.tolerance)
+    @classmethod
+    def by_method(cls, problem: ForcedSlowFlow, method: Method | None) -> Self:
+        """Return the branches with friction by a method, see `rom.response_curve`.
 
-    def without_table(self, starts: Floats) -> Self:
-        """Return the branches with friction from the contact problem.
-
-        If the contact problem has no solution, the branches are the table's, with a warning.
+        Raises
+        ------
+        SlipmodeError
+            If there is none, or the model has no contact problem for "direct".
         """
-        problem = self.problem
+        starts = problem.solutions(9)  # at nine values of the parameter
+        if method == "direct":
+            return cls._direct(problem, starts)
+        found, accuracy = cls.of(problem, starts), problem.model.accuracy
+        missed = found.error.beyond_table  # by far more than the table states
+        if missed <= allowed_error(accuracy.tolerance):
+            return found
+        advice = 'Choose method = "direct", or compare with rom.steady_state'
+        if method is None:
+            try:
+                return cls._direct(problem, starts)
+            except SlipmodeError:
+                advice = (
+                    "The contact problem at the forcing frequencies does not converge. Compare "
+                    "with rom.steady_state"
+                )
+        size = percentage(min(missed, 1.0))
+        reason = f"the error of the friction table changes amplitudes by {size} or more. {advice}"
+        warn([Finding("curve", "has a large error", reason, "warning")])
+        return found
+
+    @classmethod
+    def _direct(cls, problem: ForcedSlowFlow, starts: Floats) -> Self:
+        """Return the branches with friction from the contact problem."""
+        if not has_contact_problem(problem.model):
+            raise SlipmodeError(
+                'method: "direct" needs a model with contacts that rom.reduce made with '
+                'formulation = "consistent"'
+            )
         along = problem.at(np.linspace(0.0, 1.0, 65)).frequency
         friction = ContactFriction.of(problem.model, problem.applied).with_resonances(along)
-        try:
-            return self.of(problem, starts, ContactCurve(problem, friction))
-        except SlipmodeError:
-            size = min(self.error.beyond_table, 1.0)
-            reason = (
-                f"the error of the friction table changes amplitudes by {percentage(size)} or "
-                "more, and the contact problem at the forcing frequencies does not converge. "
-                "Compare with rom.steady_state"
-            )
-            warn([Finding("curve", "has a large error", reason, "warning")])
-            return self
+        return cls.of(problem, starts, ContactCurve(problem, friction))
 
 
 def _is_part(branch: Branch, branches: list[Branch]) -> bool:

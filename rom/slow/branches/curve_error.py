@@ -175,27 +175,34 @@ class _Solutions:
 
 
 def significant_specials(
-    problem: ForcedSlowFlow, branches: list[Branch], error: CurveError
+    problem: ForcedSlowFlow,
+    branches: list[Branch],
+    error: CurveError,
+    contact: ContactCurve | None,
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     """Return folds and Hopf points that are larger than the error; points between the others.
 
     Unstable states in sequence are left out, with their folds and Hopf points, if the error may
     make them unstable. So are two folds or Hopf points in sequence whose distance in the parameter
-    is below its error there.
+    is below its error there. `contact` is the curve if its friction is not the table's.
     """
     ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
     frictions, growths = np.split(error.friction, ends), np.split(error.growth, ends)
     found: list[tuple[Kind, Floats]] = []
     between = []
     for branch, friction, growth in zip(branches, frictions, growths, strict=True):
-        kept, small = _significant(problem, branch, friction, growth)
+        kept, small = _significant(branch, friction, growth, problem, contact)
         found += kept
         between.append(small)
     return found, np.concatenate(between)
 
 
 def _significant(
-    problem: ForcedSlowFlow, branch: Branch, friction: Floats, growth_error: Floats
+    branch: Branch,
+    friction: Floats,
+    growth_error: Floats,
+    problem: ForcedSlowFlow,
+    contact: ContactCurve | None,
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     points = branch.points
     rate = np.abs(_Solutions(problem, points.z).rate_change(friction))
@@ -205,7 +212,7 @@ def _significant(
     places = np.array([_segment(points.z, z) for _, z in branch.special])
     small = between[places] | between[places + 1]
     kept = np.flatnonzero(~small).tolist()
-    at = _Solutions(problem, np.array([z for _, z in branch.special]))
+    at = _Solutions(problem, np.array([z for _, z in branch.special]), contact)
     change = np.abs(at.rate_change(friction[places]))
     error = np.nan_to_num(curve_displacement(at.linear, change)[1])  # of the parameter
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.extras import dataframe, extra
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.steady_motion import SteadyMotion
@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _BAND = 0.2  # opacity of the error in pictures
+
+Method = Literal["table", "direct"]  # friction of the table, or of the contact problem itself
+
+
+def methods(is_direct: Flags) -> NDArray[np.str_]:
+    """Return "direct" where friction is of the contact problem, "table" elsewhere."""
+    return np.asarray(np.where(is_direct, "direct", "table"))
 
 
 class Tabulated:

@@ -20,7 +20,7 @@ from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
-from slipmode.rom.slow.branches.backbone import Backbone, phase_resonance
+from slipmode.rom.slow.branches.backbone import Backbone, phase_resonance, refuse_lost
 from slipmode.rom.slow.branches.curve_result import (
     ModeCurve,
     axes_or_current,
@@ -286,11 +286,12 @@ def performance_curve(
     forces[mode] = force
     applied = AppliedForces.of(model.reduced, forces)
     shift = complex(applied.shift[mode])  # of the contacts, by the force itself
-    flow, force_ratio = phase_resonance(
-        ForcedFlow.of(model, curve.motion.frequency[:known]),
-        mode,
-        curve.motion.amplitude[:known],
-        shift,
+    amplitude = curve.motion.amplitude[:known]
+    start = ForcedFlow.of(model, curve.motion.frequency[:known])
+    flow, force_ratio, found = phase_resonance(start, mode, amplitude, shift)
+    refuse_lost(
+        found,
+        amplitude[:, mode],
         "the force acts more strongly on the contacts than on the mode; compute "
         "rom.response_curve for each limit",
     )
@@ -304,13 +305,13 @@ def performance_curve(
     amplitude[:, mode] = peak
     force_ahead = np.tile(1j * np.abs(applied.modal), (limit.size, 1))  # by a quarter of a cycle
     motion = SteadyMotion(model, amplitude, frequency, force_ahead, applied, limit)
-    found = PerformanceCurve(motion, mode, limit, peak, error, frequency[:, mode])
-    if found.is_cut_at_lowest():
+    performance = PerformanceCurve(motion, mode, limit, peak, error, frequency[:, mode])
+    if performance.is_cut_at_lowest():
         reason = "the curve ends there, and smaller limits may have lower peaks"
         if known == share.size:
             reason += "; tabulate a larger range"
         warn([Finding("peak", f"still falls at limit = {limit.min():.3g}", reason, "warning")])
-    return found
+    return performance
 
 
 def _significant(limit: Floats, error: Floats) -> Flags:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, get_args, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +23,10 @@ from slipmode.rom.slow.branches.continuation import (
 from slipmode.rom.slow.branches.curve_error import significant_specials
 from slipmode.rom.slow.branches.curve_result import (
     CurveResult,
+    Method,
     axes_or_current,
     label_point,
+    methods,
     plot_band,
 )
 from slipmode.rom.slow.branches.forced import LARGEST_STEP, ForcedSlowFlow, Varied
@@ -105,6 +107,8 @@ class ResponseCurve(CurveResult):
     cut_off : (n,) ndarray
         Values of the parameter [rad/s] or [-] where a branch ends because of too many points, or
         because the contact problem does not converge.
+    method : (n,) ndarray of str
+        Friction at each point: "table", or "direct" for the contact problem itself.
     """
 
     vary: str
@@ -116,6 +120,7 @@ class ResponseCurve(CurveResult):
     special: tuple[SpecialPoint, ...]
     cycles: SlowCycles
     cut_off: Floats
+    method: NDArray[np.str_]
 
     @property
     def stable(self) -> Flags:
@@ -284,7 +289,7 @@ class ResponseCurve(CurveResult):
         return found
 
     def to_dataframe(self, dof: int | None = None, units: Units = SI) -> Any:
-        """Return the curve as a pandas DataFrame, with its `columns` and "stable".
+        """Return the curve as a pandas DataFrame, with its `columns`, "stable" and "method".
 
         Parameters
         ----------
@@ -298,7 +303,7 @@ class ResponseCurve(CurveResult):
         DataFrame
             Table with one row for each steady state.
         """
-        return super().to_dataframe(dof, units).assign(stable=self.stable)
+        return super().to_dataframe(dof, units).assign(stable=self.stable, method=self.method)
 
 
 @overload
@@ -310,6 +315,7 @@ def response_curve(
     span: Sequence[ArrayLike],
     phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
+    method: Method | None = None,
 ) -> ResponseCurve: ...
 @overload
 def response_curve(
@@ -320,6 +326,7 @@ def response_curve(
     span: Sequence[ArrayLike],
     phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
+    method: None = None,
 ) -> ToneCurve: ...
 def response_curve(
     model: Model | ToneModel,
@@ -329,6 +336,7 @@ def response_curve(
     span: Sequence[ArrayLike],
     phase: ArrayLike = 0.0,
     largest_step: float = LARGEST_STEP,
+    method: Method | None = None,
 ) -> ResponseCurve | ToneCurve:
     """Return all steady states in the friction table against a parameter, with their stability.
 
@@ -339,9 +347,8 @@ def response_curve(
     Parameters
     ----------
     model : Model or ToneModel
-        Model with one or two modes. Where its friction table misses, the curve is followed with
-        the contact problem at each forcing frequency, which takes seconds to minutes. Of modes
-        that share a tone the curve is that of `rom.tone_curve`, against "frequency_A" alone.
+        Model with one or two modes. Of modes that share a tone the curve is that of
+        `rom.tone_curve`, against "frequency_A" alone.
     frequency : (modes,) array_like
         Forcing frequencies [rad/s]; a varied frequency is ignored.
     force : one {DOF: amplitude} or (n,) array_like per mode
@@ -360,6 +367,10 @@ def response_curve(
     largest_step : float, default 0.02
         Largest distance of neighbouring points, relative to the span and the range of the table
         [-], 1e-4 to 0.1. Points are closer where the curve bends.
+    method : {"table", "direct"}, optional
+        "table": friction of the table, with its stated error. "direct": the contact problem at
+        each forcing frequency, which takes seconds to minutes. Default: the table, and the contact
+        problem if the table misses friction by more than the allowed error.
 
     Returns
     -------
@@ -371,13 +382,13 @@ def response_curve(
     ------
     SlipmodeError
         If no steady state is found, an argument is outside its range, or the slow flow cannot
-        follow a frequency.
+        follow a frequency. If `method` is "direct" and the model has no contact problem.
 
     Warns
     -----
     ValidityWarning
-        If friction or a force violates an assumption of the method, or a branch has too many
-        points.
+        If friction or a force violates an assumption of the method, the error of the friction
+        table is above the allowed one, or a branch has too many points.
 
     Notes
     -----
@@ -390,6 +401,8 @@ def response_curve(
     >>> curve = rom.response_curve(model, [1.0], [{0: 0.15}], "frequency_A", (0.9, 1.1))
     >>> a, stable = curve.at(0.98)
     """
+    if method not in (None, *get_args(Method)):
+        raise SlipmodeError(f'method: must be "table", "direct" or None, got {method!r}')
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     if isinstance(model, ToneModel):
@@ -398,12 +411,11 @@ def response_curve(
                 f"vary = {vary!r}: must be 'frequency_A' for modes that share a tone; use "
                 "rom.steady for other parameters"
             )
+        if method is not None:
+            raise SlipmodeError("method: must be left out for modes that share a tone")
         return curve_of_tone(model, force, span, phase)
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
-    starts = problem.solutions(9)  # at nine values of the parameter
-    found = Branches.of(problem, starts)
-    if found.misses:
-        found = found.without_table(starts)
+    found = Branches.by_method(problem, method)
     branches, points, error = found.branches, found.points, found.error
     part, amplitude = points.z[:, -1], problem.amplitude(points.z)
     flow, forced = problem.at(part), (problem.ends.force != 0.0).any(axis=0)
@@ -417,7 +429,7 @@ def response_curve(
         if found.contact is not None:
             reason = "the contact problem does not converge. Compare with rom.steady_state"
         warn([Finding("curve", f"is incomplete beyond {where}", reason, "warning")])
-    specials, smaller = significant_specials(problem, branches, error)
+    specials, smaller = significant_specials(problem, branches, error, found.contact)
     at = np.array([z for _, z in specials]).reshape(-1, points.z.shape[1])
     places = zip(specials, problem.parameter(at[:, -1]), problem.amplitude(at), strict=True)
     special = tuple(SpecialPoint(kind, float(value), a) for (kind, _), value, a in places)
@@ -428,7 +440,8 @@ def response_curve(
         growth = np.where(smaller, np.interp(every, every[~smaller], growth[~smaller]), growth)
     motion = _motion(found, np.vstack((points.z, at)), cycles)
     values = problem.parameter(part), amplitude, error.amplitude, growth, found.number
-    return ResponseCurve(motion, vary, *values, special, cycles, ends)
+    by = methods(np.full(part.shape, found.contact is not None))
+    return ResponseCurve(motion, vary, *values, special, cycles, ends, by)
 
 
 def _motion(found: Branches, z: Floats, cycles: SlowCycles) -> SteadyMotion:

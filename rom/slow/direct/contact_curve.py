@@ -88,7 +88,8 @@ class ContactCurve:
         if branch is None:
             return None
         z, tangent = map(self._without_responses, (branch.points.z, branch.points.tangent))
-        jacobian = self._confirmed(z).reshape(len(z), -1)
+        self._confirm(z)
+        jacobian = self.derivatives(z)[:, :, :-1].reshape(len(z), -1)
         points = Points.of(np.hstack((z, tangent, jacobian)), self._amplitudes)
         special = [(kind, _between(points, k, kind)) for kind, k in changes_of_stability(points)]
         ends = [] if branch.closed else [end for end in z[[0, -1]] if self._goes_on(end)]
@@ -112,19 +113,18 @@ class ContactCurve:
         """
         return self._amplitude_rates(np.array([known.slope for known in self._nearest(z)]))
 
-    def _confirmed(self, z: Floats) -> Floats:
-        """Return the derivatives by the amplitudes, (points, 2 modes, 2 modes).
+    def _confirm(self, z: Floats) -> None:
+        """Keep derivatives at unstable solutions by differences to the side of less growth.
 
         An unstable state is so by differences to either side: a jump of the force is at one of
         them.
         """
-        found = self.derivatives(z)[:, :, :-1]
-        for k in np.flatnonzero(_growth(found) > 0.0):
+        growth = _growth(self.derivatives(z))
+        for k in np.flatnonzero(growth > 0.0):
             (at,) = self._nearest(z[[k]])
-            slope = self._differences(at.z, at.rate, -1.0)[np.newaxis]
-            both = np.concatenate((found[[k]], self._amplitude_rates(slope)[:, :, :-1]))
-            found[k] = both[_growth(both).argmin()]
-        return found
+            other = replace(at, slope=self._differences(at.z, at.rate, -1.0))
+            if _growth(self._amplitude_rates(other.slope[np.newaxis]))[0] < growth[k]:
+                self._known[self._known.index(at)] = other
 
     def _amplitude_rates(self, slope: Floats) -> Floats:
         """Return what `derivatives` does, from those by all unknowns (points, k, k + 1)."""
@@ -215,9 +215,9 @@ class ContactCurve:
         return _Known(z, rate, self._differences(z, rate))
 
 
-def _growth(jacobian: Floats) -> Floats:
-    """Return the largest growth of small deviations, (points,)."""
-    return np.asarray(np.linalg.eigvals(jacobian).real.max(axis=1))
+def _growth(derivatives: Floats) -> Floats:
+    """Return the largest growth of small deviations by `ContactCurve.derivatives`, (points,)."""
+    return np.asarray(np.linalg.eigvals(derivatives[:, :, :-1]).real.max(axis=1))
 
 
 def _between(points: Points, before: int, kind: Kind) -> Floats:

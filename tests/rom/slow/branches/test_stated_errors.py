@@ -82,6 +82,28 @@ def test_a_curve_far_off_the_reference_frequency_states_its_error(chain):
     assert (curve.error[every, 0] <= 0.01 * np.abs(curve.amplitude[every, 0])).all()
 
 
+@pytest.mark.slow
+def test_the_method_of_a_curve_is_chosen_and_stated(chain):
+    """Near the reference frequency both methods agree; far off, the table's error is a warning."""
+    model = chain[1]
+    given = [1.0], [{3: 0.2}], "frequency_A"
+    near = model.reduced.carrier[0] * np.array([0.995, 1.005])
+    table, direct = (
+        rom.response_curve(model, *given, near, method=each) for each in ("table", "direct")
+    )
+    assert set(table.method) == {"table"} and set(direct.method) == {"direct"}
+    assert f"method=<direct: {direct.method.size}>" in repr(direct)
+    for k in range(1, table.parameter.size - 1):
+        (a,), _ = direct.at(table.parameter[k])
+        allowed = table.error[k] + direct.error.max() + 1e-4 * np.abs(a)  # of interpolation
+        assert (np.abs(a - table.amplitude[k]) <= allowed).all()
+    with pytest.warns(rom.ValidityWarning, match="the error of the friction table"):
+        far = rom.response_curve(
+            model, [1.0], [{3: 1.0}], "frequency_A", 0.85 * near, method="table"
+        )
+    assert set(far.method) == {"table"}
+
+
 @pytest.fixture(scope="module")
 def frame():
     """A chain of four masses whose first modes are near 1:3, and a slider between two of them."""
