@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
+import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
@@ -63,11 +64,7 @@ class TunedModes:
     @cached_property
     def damping(self) -> Complexes:
         """Phi^H C Phi, (R, R): modes of one nodal diameter may be coupled."""
-        full = np.zeros((self.square.size, self.square.size), dtype=complex)
-        for k, modes in enumerate(self.by_diameter):
-            own = np.flatnonzero(self.diameter == k)
-            full[np.ix_(own, own)] = modes.damping
-        return full
+        return np.asarray(scipy.linalg.block_diag(*(modes.damping for modes in self.by_diameter)))
 
     @cached_property
     def blade(self) -> Complexes:
@@ -120,11 +117,8 @@ class TunedModes:
     def _modal(self, nodal_diameter: int, force: Complexes) -> Complexes:
         """Return half the modal forces (R,) of a wave of forces f (n_s,) on sector 0."""
         N = self.structure.sectors
-        k = nodal_diameter % N
-        modal = np.zeros(self.diameter.size, dtype=complex)
-        on_sector = self.by_diameter[k].shapes.conj().T @ force
-        modal[self.diameter == k] = 0.5 * np.sqrt(N) * on_sector
-        return modal
+        on_modes = 0.5 * np.sqrt(N) * (self.shapes.conj().T @ force)
+        return np.where(self.diameter == nodal_diameter % N, on_modes, 0.0)
 
     def displacement(self, modal: Complexes) -> Complexes:
         """Return displacements of the free DOFs of all sectors (..., N, n_s) by modes (..., R)."""
