@@ -154,12 +154,10 @@ class SectorMesh:
 
     def _rotation(self, sectors: int) -> Floats:
         """Return the matrix of the rotation from a sector to the next."""
+        from scipy.spatial.transform import Rotation  # takes long to import
+
         angle = 2.0 * np.pi / checked_integer("sectors", sectors, ">= 3", 3)
-        first, second = (("xyz".index(self.axis) + k) % 3 for k in (1, 2))
-        R = np.eye(3)
-        R[[first, second], [first, second]] = np.cos(angle)
-        R[second, first], R[first, second] = np.sin(angle), -np.sin(angle)
-        return R
+        return np.asarray(Rotation.from_euler(self.axis, angle).as_matrix())
 
     def _pairs(self, R: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return nodes on the left and, of the same order, on the right; refuse others."""

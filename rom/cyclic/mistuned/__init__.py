@@ -5,7 +5,7 @@ disk_response.py       blade amplitudes along frequencies or in time
 patterns.py            deviations of blades, random or measured
 amplification.py       statistics of many patterns
 disk_modes.py          modes of the tuned disk and of disks whose blades differ
-stuck_modes.py         modes for transients; script.py: inputs of transients
+script.py              inputs of transients
 internal_resonance.py  harmonics that come close to modes
 
 Steady states and transients are computed as many modes on one tone, slow/tone/.

@@ -12,11 +12,14 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
+import scipy.linalg
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.tone.coupled_contacts import FastModes
+from slipmode.rom.slow.tone.tone_modes import ToneModes
 
 
 @frozen
@@ -30,7 +33,7 @@ class Excited:
 
 @frozen
 class TunedModes:
-    """R modes of the tuned disk with open contacts, those of nodal diameter 0 first."""
+    """R modes of the tuned disk with open or stuck contacts, of nodal diameter 0 first."""
 
     structure: CyclicStructure
     by_diameter: Sequence[DiameterModes]
@@ -61,11 +64,7 @@ class TunedModes:
     @cached_property
     def damping(self) -> Complexes:
         """Phi^H C Phi, (R, R): modes of one nodal diameter may be coupled."""
-        full = np.zeros((self.square.size, self.square.size), dtype=complex)
-        for k, modes in enumerate(self.by_diameter):
-            own = np.flatnonzero(self.diameter == k)
-            full[np.ix_(own, own)] = modes.damping
-        return full
+        return np.asarray(scipy.linalg.block_diag(*(modes.damping for modes in self.by_diameter)))
 
     @cached_property
     def blade(self) -> Complexes:
@@ -90,7 +89,22 @@ class TunedModes:
     @cached_property
     def past_modes(self) -> Complexes:
         """Static flexibility of all contacts besides the modes, (N N_c, N N_c)."""
-        return past_flexibility(self.by_diameter)
+        N = self.structure.sectors
+        between = np.fft.ifft([modes.past_flexibility for modes in self.by_diameter], axis=0)
+        apart = (np.arange(N)[:, np.newaxis] - np.arange(N)) % N  # j - i
+        size = N * self.structure.n_contacts
+        return np.asarray(between[apart].swapaxes(1, 2).reshape(size, size))
+
+    def fast_modes(self, frequency: float) -> FastModes:
+        """Return the modes that are fast against a frequency [rad/s], as standing waves."""
+        N, k = self.structure.sectors, self.diameter
+        # The real and imaginary parts of a wave stand for the opposite nodal diameter, too. Of
+        # nodal diameters 0 and N / 2 they are one mode in two parts.
+        half = 2 * k <= N
+        wave = self.contacts.T[half] * np.where(2 * k % N, np.sqrt(2.0), 1.0)[half, np.newaxis]
+        motion = np.vstack((wave.real, wave.imag))
+        omega = np.tile(np.sqrt(self.square[half]), 2)
+        return FastModes.of(self.past_modes.real, omega, motion, frequency)
 
     def excited(self, engine_order: int, force: Complexes) -> Excited:
         """Return the effects of Re(f exp(i (Omega t + E 2 pi j / N))), with f (n_s,)."""
@@ -103,47 +117,12 @@ class TunedModes:
     def _modal(self, nodal_diameter: int, force: Complexes) -> Complexes:
         """Return half the modal forces (R,) of a wave of forces f (n_s,) on sector 0."""
         N = self.structure.sectors
-        k = nodal_diameter % N
-        modal = np.zeros(self.diameter.size, dtype=complex)
-        on_sector = self.by_diameter[k].shapes.conj().T @ force
-        modal[self.diameter == k] = 0.5 * np.sqrt(N) * on_sector
-        return modal
+        on_modes = 0.5 * np.sqrt(N) * (self.shapes.conj().T @ force)
+        return np.where(self.diameter == nodal_diameter % N, on_modes, 0.0)
 
     def displacement(self, modal: Complexes) -> Complexes:
         """Return displacements of the free DOFs of all sectors (..., N, n_s) by modes (..., R)."""
         return np.asarray((modal[..., np.newaxis, :] * self.turn) @ self.shapes.T)
-
-
-def past_flexibility(by_diameter: Sequence[DiameterModes]) -> Complexes:
-    """Return the static flexibility (N N_c, N N_c) of all contacts besides the modes."""
-    N = len(by_diameter)
-    own = [modes.past_flexibility for modes in by_diameter]
-    between = np.fft.ifft(own, axis=0)  # by j - i
-    apart = (np.arange(N)[:, np.newaxis] - np.arange(N)) % N
-    size = N * between.shape[-1]
-    return np.asarray(between[apart].swapaxes(1, 2).reshape(size, size))
-
-
-def real_modes(by_diameter: Sequence[DiameterModes]) -> tuple[Floats, Floats]:
-    """Return modes of the tuned disk as standing waves.
-
-    Frequencies (modes,) [rad/s] and displacements of all contacts (modes, N N_c) [kg^-1/2].
-    """
-    N = len(by_diameter)
-    frequency, motion = [], []
-    for k, modes in enumerate(by_diameter[: N // 2 + 1]):
-        turn = np.exp(2j * np.pi * (k * np.arange(N) % N) / N) / np.sqrt(N)
-        single = k in (0, N / 2)
-        for omega, psi in zip(modes.frequency, modes.contact_motion.T, strict=True):
-            wave = (turn[:, np.newaxis] * psi).ravel()
-            if single:  # real but for a phase
-                at = int(np.abs(wave).argmax())
-                wave = wave * np.exp(-1j * np.angle(wave[at]))
-            parts = [wave.real] if single else [np.sqrt(2.0) * wave.real, np.sqrt(2.0) * wave.imag]
-            motion += parts
-            frequency += len(parts) * [omega]
-    contacts = N * len(by_diameter[0].contact_motion)
-    return np.array(frequency), np.array(motion).reshape(len(frequency), contacts)
 
 
 @frozen
@@ -176,56 +155,66 @@ class MistunedModes:
         damping = np.einsum("prs,prt,pts->ps", V.conj(), C, V, optimize=True).real
         return cls(tuned, square, damping, V, tuned.contacts @ V)
 
-    def at(self, frequency: float, excited: Excited) -> AtFrequency:
-        """Return how the contacts respond at a frequency [rad/s]."""
-        dynamic = self._dynamic(frequency)
-        by_forces = np.einsum("prs,r->ps", self.shapes.conj(), excited.modal) / dynamic
-        moved = (self.contacts @ by_forces[..., np.newaxis])[..., 0] + excited.past_modes
-        flexibility = self.flexibility(frequency)
-        return AtFrequency(self, frequency, dynamic, by_forces, flexibility, moved)
-
     def flexibility(self, frequency: float) -> Complexes:
         """Return G of all contacts at a frequency [rad/s], (patterns, N N_c, N N_c) [m/N]."""
         psi = self.contacts
         by_modes = (psi / self._dynamic(frequency)[:, np.newaxis]) @ psi.conj().swapaxes(1, 2)
         return np.asarray(by_modes + self.tuned.past_modes)
 
-    def _dynamic(self, frequency: float) -> Complexes:
-        """Return the dynamic stiffness of the modes, (patterns, R)."""
-        return np.asarray(self.square - frequency**2 + 1j * frequency * self.damping)
+    def moved(self, frequency: float, excited: Excited) -> Complexes:
+        """Return the displacements of the contacts by the forces alone, (patterns, N N_c) [m]."""
+        q = self._on_modes(excited) / self._dynamic(frequency)
+        return np.asarray((self.contacts @ q[..., np.newaxis])[..., 0] + excited.past_modes)
 
-
-@frozen
-class AtFrequency:
-    """Disks at one frequency.
-
-    Attributes
-    ----------
-    modes : MistunedModes
-    frequency : float
-        [rad/s]
-    dynamic : (patterns, R) complex ndarray
-        Dynamic stiffness of the modes.
-    modal : (patterns, R) complex ndarray
-        Their displacement by the forces alone.
-    flexibility : (patterns, N N_c, N N_c) complex ndarray
-        G of the contacts [m/N].
-    moved : (patterns, N N_c) complex ndarray
-        x_0, their displacement by the forces alone [m].
-    """
-
-    modes: MistunedModes
-    frequency: float
-    dynamic: Complexes
-    modal: Complexes
-    flexibility: Complexes
-    moved: Complexes
-
-    def displacement(self, on_contacts: Complexes) -> Complexes:
-        """Return displacements (patterns, N, n_s) under forces on the contacts (patterns, N N_c).
+    def displacement(
+        self, frequency: float, excited: Excited, on_contacts: Complexes
+    ) -> Complexes:
+        """Return displacements (patterns, N, n_s) with forces (patterns, N N_c) on the contacts.
 
         The static displacement besides the modes is left out.
         """
-        psi = self.modes.contacts.conj().swapaxes(1, 2)
-        q = self.modal + (psi @ on_contacts[..., np.newaxis])[..., 0] / self.dynamic
-        return self.modes.tuned.displacement((self.modes.shapes @ q[..., np.newaxis])[..., 0])
+        psi = self.contacts.conj().swapaxes(1, 2)
+        forces = self._on_modes(excited) + (psi @ on_contacts[..., np.newaxis])[..., 0]
+        q = forces / self._dynamic(frequency)
+        return self.tuned.displacement((self.shapes @ q[..., np.newaxis])[..., 0])
+
+    def tone_modes(
+        self, pattern: int, springs: Floats, excited: Excited, frequency: float
+    ) -> ToneModes:
+        """Return the modes of a pattern with contact springs (N N_c,), near a frequency [rad/s].
+
+        They expand to displacements (N, n_s), without the static displacement besides the modes.
+        """
+        psi, P = self.contacts[pattern], self.tuned.past_modes
+        # x = hold (psi q + P y + x_p), with the contact forces y - k_ref x.
+        hold = np.linalg.inv(np.eye(springs.size) + P * springs)
+        psi_stuck = hold @ psi
+        K = np.diag(self.square[pattern]) + psi.conj().T @ (springs[:, np.newaxis] * psi_stuck)
+        shapes = self.shapes[pattern]
+
+        def on_modes(modal: Complexes, past_modes: Complexes) -> Complexes:
+            on_springs = psi_stuck.conj().T @ (springs * past_modes)
+            return np.asarray(shapes.conj().T @ modal - on_springs)
+
+        def blades(modal: Complexes, magnitude: complex, deficit: Complexes) -> Complexes:
+            return self.tuned.displacement(shapes @ modal)
+
+        return ToneModes.of(
+            0.5 * (K + K.conj().T),
+            np.diag(self.damping[pattern]),
+            psi_stuck,
+            on_modes(excited.modal, excited.past_modes),
+            on_modes(excited.conjugate, excited.past_modes.conj()),
+            frequency,
+            static_flexibility=hold @ P,
+            static_displacement=hold @ excited.past_modes,
+            expand=blades,
+        )
+
+    def _on_modes(self, excited: Excited) -> Complexes:
+        """Return half the modal forces, (patterns, R)."""
+        return np.asarray((excited.modal.conj() @ self.shapes).conj())
+
+    def _dynamic(self, frequency: float) -> Complexes:
+        """Return the dynamic stiffness of the modes, (patterns, R)."""
+        return np.asarray(self.square - frequency**2 + 1j * frequency * self.damping)

@@ -17,26 +17,19 @@ from tqdm import tqdm
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
-from slipmode.rom.cyclic.mistuned.disk_modes import (
-    Excited,
-    MistunedModes,
-    TunedModes,
-    past_flexibility,
-    real_modes,
-)
+from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.internal_resonance import (
     internal_resonance,
     resonance_findings,
 )
 from slipmode.rom.cyclic.mistuned.script import Script
-from slipmode.rom.cyclic.mistuned.stuck_modes import stuck_modes
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
 from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
-from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts, FastModes
+from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
@@ -82,14 +75,13 @@ class MistunedDisk:
             )
         self.structure, self.law, self.deviation = structure, law, given
         self._reference = law.elements(contacts).reference
-        free, self._stuck = (
-            [of_diameter(k) for k in range(N)]
+        self._tuned, self._stuck = (
+            TunedModes(structure, [of_diameter(k) for k in range(N)])
             for of_diameter in (
                 AllDiameters(structure, springs, highest, {})
                 for springs in (np.zeros(contacts), self._reference)
             )
         )
-        self._tuned = TunedModes(structure, free)
 
     def response(
         self,
@@ -150,18 +142,19 @@ class MistunedDisk:
         contacts = self._local(float(np.median(omega)), given)
         if local:
             self._check_harmonics(engine_order, omega)
+        modes, springs = self._modes, self._springs
         x: Complexes | None = None
         found = []
         each_frequency = tqdm(
             omega.tolist(), "response", unit=" frequencies", delay=1.0, disable=not progress
         )
         for each in each_frequency:
-            at = self._modes.at(each, excited)
-            balance = ContactBalance(each, at.flexibility, at.moved, contacts, self._springs)
+            G, moved = modes.flexibility(each), modes.moved(each, excited)
+            balance = ContactBalance(each, G, moved, contacts, springs)
             x, y = balance.with_local_contacts(x)
             if not local:
                 x, y = balance.with_coupled_contacts(self._coupled(each), x)
-            found.append(at.displacement(y - self._springs * x))
+            found.append(modes.displacement(each, excited, y - springs * x))
         return DiskResponse(omega, np.stack(found, axis=1))
 
     def flow(
@@ -274,7 +267,7 @@ class MistunedDisk:
         sectors, contacts = self.structure.sectors, self.structure.n_contacts
         local: LocalContacts | None = None
         for pattern in patterns:
-            modes = stuck_modes(self._modes, pattern, self._springs, excited, frequency)
+            modes = self._modes.tone_modes(pattern, self._springs, excited, frequency)
             if local is None:
                 every = np.diag(modes.flexibility(frequency))
                 own = every.reshape(sectors, contacts).mean(axis=0)
@@ -413,7 +406,7 @@ class MistunedDisk:
         InternalResonance
             Mode, harmonic and strength.
         """
-        free, stuck = self._tuned.by_diameter, self._stuck
+        free, stuck = self._tuned.by_diameter, self._stuck.by_diameter
         return internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
 
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
@@ -424,8 +417,7 @@ class MistunedDisk:
         """Return all contacts of each pattern together."""
         sectors, size = self.structure.sectors, self.structure.n_contacts
         groups: Any = [(self.law, range(j * size, (j + 1) * size)) for j in range(sectors)]
-        static = past_flexibility(self._stuck).real
-        fast = FastModes.of(static, *real_modes(self._stuck), frequency)
+        fast = self._stuck.fast_modes(frequency)
 
         @cache
         def flexibility(nu: float) -> Complexes:
@@ -445,7 +437,9 @@ class MistunedDisk:
         `at_carrier` (N_c,) is their own flexibility at the carrier.
         """
         own = [
-            np.mean([np.diag(k.flexibility(h * frequency)) for k in self._stuck], axis=0)
+            np.mean(
+                [np.diag(k.flexibility(h * frequency)) for k in self._stuck.by_diameter], axis=0
+            )
             for h in range(3, HIGHEST + 1, 2)
         ]
         return LocalContacts.of(self.law, [at_carrier, *own], frequency)
