@@ -125,6 +125,7 @@ class Component:
         self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
         self.output_names = _output_names(model, self._named, chosen)
+        self._slow_count = max(kernel.OUTPUTS_FIXED, len(self.output_names))
         self._handle = create_component(model, force_patterns, chosen)
         self._inputs = self._named.at_rest
         self.reset()
@@ -430,7 +431,7 @@ class Component:
         return self.model
 
     def _slow_outputs(self, doing: str) -> Floats:
-        values = np.empty(max(kernel.OUTPUTS_FIXED, len(self.output_names)))
+        values = np.empty(self._slow_count)
         status = self._handle.slow_outputs(values)
         kernel.check(status, doing)
         return values
@@ -461,7 +462,7 @@ class Component:
             return StoppedError(words, self.time, outputs)
         duration = float(left[0])
         reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
-        read = self._handle.slow_outputs(np.empty(max(kernel.OUTPUTS_FIXED, outputs.shape[1])))
+        read = self._handle.slow_outputs(np.empty(self._slow_count))
         if status == kernel.NOT_CONVERGED and isinstance(self.model, ToneModel):
             reason = NOT_CONVERGED
         elif outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
