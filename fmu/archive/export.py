@@ -106,6 +106,7 @@ def export(
 
         fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
+    model.check_mode(0)  # modes that share a tone have no FMU yet
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
     if force_patterns is not None:
