@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipmode.fmu.handle import ComponentOptions, create_component, takes
+from slipmode.fmu.handle import ComponentOptions, create_component, forced_tone, takes
 from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
@@ -130,10 +130,14 @@ class Component:
         self._inputs = self._named.at_rest
         self.reset()
         self._check_frequencies = chosen.warned
-        if chosen.warned and not isinstance(model, ToneModel):
-            if force_patterns is not None:
-                check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
-            warn(findings_of(model, self._named.mode_names))
+        if not chosen.warned:
+            return
+        if isinstance(model, ToneModel):
+            warn(forced_tone(model, force_patterns).transient_findings(model.middle))
+            return
+        if force_patterns is not None:
+            check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
+        warn(findings_of(model, self._named.mode_names))
 
     @property
     def time(self) -> float:
