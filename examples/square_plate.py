@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse
 
 from slipmode import rom
 
@@ -31,7 +32,10 @@ def square_plate() -> rom.Structure:
     waves = np.add.outer(*squares).ravel()
     mass = DENSITY * THICKNESS * np.prod(SIDES) / (POINTS + 1) ** 2  # of a point
     stiffness = mass * rigidity / (DENSITY * THICKNESS) * (modes * waves**2) @ modes.T
-    M, K = mass * np.eye(POINTS**2), 0.5 * (stiffness + stiffness.T)
+    M, K = (
+        scipy.sparse.csr_array(each)
+        for each in (mass * np.eye(POINTS**2), 0.5 * (stiffness + stiffness.T))
+    )
     return rom.Structure(M, K, DAMPING, contact=[DAMPER])
 
 

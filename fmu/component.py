@@ -21,7 +21,7 @@ continuous in phase whatever the step.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import isfinite
 from typing import Any
 
@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 
 from slipmode.fmu.handle import ComponentOptions, create_component, takes
 from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
+from slipmode.fmu.outputs import AnyModel, checked_findings, output_names
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
@@ -39,8 +40,7 @@ from slipmode.rom.slow.tone.tone_flow import NOT_CONVERGED
 from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.local.tone_model import ToneModel
-from slipmode.rom.table.quasi_static import check_force_patterns
-from slipmode.rom.validity import Finding, mode_frequency_findings, model_findings, warn
+from slipmode.rom.validity import warn
 
 _TRACED_ROWS = 4096  # outputs in memory together
 
@@ -112,10 +112,7 @@ class Component:
 
     @takes(ComponentOptions)
     def __init__(
-        self,
-        model: Model | ToneModel,
-        force_patterns: ForcePatterns | None = None,
-        **options: Any,
+        self, model: AnyModel, force_patterns: ForcePatterns | None = None, **options: Any
     ) -> None:
         chosen, last = ComponentOptions(**options), model.reduced.n_dofs - 1
         if not all(0 <= dof <= last for dof in chosen.elastic):
@@ -124,15 +121,14 @@ class Component:
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
-        self.output_names = _output_names(model, self._named, chosen)
+        self.output_names = output_names(model, self._named, chosen)
+        self._slow_count = max(kernel.OUTPUTS_FIXED, len(self.output_names))
         self._handle = create_component(model, force_patterns, chosen)
         self._inputs = self._named.at_rest
         self.reset()
         self._check_frequencies = chosen.warned
-        if chosen.warned and not isinstance(model, ToneModel):
-            if force_patterns is not None:
-                check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
-            warn(findings_of(model, self._named.mode_names))
+        if chosen.warned:
+            warn(checked_findings(model, force_patterns, self._named.mode_names))
 
     @property
     def time(self) -> float:
@@ -158,12 +154,11 @@ class Component:
             table.
         """
         time, given = as_number("time", time), np.atleast_1d(as_complexes("amplitude", amplitude))
+        if not isfinite(time):
+            raise SlipmodeError(f"time: must be finite, got {time}")
         if isinstance(self.model, ToneModel):
-            if given.any() or not isfinite(time):
-                raise SlipmodeError(
-                    "amplitude, time: must be 0 and finite, because modes that share a tone start "
-                    f"from rest, got {given} at {time}"
-                )
+            if given.any():
+                raise SlipmodeError("amplitude: must be 0; modes that share a tone start at rest")
             kernel.check(self._handle.reset(time), "reset")
             return
         start, modes = np.zeros(kernel.MODES, dtype=complex), self.model.modes
@@ -171,8 +166,6 @@ class Component:
         if given.ndim > 1 or too_many:
             raise SlipmodeError(f"amplitude: must be at most {modes} numbers, got {given}")
         start[: given.size] = given
-        if not isfinite(time):
-            raise SlipmodeError(f"time: must be finite, got {time}")
         status = self._handle.reset(time, start)
         if status == kernel.OK:
             return
@@ -423,14 +416,11 @@ class Component:
     def _two_modes(self, function: str) -> Model:
         """Return the model; refuse a function where modes share a tone."""
         if isinstance(self.model, ToneModel):
-            raise SlipmodeError(
-                f"{function}: is not available for modes that share a tone; use run, outputs and "
-                "reset"
-            )
+            raise SlipmodeError(f"{function}: is not available for modes that share a tone")
         return self.model
 
     def _slow_outputs(self, doing: str) -> Floats:
-        values = np.empty(max(kernel.OUTPUTS_FIXED, len(self.output_names)))
+        values = np.empty(self._slow_count)
         status = self._handle.slow_outputs(values)
         kernel.check(status, doing)
         return values
@@ -461,7 +451,7 @@ class Component:
             return StoppedError(words, self.time, outputs)
         duration = float(left[0])
         reason, outside = kernel.message(status), status == kernel.OUTSIDE_TABLE
-        read = self._handle.slow_outputs(np.empty(max(kernel.OUTPUTS_FIXED, outputs.shape[1])))
+        read = self._handle.slow_outputs(np.empty(self._slow_count))
         if status == kernel.NOT_CONVERGED and isinstance(self.model, ToneModel):
             reason = NOT_CONVERGED
         elif outside and read == kernel.OUTSIDE_TABLE:  # already at the start of the step
@@ -504,25 +494,3 @@ class Component:
             f"amplitude |{name}| leaves the friction table, whose range is "
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"
         )
-
-
-def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
-    """Return the assumptions of the method that a model strains."""
-    reduced, largest = model.reduced, model.table.amplitude_range
-    return [
-        *mode_frequency_findings(mode_names, reduced.frequency),
-        *model_findings(reduced, model.law, largest, model.combinations, mode_names),
-    ]
-
-
-def _output_names(
-    model: Model | ToneModel, named: Inputs, options: ComponentOptions
-) -> tuple[str, ...]:
-    names = ["time", *(f"{mode}_{part}" for mode in named.mode_names for part in ("re", "im"))]
-    names += [f"theta_{mode}" for mode in named.carriers]
-    names += ["input_power", "dissipated_power", "dissipated_energy"]
-    if options.contact:
-        contacts = range(model.reduced.n_contacts)
-        names += [f"contact_{i}_{quantity}" for quantity in "xvf" for i in contacts]
-        names += [f"x_{dof}" for dof in options.elastic]
-    return tuple(names)

@@ -15,6 +15,7 @@ from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import as_number, in_one_line
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
+from slipmode.rom.errors import naming
 from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.slow.nonresonant.response_surface import forces_out, response_surface
@@ -69,7 +70,7 @@ def create_component(
 ) -> Handle:
     """Return the core's component, or its flow of a tone, which is freed with the handle."""
     if isinstance(model, ToneModel):
-        forced = ForcedTone.of(model, tone_patterns(force_patterns), 0.0, np.array([model.middle]))
+        forced = forced_tone(model, force_patterns)
         return forced.handle(model.middle, options.tolerance, options.elastic, options.contact)
     wanted: dict[str, Any] = {}
     if options.contact:
@@ -94,11 +95,12 @@ def create_component(
     )
 
 
-def tone_patterns(force_patterns: ForcePatterns | None) -> ForcePatterns:
-    """Return the force of modes that share a tone; refuse a force that is missing."""
+def forced_tone(model: ToneModel, force_patterns: ForcePatterns | None) -> ForcedTone:
+    """Return modes that share a tone under their force; refuse a force that is missing."""
     if force_patterns is None:
         raise SlipmodeError(
             "force_patterns: is missing, because one force moves all modes that share a tone; "
             "give it as [{DOF: amplitude}]"
         )
-    return force_patterns
+    with naming("force_patterns"):
+        return ForcedTone.of(model, force_patterns, 0.0, np.array([model.middle]))

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive.resources import resource_files
-from slipmode.fmu.component import Component, findings_of
+from slipmode.fmu.component import Component
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
 from slipmode.fmu.description.options import MODEL_IDENTIFIER, ExportOptions
 from slipmode.fmu.description.reference_result import reference_files
@@ -26,6 +26,7 @@ from slipmode.fmu.description.xml_files import (
 )
 from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
+from slipmode.fmu.outputs import findings_of
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
@@ -106,6 +107,7 @@ def export(
 
         fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
+    model.check_mode(0)  # modes that share a tone have no FMU yet
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
     if force_patterns is not None:

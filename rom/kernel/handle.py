@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import weakref
+from functools import partial
 from typing import Any
 
 from slipmode.rom import kernel
@@ -34,12 +35,7 @@ class Handle:
         """Return a function of the core, which is called with this object."""
         if name.startswith("_"):
             raise AttributeError(name)
-        function, address = self._function(name), self._address
-
-        def call(*arguments: Any) -> Any:
-            return function(address, *arguments)
-
-        vars(self)[name] = call
+        call = vars(self)[name] = partial(self._function(name), self._address)
         return call
 
     def _function(self, name: str) -> Any:

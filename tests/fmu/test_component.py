@@ -19,6 +19,7 @@ from stepping import (
 
 from slipmode import rom
 from slipmode.fmu import Component, StoppedError
+from slipmode.runner import shipped_scenes
 
 pytestmark = pytest.mark.quick
 
@@ -36,7 +37,18 @@ def elastic_component(name="mixed", modes=(0, 1), scale=1.0, **inputs):
     return made
 
 
+def tone_component():
+    """Two modes of the shipped plate on one tone."""
+    plate = rom.load_structure(shipped_scenes()["square-plate"].with_suffix(".npz"))
+    law = rom.Jenkins(0.8, 1e4)
+    model = rom.tabulate(rom.reduce(plate, (1, 2), law=law, tones=(0, 0)), law)
+    made = Component(model, [{13: 1.0}], contact=True, elastic=(0, 13), warned=False)
+    made.set_inputs(force_A=1.0, frequency_A=1725.0, phase_rate_A=0.1)
+    return made
+
+
 MADE = {
+    "tone": tone_component,
     "slow": lambda: component(SWEPT),
     "contacts": lambda: component(SWEPT, contact=True, elastic=(0, 1)),
     "elastic contacts": elastic_component,

@@ -19,3 +19,8 @@ def jenkins_first_harmonic(X: float, limit: float, stiffness: float) -> complex:
 def jenkins_dissipation(X: float, limit: float, stiffness: float) -> float:
     """Return the work that a Jenkins element dissipates per cycle, 4 mu N (X - mu N / k)."""
     return 4.0 * limit * max(0.0, X - limit / stiffness)
+
+
+def play_delay(stick: float) -> complex:
+    """Return the integral of t exp(-i t) over the angle that a slider sticks after a reversal."""
+    return complex(np.exp(-1j * stick) * (1.0 + 1j * stick) - 1.0)

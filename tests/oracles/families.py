@@ -157,6 +157,22 @@ def _joints(law: str, limits: np.ndarray, k: np.ndarray) -> list[Sliders]:
     return joints
 
 
+def _with_share(M, K, W, k, A, share):
+    """Return stiffnesses with a share of that of mode A, squares and shapes; None: too weak."""
+
+    def stuck(size):
+        return scipy.linalg.eigh(K + size * (W * k) @ W.T, M)
+
+    def excess(size):
+        squares, shapes = stuck(size)
+        return size * k @ (W.T @ shapes[:, A]) ** 2 / squares[A] - share
+
+    if excess(np.trace(K)) < 0.0:
+        return None
+    size = brentq(excess, 0.0, np.trace(K))
+    return k * size, *stuck(size)
+
+
 def _drawn_close(seed, rng, distance, shares):
     body, M, K, choices = _body(rng)
     A, B = (0, 1) if rng.random() < 0.5 else (1, 2)
@@ -165,14 +181,10 @@ def _drawn_close(seed, rng, distance, shares):
     k = rng.uniform(0.5, 1.5, count)
     share = float(np.exp(rng.uniform(*np.log(shares))))
 
-    def excess(size):
-        squares, shapes = scipy.linalg.eigh(K + size * (W * k) @ W.T, M)
-        return size * k @ (W.T @ shapes[:, A]) ** 2 / squares[A] - share
-
-    if excess(np.trace(K)) < 0.0:
+    found = _with_share(M, K, W, k, A, share)
+    if found is None:
         return None
-    k = k * brentq(excess, 0.0, np.trace(K))
-    squares, shapes = scipy.linalg.eigh(K + (W * k) @ W.T, M)
+    k, squares, shapes = found
     omega = np.sqrt(squares)
     omega[B] = (1.0 + distance) * omega[A]
     apart = np.abs(np.delete(omega, [A, B])[:, np.newaxis] / omega[[A, B]] - 1.0)
@@ -208,20 +220,10 @@ def _drawn(seed, rng, modes, law, ratio, distance, shares):
     share = float(np.exp(rng.uniform(*np.log(shares))))
     A = int(rng.integers(0, 2))
 
-    def stuck(size):
-        squares, shapes = scipy.linalg.eigh(K + size * (W * k) @ W.T, M)
-        return squares, shapes
-
-    def excess(size):
-        squares, shapes = stuck(size)
-        return size * k @ (W.T @ shapes[:, A]) ** 2 / squares[A] - share
-
-    top = np.trace(K)
-    if excess(top) < 0.0:
+    found = _with_share(M, K, W, k, A, share)
+    if found is None:
         return None
-    size = brentq(excess, 0.0, top)
-    squares, shapes = stuck(size)
-    k = k * size
+    k, squares, shapes = found
     omega = np.sqrt(squares)
     moved = np.abs(W.T @ shapes)
     B = A + 1

@@ -10,7 +10,7 @@ import time
 from dataclasses import replace
 
 import pytest
-from runs import SMALL_RANGE, changed, column
+from runs import SMALL_RANGE, changed, column, replaced
 
 from slipmode import runner
 from slipmode.rom import SlipmodeError
@@ -77,14 +77,12 @@ def test_places_that_cannot_be_written_are_named(tmp_path, prepare, at_fault):
 @pytest.fixture(name="long_run")
 def started_long_run(tmp_path):
     """A run of many minutes in another process, some megabytes into its recording."""
-    text = shipped_scenes()["one-mode"].read_text()
-    for old, new in [
+    text = replaced(
+        shipped_scenes()["one-mode"].read_text(),
         ("duration = 800.0", "duration = 20000.0"),
         ("[750.0, 800.0]", "[100.0, 20000.0]"),
         ("samples_per_period = 128", "samples_per_period = 4096\n[log]\nrerun = false"),
-    ]:
-        assert old in text
-        text = text.replace(old, new)
+    )
     (tmp_path / "long.toml").write_text(text)
     recording = tmp_path / "long.mcap"
     command = [SLIPMODE, "run", tmp_path / "long.toml", "-o", tmp_path]

@@ -52,7 +52,10 @@ def compile_all(
         return target
 
     with ThreadPoolExecutor() as pool:
-        return dict(zip(commands, pool.map(compile_one, commands), strict=True))
+        objects = dict(zip(commands, pool.map(compile_one, commands), strict=True))
+    for stale in set(folder.glob("*.o")) - set(objects.values()):
+        stale.unlink(missing_ok=True)
+    return objects
 
 
 def _compiles(compiler: str, folder: Path, *flags: str) -> bool:
@@ -91,8 +94,6 @@ def drivers(
     commands |= dict.fromkeys(own["kernel"], (*flags, f"-I{CORE}", *drivers))
     commands |= dict.fromkeys((*face, *own["fmu"]), through)
     objects = compile_all(compiler, kept, commands)
-    for stale in set(kept.glob("*.o")) - set(objects.values()):
-        stale.unlink(missing_ok=True)
 
     allocation = TESTS / "kernel" / "driver" / "allocation.c"
     parts = {

@@ -41,12 +41,16 @@ SMALL_RANGE = ("[log]", "[model]\namplitude = [2.5, 2.0]\n[log]")
 FORCING_B = "[forcing.B]\ndof = 1\namplitude = 0.25\nfrequency = 1.65\n[run]"
 
 
-def changed(*changes):
-    text = SCENE
+def replaced(text, *changes):
+    """Return text with other parts, each of which is in it."""
     for old, new in changes:
-        assert old in text
+        assert old in text, old
         text = text.replace(old, new)
-    return replace(parse_scene(text, "."), name="test")
+    return text
+
+
+def changed(*changes):
+    return replace(parse_scene(replaced(SCENE, *changes), "."), name="test")
 
 
 def decisions(scene):

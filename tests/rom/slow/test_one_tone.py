@@ -139,6 +139,10 @@ def reduce(modes=(4, 5), tones=(0, 0), law=LAW, **options):
     return rom.reduce(structure, modes, law=law, tones=tones, warned=False, **options)
 
 
+def made(model):
+    return fmu.Component(model, [SHAPE], warned=False)
+
+
 def at_resonance():
     two = {"mass": np.eye(2), "stiffness": np.eye(2), "damping": np.zeros((2, 2))}
     reduced = rom.reduce(rom.Structure(**two, contact=[0, 1]), (0, 1), law=LAW, tones=(0, 0))
@@ -148,6 +152,35 @@ def at_resonance():
 @pytest.fixture(scope="module")
 def model():
     return rom.tabulate(reduce(), LAW)
+
+
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_components_are_flows_whose_force_does_the_work_of_friction_and_dampers(model):
+    """In a steady state, with limits, forces and phases that moved; jumps leave displacements."""
+    of = {"tolerance": model.tolerance, "contact": True, "elastic": (0, 3)}
+    made, flow = fmu.Component(model, [SHAPE], **of), rom.tone_flow(model, model.middle, SHAPE)
+    flow.step(0.0, magnitude=2.0, frequency=4.9, phase=0.4)
+    flow.step(50.0, magnitude=4.0, phase=-0.2)
+    made.set_inputs(force_A=4.0, frequency_A=4.9, phase_A=0.4, limit_scale=2.0)
+    made.set_inputs(force_rate_A=0.08, phase_rate_A=-0.012)
+    made.do_step(0.0, 50.0)
+    before, turn = made.outputs(), 4.0 * np.exp(1j * flow.angle)
+    for mode, a in zip(("A", "A2"), flow.modal_amplitude(), strict=False):
+        assert before[f"{mode}_re"] + 1j * before[f"{mode}_im"] == pytest.approx(2.0 * a, rel=1e-6)
+    assert before["x_3"] == pytest.approx((turn * flow.displacement()[3]).real, rel=1e-6)
+    made.set_inputs(force_A=12.0, phase_A=2.0, force_rate_A=0.0, phase_rate_A=0.0)
+    after = made.outputs()
+    assert after["x_3"] == pytest.approx(before["x_3"], rel=0.02)
+    flow.step(0.0, magnitude=6.0, phase=2.0)
+    flow.step(2000.0)
+    made.do_step(50.0, 2000.0)
+    now, c = made.outputs(), 2.0 * flow.displacement()
+    a = rom.steady(model, [4.9], [6.0 * SHAPE], 2.0)
+    assert np.abs(flow.modal_amplitude()[:2] - a).max() < 0.01 * np.abs(a).max()
+    damped = 2.0 * 4.9**2 * (c.conj() @ SYSTEM.C @ c).real
+    assert now["input_power"] == pytest.approx(damped + now["dissipated_power"], rel=2e-3)
+    assert now["dissipated_power"] > 0.1 * damped
 
 
 @pytest.mark.parametrize(
@@ -179,6 +212,9 @@ def model():
         (lambda m: rom.tone_curve(m, SHAPE, (5.0, 4.5)), "span: must be two increasing"),
         (lambda m: rom.response_curve(m, [5.0], [SHAPE], "force", (1.0, 2.0)), "use rom.steady"),
         (lambda m: fmu.Component(m), "force_patterns: is missing"),
+        (lambda m: made(m).set_inputs(frequency_A=4.0), "frequency_A: must be within 10 % of"),
+        (lambda m: made(m).reset(amplitude=[1e-5]), "amplitude: must be 0; modes"),
+        (lambda m: made(m).transient_error(), "transient_error: is not available"),
         (lambda _: at_resonance(), "frequency = .*: is the natural frequency of a mode without"),
     ],
 )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from oracles.closed_forms import play_delay
 
 from benchmarks.cases import two_mode
 from benchmarks.measure import worst_rms
@@ -46,11 +46,7 @@ def test_a_rigid_contact_has_the_correction_of_the_play_operator(beyond_threshol
         *(reduced, Coulomb(LIMIT), np.array([[a]]), np.array([4.0])), Discretisation(1024, 1)
     )
     stick = np.arccos(1.0 - LIMIT / (k * a))
-    re, im = (
-        quad(lambda angle, part=part: angle * part(angle), 0.0, stick)[0]
-        for part in (np.cos, lambda angle: -np.sin(angle))
-    )
-    exact = -2.0 * k**2 / K * (re + 1j * im) / (np.pi * reduced.carrier[0])
+    exact = -2.0 * k**2 / K * play_delay(stick) / (np.pi * reduced.carrier[0])
     assert found[0, 0, 0] == pytest.approx(exact, rel=1e-3)
 
 

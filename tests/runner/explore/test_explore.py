@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from runs import replaced
 
 from slipmode import runner
 from slipmode.__main__ import main
@@ -48,10 +49,7 @@ def written(no_compiler, tmp_path):
 
     def write(name, *changes):
         scene = tmp_path / f"{name}.toml"
-        text = shipped_scenes()[name].read_text(encoding="utf-8")
-        for before, after in changes:
-            assert before in text
-            text = text.replace(before, after)
+        text = replaced(shipped_scenes()[name].read_text(encoding="utf-8"), *changes)
         scene.write_text(text, encoding="utf-8")
         path = runner.explore(scene, tmp_path / "page.html")
         return Elements(path.read_text(encoding="utf-8"))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cyclic.ring import TIPS, TWO, around, in_time, ring
+from cyclic.ring import TIPS, TWO, around, in_time, ring, save_sector
 from scipy.interpolate import CubicSpline
 
 from slipmode import rom, runner
@@ -42,13 +42,7 @@ def changed(text, changes):
 
 def recorded(text, folder):
     """Channels of a run; the folder has a file of one sector with the contacts of TWO."""
-    np.savez(
-        folder / "sector.npz",
-        mass=np.diag([0.6, 0.35, 0.25, 0.6]),
-        stiffness=rom.lumped_disk(24).stiffness.toarray(),
-        contact=[[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
-        labels=[[11, 3], [12, 3], [13, 3], [21, 3]],
-    )
+    save_sector(folder, [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
     return runner.run(runner.parse_scene(text, folder), folder).read().channels
 
 

@@ -1,38 +1,28 @@
-"""Scenes of bladed disks: engine orders, nodal diameters, files of one sector, refusals."""
+"""Scenes of disks and tones: engine orders, nodal diameters, files of one sector, refusals."""
 
 import numpy as np
 import pytest
+from cyclic.ring import save_sector
+from runs import replaced
 
 from slipmode import rom
 from slipmode.runner import parse_scene, plan_scene, shipped_scenes
 
 SCENES = shipped_scenes()
-DISK, MISTUNED = (
-    SCENES[name].read_text(encoding="utf-8") for name in ("bladed-disk", "mistuned-disk")
+DISK, MISTUNED, PLATE = (
+    SCENES[name].read_text(encoding="utf-8").replace('"square', f'"{SCENES[name].parent}/square')
+    for name in ("bladed-disk", "mistuned-disk", "square-plate")
 )
 ORDER, SPEED, MODEL = "engine_order = 3", "[[0, 3780], [4, 4040]]", 'model = "lumped-disk"'
 DRAWN = "standard_deviation = 0.02\nseed = 3\n"
 FILE = 'matrices = "sector.npz"\nnext_contacts = [[0, 13, "z"]]\n'
 
 
-def changed(text, *changes):
-    for old, new in changes:
-        assert old in text, old
-        text = text.replace(old, new)
-    return text
-
-
 @pytest.fixture(scope="module")
 def sector(tmp_path_factory):
     """A folder with the lumped disk as a file of one sector: nodes 11 to 13, and next 21."""
     folder = tmp_path_factory.mktemp("sector")
-    np.savez(
-        folder / "sector.npz",
-        mass=np.diag([0.6, 0.35, 0.25, 0.6]),
-        stiffness=rom.lumped_disk(24).stiffness.toarray(),
-        contact=[[0.0], [0.0], [1.0], [0.0]],
-        labels=[[11, 3], [12, 3], [13, 3], [21, 3]],
-    )
+    save_sector(folder, [[0.0], [0.0], [1.0], [0.0]])
     return folder
 
 
@@ -41,7 +31,7 @@ def test_the_forcing_frequency_is_the_engine_order_times_the_rotor_speed():
     frequency = parse_scene(DISK, ".").forcing["A"].frequency
     np.testing.assert_allclose(frequency.values, [3 * 63 * 2 * np.pi, 3 * 4040 / 60 * 2 * np.pi])
     text = SCENES["one-mode"].read_text(encoding="utf-8")
-    text = changed(text, ("frequency = 0.9825", "engine_order = 2\nrotor_speed = 4.6792"))
+    text = replaced(text, ("frequency = 0.9825", "engine_order = 2\nrotor_speed = 4.6792"))
     (value,) = parse_scene(text, ".").forcing["A"].frequency.values
     assert value == pytest.approx(2 * 4.6792 / 60 * 2 * np.pi)
 
@@ -56,7 +46,7 @@ def test_the_forcing_frequency_is_the_engine_order_times_the_rotor_speed():
 )
 def test_the_plan_says_which_wave_an_engine_order_excites(order, diameter, words):
     ends = f"[[0, {3780 * 3 / order}], [4, {4040 * 3 / order}]]"
-    text = changed(DISK, (ORDER, f"engine_order = {order}"), (SPEED, ends))
+    text = replaced(DISK, (ORDER, f"engine_order = {order}"), (SPEED, ends))
     plan = plan_scene(parse_scene(text, "."))
     (wave,) = (each for each in plan.decisions if each.subject == "wave A")
     assert wave.choice == f"nodal diameter {diameter}, mode 0"
@@ -66,7 +56,7 @@ def test_the_plan_says_which_wave_an_engine_order_excites(order, diameter, words
 
 @pytest.mark.parametrize("sides", ["interface = [[11, 21]]", "left = [0]\nright = [3]"])
 def test_a_file_of_one_sector_makes_the_same_disk(sides, sector):
-    text = changed(DISK, (MODEL, FILE + sides), ("dof = 2", 'node = 13\ndirection = "z"'))
+    text = replaced(DISK, (MODEL, FILE + sides), ("dof = 2", 'node = 13\ndirection = "z"'))
     plan, expected = (plan_scene(parse_scene(each, sector)) for each in (text, DISK))
     np.testing.assert_allclose(
         plan.excited.reduced.frequency, expected.excited.reduced.frequency, rtol=1e-12
@@ -94,14 +84,26 @@ WRONG_BLADES = [
     ([(ORDER, "frequency = 200.0"), ("rotor_speed", "# ")], "forcing.A.engine_order: is missing"),
     ([("3780", "3000")], "forcing.A.engine_order * rotor_speed: must stay within 10 % of the mid"),
 ]
+WRONG_TONES = [
+    ([("[1, 2]", "[1, 1]")], "modes.A: must be one mode or several different ones"),
+    ([("[1, 2]", "[1, 2]\nB = 3")], "modes.B: must be left out, because several modes share"),
+    ([("[1, 2]", "[0, 1]")], "modes.A: tones: mode 0 at 710.89 rad/s and mode 1 at"),
+    ([("[run]", "[initial]\nA = [0.0, 1e-5]\n[run]")], "initial: must be left out with several"),
+    ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: must be left out with several modes"),
+    ([("[run]", '[model]\ntable = "none"\n[run]')], 'model.table: must be "whole" with several'),
+    ([("[0, 268]", "[0, 200]")], "forcing.A.frequency: must stay within 10 % of the middle"),
+    ([("elastic = [10, 13]", "elastic = [36]")], "output.elastic: DOF 36 is out of range"),
+]
 
 
 @pytest.mark.parametrize(
     ("text", "changes", "line"),
-    [(DISK, *each) for each in WRONG_WAVES] + [(MISTUNED, *each) for each in WRONG_BLADES],
+    [(DISK, *each) for each in WRONG_WAVES]
+    + [(MISTUNED, *each) for each in WRONG_BLADES]
+    + [(PLATE, *each) for each in WRONG_TONES],
 )
 def test_refuses_in_one_line_that_names_the_key(text, changes, line, sector):
     with pytest.raises(rom.SlipmodeError) as refused:
-        plan_scene(parse_scene(changed(text, *changes), sector))
+        plan_scene(parse_scene(replaced(text, *changes), sector))
     (said,) = str(refused.value).splitlines()
     assert said.startswith(line)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from runs import replaced
 from scipy.interpolate import griddata
 
 from slipmode.runner import load, load_scene, parse_scene, run
@@ -38,10 +39,7 @@ def distance(found, expected):
     ids=["two-mode", "scaled limits", "A is faster"],
 )  # fmt: skip
 def test_the_recorded_motion_lies_on_the_recorded_surface(tmp_path, changes, bounds):
-    text = COARSE
-    for before, after in changes:
-        assert before in text
-        text = text.replace(before, after)
+    text = replaced(COARSE, *changes)
     text = text.replace("LIMITS", "[limits]\nscale = [[0, 1.0], [300, 0.6]]\n")
     recorded = load(run(parse_scene(text, tmp_path), tmp_path).mcap)
     for field, bound in zip("xf", bounds, strict=True):

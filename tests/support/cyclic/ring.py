@@ -33,6 +33,13 @@ def fluttering_disk(sectors, own=AIR[0]):
     return rom.lumped_disk(sectors, 2e-6).with_aerodynamics([2], air, AIR_FREQUENCY), air
 
 
+def save_sector(folder, contact):
+    """Save the lumped disk as a file of one sector: nodes 11 to 13, and next 21."""
+    M, K = np.diag([0.6, 0.35, 0.25, 0.6]), rom.lumped_disk(24).stiffness.toarray()
+    labels = [[11, 3], [12, 3], [13, 3], [21, 3]]
+    np.savez(folder / "sector.npz", mass=M, stiffness=K, contact=contact, labels=labels)
+
+
 def independent(law):
     """Return the laws of one sector for the independent solutions."""
     if isinstance(law, rom.FrictionalContact):

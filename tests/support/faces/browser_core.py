@@ -100,8 +100,6 @@ def browser_library(request, tmp_path_factory):
         if source.suffix == ".c"
     }
     objects = compile_all(compiler, kept, commands)
-    for stale in set(kept.glob("*.o")) - set(objects.values()):
-        stale.unlink(missing_ok=True)
     library = folder / "browser.so"
     linked = run(compiler, "-shared", *objects.values(), "-lm", "-o", library)
     assert linked.returncode == 0, linked.stderr
