@@ -221,7 +221,7 @@ class DiameterModes:
         """
         nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
         dynamic = np.diag(self.stiffness) - nu**2 + 1j * nu * np.diag(self.damping)
-        own = np.sum(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
+        own = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
         return harmonic_gain(own, dynamic, order**2)
 
     @cached_property

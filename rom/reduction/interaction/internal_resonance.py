@@ -1,12 +1,12 @@
 """How far a mode moves the contacts at a harmonic of their forces: internal resonances.
 
-A mode with the contact displacements psi has the modal stiffness kappa = psi^T k psi due to
-contacts of stiffness k. Harmonics of the order h of their forces are at most about k |x| / h^2 at
-contact displacements x. The mode, of dynamic stiffness D(nu), responds with displacements of
+A mode with the contact displacement psi has the modal stiffness kappa = k psi^2 due to a contact
+of stiffness k. Harmonics of the order h of its force are at most about k |x| / h^2 at contact
+displacements x. The mode, of dynamic stiffness D(nu), responds with displacements of
 
     kappa / (h^2 |D(nu)|)
 
-relative to x: its gain.
+relative to x: its gain. Of several contacts, the largest counts.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def mode_gains(reduced: Reduced, nu: Floats, decay: Floats) -> tuple[Floats, Com
     """
     D = np.einsum("...kk->...k", reduced.modal_stiffness(nu))
     B = reduced.modal_coupling(nu)
-    stiffness = (np.abs(B) ** 2 / own_stiffness(reduced)).sum(axis=-1)
+    stiffness = (np.abs(B) ** 2 / own_stiffness(reduced)).max(axis=-1)
     return harmonic_gain(stiffness, D, decay[:, np.newaxis]), D
 
 
