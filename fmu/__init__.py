@@ -2,7 +2,7 @@
 
 component.py   Component: set_inputs, do_step, outputs. Start here; an FMU takes the same steps,
                rom/kernel/slow/component/component.c. handle.py: its options, and the core's part
-inputs.py      names of the inputs, allowed values, how they move
+inputs.py      names of the inputs, allowed values, how they move; outputs.py: of the outputs
 archive/ variables/ description/   the component as a file for FMI tools
 src/           C of that file: faces/ (FMI 2.0, 3.0, browser/) over instance/ over resources/
 imported.py    such a file as a component, through FMPy; stepping.py: the interface of both

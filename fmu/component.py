@@ -21,7 +21,7 @@ continuous in phase whatever the step.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import isfinite
 from typing import Any
 
@@ -30,17 +30,16 @@ from numpy.typing import ArrayLike
 
 from slipmode.fmu.handle import ComponentOptions, create_component, takes
 from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
+from slipmode.fmu.outputs import findings_of, output_names, transient_error
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
-from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns, phasor
-from slipmode.rom.slow.slow_flow import rates, slow_flow
+from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.slow.tone.tone_flow import NOT_CONVERGED
-from slipmode.rom.slow.transient import TransientError
 from slipmode.rom.table.hermite import outside_table
 from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.quasi_static import check_force_patterns
-from slipmode.rom.validity import Finding, mode_frequency_findings, model_findings, warn
+from slipmode.rom.validity import warn
 
 _TRACED_ROWS = 4096  # outputs in memory together
 
@@ -124,7 +123,7 @@ class Component:
         self._force_patterns = force_patterns
         self._named = Inputs(model, force_patterns, chosen.mode_names)
         self.input_names = self._named.names
-        self.output_names = _output_names(model, self._named, chosen)
+        self.output_names = output_names(model, self._named, chosen)
         self._handle = create_component(model, force_patterns, chosen)
         self._inputs = self._named.at_rest
         self.reset()
@@ -398,18 +397,8 @@ class Component:
         """
         model = self._two_modes("transient_error")
         values = self._slow_outputs("transient error")
-        modes = slice(0, model.modes)
-        amplitude = values[1:5].view(complex)[np.newaxis, modes]
-        inputs = self._named.modal(self._inputs).view(kernel.INPUTS).ravel()
-        inputs["angle"][0] = values[5:7]
-        rate = rates(slow_flow(model, self._force_patterns), inputs, amplitude)
-        scale = limit_scale(self._inputs)
-        if self._force_patterns is not None:
-            shift = AppliedForces.of(model.reduced, self._force_patterns).shift
-            amplitude = amplitude + shift * phasor(inputs["force"], inputs["phase"])[:, modes]
-        estimate = TransientError.of(model.reduced, model.law)
-        error = estimate.at(rate / scale, inputs["frequency"][:, modes], amplitude / scale)
-        return np.asarray(scale * error[0])
+        inputs = self._named.modal(self._inputs)
+        return transient_error(model, self._force_patterns, inputs, values)
 
     def work(self) -> tuple[int, int]:
         """Return the numbers of internal steps since the component was made.
@@ -504,25 +493,3 @@ class Component:
             f"amplitude |{name}| leaves the friction table, whose range is "
             f"{amplitude_range[mode]:g} kg^0.5 m, at t = {last['time']:g} s; {advice}"
         )
-
-
-def findings_of(model: Model, mode_names: Sequence[str]) -> list[Finding]:
-    """Return the assumptions of the method that a model strains."""
-    reduced, largest = model.reduced, model.table.amplitude_range
-    return [
-        *mode_frequency_findings(mode_names, reduced.frequency),
-        *model_findings(reduced, model.law, largest, model.combinations, mode_names),
-    ]
-
-
-def _output_names(
-    model: Model | ToneModel, named: Inputs, options: ComponentOptions
-) -> tuple[str, ...]:
-    names = ["time", *(f"{mode}_{part}" for mode in named.mode_names for part in ("re", "im"))]
-    names += [f"theta_{mode}" for mode in named.carriers]
-    names += ["input_power", "dissipated_power", "dissipated_energy"]
-    if options.contact:
-        contacts = range(model.reduced.n_contacts)
-        names += [f"contact_{i}_{quantity}" for quantity in "xvf" for i in contacts]
-        names += [f"x_{dof}" for dof in options.elastic]
-    return tuple(names)

@@ -14,7 +14,7 @@ import numpy as np
 
 from slipmode.fmu.archive import binaries
 from slipmode.fmu.archive.resources import resource_files
-from slipmode.fmu.component import Component, findings_of
+from slipmode.fmu.component import Component
 from slipmode.fmu.description.documentation import contact_count, icon_png, index_html
 from slipmode.fmu.description.options import MODEL_IDENTIFIER, ExportOptions
 from slipmode.fmu.description.reference_result import reference_files
@@ -26,6 +26,7 @@ from slipmode.fmu.description.xml_files import (
 )
 from slipmode.fmu.handle import ComponentOptions, takes
 from slipmode.fmu.inputs import present_modes
+from slipmode.fmu.outputs import findings_of
 from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
