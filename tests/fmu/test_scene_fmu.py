@@ -163,22 +163,6 @@ def test_the_command_writes_a_valid_fmu_that_runs_without_inputs_as_the_scene(
     np.testing.assert_allclose(found, expected[-1], rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("one-mode", "--range", "0.5"), "--range: must be a finite number >= 1, got 0.5"),
-        (("one-mode", "-o", "no/such/folder/x.fmu"), "no/such/folder/x.fmu"),
-    ],
-)
-def test_what_the_command_refuses_is_named_in_one_line(
-    arguments, message, capsys, tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
-    assert main(["fmu", *arguments]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"slipmode: {message}")
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="needs ziglang")
 def test_an_fmu_for_other_platforms_has_their_libraries(tmp_path):

@@ -6,8 +6,7 @@ import pytest
 from native import CORE, WARNINGS, compile_all, run
 
 # Groups of driver/driver.c in its order: closed forms, conservation laws, orders of convergence
-PHYSICS = ("friction", "frictional", "elastic", "torus", "slow_flow")
-PHYSICS += ("curves", "component", "long_run")
+PHYSICS = ("friction", "frictional", "elastic", "curves", "long_run")
 CONTRACTS = ("same_bits", "refusals", "random_calls")
 
 

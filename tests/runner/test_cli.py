@@ -141,6 +141,7 @@ def test_a_refusal_names_the_option_and_no_function(command, begins, tmp_path, c
         ("replay {folder}/cut.mcap --save {folder}/out.rrd", "no samples are left"),
         ("replay {recording} --save {folder}", "is a directory"),
         ("run one-mode -o {folder}/text.mcap", "File exists"),
+        ("fmu one-mode -o {folder}/no/x.fmu", "no/x.fmu: "),
         ("scenes --path {folder}", "no such scene; scenes: beating"),
     ],
 )

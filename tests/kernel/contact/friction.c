@@ -1,9 +1,8 @@
-/* Along a slow trajectory: contacts of rigid friction, tanh and Coulomb, and sums of harmonics. */
+/* Along a slow trajectory: contacts of rigid friction, tanh and Coulomb. */
 #include "motion.h"
 
 void check_friction(int times);
 void check_friction_refusals(void);
-static void check_sum(void);
 
 void new_motion(motion_call *c, const sm_contact *contact, size_t samples) {
     const double rise[2][4] = {{0.05, -0.02, 0.03, 0.01}, {-0.04, 0.01, 0.02, -0.03}};
@@ -135,7 +134,6 @@ void check_friction(int times) {
         check_chain(12, 1, 0.0, joint);
     }
     check_play_operator();
-    check_sum();
 }
 
 /* One signal: the modes, with the coupling to a contact for their shape, and two harmonics with
@@ -162,27 +160,6 @@ static sm_status add_up(void *arguments) {
     sum_call *c = arguments;
     return sm_harmonic_motion(&c->sum, c->along.segments, c->along.segment, SAMPLES,
                               c->along.times, c->along.x);
-}
-
-static void check_sum(void) {
-    sum_call c;
-    new_sum(&c);
-    CHECK_STATUS(add_up(&c), SM_OK);
-    for (int k = 0; k < SAMPLES; k++) {
-        const double time = c.along.times[k];
-        const sm_segment *g = &c.along.two[time > 14.0];
-        const double *row = c.coefficient + (time > 14.0 ? 4 : 0), t = time - g->start;
-        double value = -forcing(&c.along, 0, time), r = t / g->duration;
-        for (int q = 0; q < 2; q++) {
-            double angle = 0.0;
-            for (int j = 0; j < 2; j++)
-                angle += c.orders[2 * q + j]
-                         * (g->angle[j] + t * (g->frequency[j] + 0.5 * g->frequency_rate[j] * t));
-            value += 2.0 * ((1.0 - r) * row[q] + r * row[4 + q]) * cos(angle);
-            value -= 2.0 * ((1.0 - r) * row[2 + q] + r * row[6 + q]) * sin(angle);
-        }
-        CHECK_NEAR(c.along.x[k], value, 1e-12);
-    }
 }
 
 static sm_status call_contact_check(void *contact) { return sm_contact_check(contact); }

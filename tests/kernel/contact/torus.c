@@ -3,7 +3,6 @@
 
 #include "fixtures.h"
 
-void check_torus(int times);
 void check_torus_refusals(void);
 void check_same_bits(int times);
 
@@ -55,48 +54,6 @@ static double complex harmonic(const torus_call *c, size_t point, int q, int i) 
 static double complex coupling(const torus_call *c, int mode, int i) {
     const double *L = c->contact->coupling + 2 * (mode * c->contact->contacts + i);
     return L[0] + I * L[1];
-}
-
-/* One Jenkins element that is moved by 2 Re(a exp(i t)), without flexibility. */
-static void new_jenkins(torus_call *c, problem *p, sm_element *element, sm_elastic *elastic,
-                        const double *slider) {
-    *p = new_problem(1, 1, SM_ELASTIC);
-    *element = (sm_element){.law = SM_SLIDERS, .sliders = 1};
-    *elastic = (sm_elastic){1, 1, element, slider, slider + 1};
-    p->contact.elastic = elastic;
-    p->stiffness[0] = p->coupling[1] = 0.0;
-    p->coupling[0] = -1.0;
-    new_call(c, &p->contact, 1, 3);
-    c->grid.steps = 8192;
-    for (int k = 0; k < 3; k++) c->amplitudes[k] = 0.2 + 0.3 * k;
-}
-
-/* While |x| = 2 a grows by r per second, a reversal that lies tau
- * back was at an amplitude 2 r tau smaller, and while the slider sticks the force differs by
- * k 2 r tau from the force of steady motion; it sticks until cos tau = 1 - 2 c. */
-void check_torus(int times) {
-    (void)times;
-    const double slider[] = {1.5, 3.0}, by = 1e-3; /* slips from |x| = 0.5 on; growth per period */
-    torus_call c;
-    problem p;
-    sm_element element;
-    sm_elastic elastic;
-    double complex P[3];
-    new_jenkins(&c, &p, &element, &elastic, slider);
-    for (int sign = 1; sign >= -1; sign -= 2) {
-        for (size_t k = 0; k < 3; k++) c.growth[k] = sign * by;
-        CHECK_STATUS(grow(&c), SM_OK);
-        for (size_t k = 0; k < 3; k++)
-            P[k] = sign > 0 ? harmonic(&c, k, 0, 0) : 0.5 * (P[k] - harmonic(&c, k, 0, 0)) / by;
-    }
-    for (size_t k = 0; k < 3; k++) {
-        const double cut = 0.25 / c.amplitudes[k], T = cut < 1.0 ? acos(1.0 - 2.0 * cut) : PI;
-        const double complex weighted = (1.0 + I * T) * cexp(-I * T) - 1.0;
-        /* growth 1 / 2 pi in a second */
-        const double complex late = -slider[1] / PI * weighted / PI;
-        CHECK_NEAR(cabs(P[k] - (k == 0 ? 0.0 : late)), 0.0, 2e-3);
-        CHECK(k == 0 || cabs(late) > 0.1);
-    }
 }
 
 static void *solve_in_thread(void *call) {

@@ -87,9 +87,8 @@ void check_no_memory(entry call, void *arguments) {
 }
 
 #define GROUPS(GROUP)                                                                       \
-    GROUP(friction) GROUP(frictional) GROUP(elastic) GROUP(torus) GROUP(slow_flow)          \
-    GROUP(curves) GROUP(component) GROUP(long_run) GROUP(same_bits) GROUP(refusals)         \
-    GROUP(random_calls)
+    GROUP(friction) GROUP(frictional) GROUP(elastic) GROUP(curves) GROUP(long_run)          \
+    GROUP(same_bits) GROUP(refusals) GROUP(random_calls)
 #define DECLARE(name) void check_##name(int times);
 #define ENTRY(name) {#name, check_##name},
 

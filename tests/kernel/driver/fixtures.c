@@ -58,15 +58,6 @@ static void polynomial(double own, double other, double value[4]) {
     value[3] = slope * g_slope;
 }
 
-void exact_friction(int modes, double a, double b, double *s) {
-    for (int j = 0; j < modes; j++) {
-        double value[4];
-        polynomial(j == 0 ? a : b, j == 0 ? b : a, value);
-        s[2 * j] = FACTOR[j][0] * value[0];
-        s[2 * j + 1] = FACTOR[j][1] * value[0];
-    }
-}
-
 static double *new_nodes(int count) {
     double *node = new_doubles((size_t)count);
     for (int i = 0; i < count; i++) node[i] = 4.0 * pow((double)i / (count - 1), 1.5);

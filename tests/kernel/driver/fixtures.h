@@ -34,8 +34,6 @@ table new_table(int modes, int count_a, int count_b);
 /* For two modes, with columns for combination resonances and for the friction power, and a
  * rate correction and slopes in the forcing frequencies. */
 table new_rich_table(int count_a, int count_b, int combinations);
-/* S_j of that polynomial, (Re, Im) of one or two modes. */
-void exact_friction(int modes, double a, double b, double *s);
 
 /* Slow flow at omega = 1 and 1.7 with damping 0.01 omega^2 over the table. */
 sm_slow_flow flow_over(const table *t);

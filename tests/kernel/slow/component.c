@@ -1,22 +1,17 @@
-/* The step-able component: contact outputs in equilibrium, time and angles of long runs. */
+/* The step-able component: time and angles of long runs. */
 #include "component.h"
 
-void check_component(int times);
 void check_long_run(int times);
 
-/* Harmonics of `width` signals at the nodes that a linear surface holds exactly. */
-static double response_at(double a, double b, int order, int part, int signal) {
-    return 0.01 * (order + 1) * (a - 0.5 * b) * (part == 0 ? 1.0 : -0.3) * (1.0 + signal);
-}
-
+/* Harmonics of `width` signals at the nodes, linear in the amplitudes. */
 static double *new_response(const model *m, int width) {
     const int count_b = m->t.table.count_b, all = COUNT_A * count_b * ORDERS * width * 2;
     double *values = new_doubles((size_t)all);
     for (int k = 0; k < all; k++) {
-        const int node = k / (ORDERS * width * 2);
+        const int node = k / (ORDERS * width * 2), order = k / (2 * width) % ORDERS;
         const double b = m->t.node_b ? m->t.node_b[node % count_b] : 0.0;
-        values[k] = response_at(m->t.node_a[node / count_b], b, k / (2 * width) % ORDERS, k % 2,
-                                k / 2 % width);
+        values[k] = 0.01 * (order + 1) * (m->t.node_a[node / count_b] - 0.5 * b)
+                    * (k % 2 ? -0.3 : 1.0) * (1.0 + k / 2 % width);
     }
     return values;
 }
@@ -54,78 +49,6 @@ void new_model(model *m, int modes, int contacts, int wanted) {
     m->motion = (sm_motion){wanted, ELASTIC, m->modes_out, m->forces_out, m->contacts_out, ORDERS,
                             m->orders, m->reaction, m->response, 32, 4.0};
     CHECK_STATUS(create_again(m), SM_OK);
-}
-
-/* Re sum c_nm exp(i (n theta_A + m theta_B)), what the modes respond at a signal, from the
- * outputs. */
-static double response_in(const model *m, const double *out, int signal) {
-    double complex q[2] = {0.0, 0.0}, phasor[2] = {1.0, 1.0};
-    double sum = 0.0;
-    for (int j = 0; j < m->flow.table.modes; j++) {
-        q[j] = out[1 + 2 * j] + I * out[2 + 2 * j];
-        phasor[j] = cexp(I * out[5 + j]) * q[j] / cabs(q[j]);
-    }
-    for (int k = 0; k < ORDERS; k++) {
-        const double re = response_at(cabs(q[0]), cabs(q[1]), k, 0, signal);
-        const double im = response_at(cabs(q[0]), cabs(q[1]), k, 1, signal);
-        sum += creal((re + I * im) * cpow(phasor[0], m->orders[2 * k])
-                     * cpow(phasor[1], m->orders[2 * k + 1]));
-    }
-    return sum;
-}
-
-/* Contacts in equilibrium with the amplitudes and the modes' response at the communication point;
- * elastic outputs their linear combination. */
-static void check_motion_outputs(int modes, int contacts) {
-    model m;
-    const sm_inputs inputs = resonant_inputs();
-    new_model(&m, modes, contacts, 1);
-    double *out = new_doubles(m.outputs), largest = 0.0;
-    CHECK(m.outputs == (size_t)(SM_OUTPUTS_FIXED + 3 * contacts + ELASTIC));
-    CHECK_STATUS(sm_component_set_inputs(m.component, &inputs), SM_OK);
-    for (int k = 0; k < 20; k++) {
-        CHECK_STATUS(sm_component_step(m.component, 0.3 + (k % 5) * 7.0), SM_OK);
-        CHECK_STATUS(sm_component_outputs(m.component, out), SM_OK);
-        const double *x = out + SM_OUTPUTS_FIXED, *v = x + contacts, *f = v + contacts;
-        double complex q[2] = {0.0, 0.0};
-        for (int j = 0; j < modes; j++)
-            q[j] = 2.0 * (out[1 + 2 * j] + I * out[2 + 2 * j]) * cexp(I * out[5 + j]);
-        for (int i = 0; i < contacts; i++) {
-            double left = f[i] - response_in(&m, out, i);
-            for (int c = 0; c < contacts; c++)
-                left += m.p.stiffness[i * contacts + c] * x[c]
-                        + m.p.damping[i * contacts + c] * v[c];
-            for (int j = 0; j < modes; j++) {
-                const double *L = m.p.coupling + 2 * (j * contacts + i);
-                left += creal((L[0] + I * L[1]) * q[j]);
-            }
-            CHECK_NEAR(left, 0.0, 1e-9);
-            CHECK_NEAR(f[i], m.p.limit[i] * tanh(v[i] / 0.02), 1e-9);
-            largest = fmax(largest, fabs(x[i]));
-        }
-        for (int e = 0; e < ELASTIC; e++) {
-            double sum = response_in(&m, out, e);
-            for (int j = 0; j < modes; j++) {
-                const double *shape = m.modes_out + 2 * (e * modes + j);
-                const double *by_force = m.forces_out + 2 * (e * modes + j);
-                const double complex force = 2.0 * inputs.force[j] * cexp(I * out[5 + j]);
-                sum += creal((shape[0] + I * shape[1]) * q[j]
-                             + (by_force[0] + I * by_force[1]) * force);
-            }
-            for (int c = 0; c < contacts; c++) sum += m.contacts_out[e * contacts + c] * x[c];
-            CHECK_NEAR(f[contacts + e], sum, 1e-13);
-        }
-    }
-    CHECK(largest > 1e-3);
-    free_model(&m);
-}
-
-void check_component(int times) {
-    (void)times;
-    for (int modes = 1; modes <= 2; modes++) {
-        check_motion_outputs(modes, 1);
-        check_motion_outputs(modes, 3);
-    }
 }
 
 /* An angle less its whole turns, with 2 pi to twice the precision of a double. */

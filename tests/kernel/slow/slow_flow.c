@@ -1,7 +1,6 @@
 /* The friction table, and calls of the slow flow. */
 #include "fixtures.h"
 
-void check_slow_flow(int times);
 void check_slow_flow_refusals(void);
 
 #define INPUTS (sizeof(sm_inputs) / sizeof(double))
@@ -46,26 +45,6 @@ static sm_status directional(void *arguments) {
     rate_call *c = arguments;
     const sm_slow_point at = {c->a, &c->inputs}, along = {c->d_amplitude, &c->d_inputs};
     return sm_slow_flow_directional(&c->flow, &at, &along, c->result, c->rate + 4);
-}
-
-/* Everywhere the polynomial of the fixture, which a bicubic surface holds exactly. */
-static void check_table(int modes, int count_a, int count_b) {
-    table t = new_table(modes, count_a, count_b);
-    for (int k = 0; k < 200; k++) {
-        const double at[] = {k ? 4.0 * random_number() : 4.0, k > 1 ? 4.0 * random_number() : 0.0};
-        double s[4], exact[4];
-        exact_friction(modes, at[0], modes == 2 ? at[1] : 0.0, exact);
-        CHECK_STATUS(sm_table_lookup(&t.table, 1, at, s), SM_OK);
-        for (int f = 0; f < 2 * modes; f++) CHECK_NEAR(s[f], exact[f], 1e-14);
-    }
-}
-
-void check_slow_flow(int times) {
-    (void)times;
-    for (int modes = 1; modes <= 2; modes++) {
-        check_table(modes, 2, 2);
-        check_table(modes, 17, 5);
-    }
 }
 
 static sm_status look_up(void *arguments) {

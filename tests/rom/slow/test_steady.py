@@ -129,12 +129,6 @@ def test_the_surface_is_the_steady_state_at_each_pair_of_frequencies(two_mode_mo
     assert columns["B at DOF 1 [mm]"][k] == pytest.approx(1e3 * surface.displacement(1)[2, 1, 1])
 
 
-def test_an_unforced_mode_is_at_rest(two_mode_model):
-    a = rom.steady(two_mode_model, (0.98, 1.65), ({0: 0.15}, {1: 0.0}))
-    assert a[1] == 0.0 and abs(a[0]) > 1.0
-    assert not rom.steady(two_mode_model, (0.98, 1.65), ({0: 0.0}, {1: 0.0})).any()
-
-
 @pytest.mark.parametrize(
     ("frequency", "force", "message"),
     [

@@ -115,3 +115,24 @@ def test_the_planned_range_of_a_long_scene_holds_its_run(events, tmp_path):
     for planned, mode in zip(recording.plan.amplitude, "AB", strict=True):
         peak = modes.column(f"{mode}_abs").max()
         assert peak < planned < 1.3 * peak
+
+
+FRICTION = 'law = "tanh"\nlimit = 2.0\nalpha = 0.1'
+EXTREME = [
+    ("limit = 2.0", "limit = 1e30"),
+    (FRICTION, 'law = "coulomb"\nlimit = 1e-30'),
+    ("amplitude = 0.25", "amplitude = 1e-30"),
+    ("amplitude = 0.", "amplitude = 1e30 # 0."),
+    ("alpha = 0.1", "alpha = 1e-30"),
+    ("alpha = 0.1", "alpha = 1e30"),
+    ("damping = 0.05", "damping = 1e-30"),
+    ("damping = 0.05", "damping = 0.05\nk_c1 = 1e15"),
+    ("damping = 0.05", "damping = 0.05\ncontact_mass = 1e-30"),
+]
+
+
+@pytest.mark.parametrize("change", EXTREME, ids=str)
+def test_extreme_values_have_a_plan(change):
+    text = LONG.format(**HELD | {"duration": 50.0, "step": 1.0})
+    assert change[0] in text
+    assert np.isfinite(make_plan(parse_scene(text.replace(*change), ".")).amplitude).all()

@@ -1,19 +1,16 @@
 """Recordings read back, whole and damaged, and replayed in whole or in part."""
 
 import re
-import struct
 import subprocess
 
 import numpy as np
 import pytest
-from recordings import CHANNELS, COUNT, HEADER, chunk_end, chunks, damaged, samples, write
+from recordings import COUNT, HEADER, damaged, samples, write
 from rrd import RERUN, verified
 
 from slipmode.__main__ import main
 from slipmode.rom import SlipmodeError
 from slipmode.runner import read, replay
-
-OVERVIEW = len(CHANNELS) + 2  # number of the channel that is thinned and not read back
 
 
 @pytest.fixture(scope="module")
@@ -35,34 +32,6 @@ def test_what_was_written_is_read(whole):
         np.testing.assert_array_equal(data.channels[topic].time, time_)
         np.testing.assert_array_equal(data.channels[topic].values, values)
     assert [(e.time, e.level, e.message) for e in data.events] == [(0.0, "info", "started")]
-
-
-def messages_in(data, kept):
-    """Messages of some chunks, by their indexes: 16 bytes for each of them."""
-    count = 0
-    for chunk in kept:
-        for channel, offset in chunk.message_index_offsets.items():
-            if channel != OVERVIEW:
-                count += struct.unpack_from("<I", data, offset + 1 + 8 + 2)[0] // 16
-    return count
-
-
-def test_every_whole_chunk_of_a_truncated_file_is_read(whole, tmp_path):
-    data = whole.read_bytes()
-    ends = [chunk_end(chunk) for chunk in chunks(whole)]
-    assert len(ends) > 2
-    rng = np.random.default_rng(5)
-    for cut in {*rng.integers(0, len(data), 15).tolist(), *ends, *(end - 1 for end in ends)}:
-        path = damaged(whole, tmp_path, lambda content, cut=cut: content[:cut])
-        try:
-            left = read(path)
-        except SlipmodeError as error:
-            assert cut < chunks(whole)[0].chunk_start_offset and "\n" not in str(error)
-            continue
-        assert not left.complete and left.events[-1].level == "warning"
-        found = sum(len(each.time) for each in left.channels.values()) + len(left.events) - 1
-        survivors = [chunk for chunk in chunks(whole) if chunk_end(chunk) <= cut]
-        assert found == messages_in(data, survivors)
 
 
 def test_a_truncated_recording_is_replayed_with_a_warning_in_it(whole, tmp_path):
