@@ -1,5 +1,7 @@
 """What a plan states beside what the run does: amplitude range and carriers."""
 
+import re
+
 import numpy as np
 import pytest
 from runs import TANH_ON_BOTH_MODES
@@ -117,22 +119,23 @@ def test_the_planned_range_of_a_long_scene_holds_its_run(events, tmp_path):
         assert peak < planned < 1.3 * peak
 
 
-FRICTION = 'law = "tanh"\nlimit = 2.0\nalpha = 0.1'
+FRICTION = 'law = "tanh", limit = 2.0, alpha = 0.1'
 EXTREME = [
     ("limit = 2.0", "limit = 1e30"),
-    (FRICTION, 'law = "coulomb"\nlimit = 1e-30'),
+    (FRICTION, 'law = "coulomb", limit = 1e-30'),
     ("amplitude = 0.25", "amplitude = 1e-30"),
-    ("amplitude = 0.", "amplitude = 1e30 # 0."),
+    (r"amplitude = 0\.\d+", "amplitude = 1e30"),
     ("alpha = 0.1", "alpha = 1e-30"),
     ("alpha = 0.1", "alpha = 1e30"),
     ("damping = 0.05", "damping = 1e-30"),
-    ("damping = 0.05", "damping = 0.05\nk_c1 = 1e15"),
-    ("damping = 0.05", "damping = 0.05\ncontact_mass = 1e-30"),
+    ("damping = 0.05", "damping = 0.05, k_c1 = 1e15"),
+    ("damping = 0.05", "damping = 0.05, contact_mass = 1e-30"),
 ]
 
 
 @pytest.mark.parametrize("change", EXTREME, ids=str)
 def test_extreme_values_have_a_plan(change):
     text = LONG.format(**HELD | {"duration": 50.0, "step": 1.0})
-    assert change[0] in text
-    assert np.isfinite(make_plan(parse_scene(text.replace(*change), ".")).amplitude).all()
+    changed, count = re.subn(*change, text)
+    assert count
+    assert np.isfinite(make_plan(parse_scene(changed, ".")).amplitude).all()
