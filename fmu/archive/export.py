@@ -31,6 +31,7 @@ from slipmode.fmu.variables.listing import list_variables
 from slipmode.rom import Model, SlipmodeError, __version__
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.storage.files import replacing
+from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, carrier_findings, warn
 
@@ -107,7 +108,8 @@ def export(
 
         fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
-    model.check_mode(0)  # modes that share a tone have no FMU yet
+    if isinstance(model, ToneModel):
+        raise SlipmodeError("model: its modes share a tone, which FMUs do not have; use Component")
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
     if force_patterns is not None:

@@ -50,4 +50,4 @@ def test_every_panel_reads_what_is_recorded(name, shipped_scene):
     energy = {f"/energy.{name}" for name in balance} & fields  # a mistuned disk has none
     assert len(energy) in (0, 5)
     assert modes | contacts | blades | energy | {"/events"} <= read
-    assert blades or energy
+    assert blades or energy or "/modes.A2_abs" in modes  # modes on one tone have none either
