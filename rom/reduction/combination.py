@@ -27,7 +27,8 @@ TRANSIENT_SEPARATION = 0.1
 MOST = 16  # combination resonances in the core's arrays
 _MOST_NEAR = 8  # of two tones: later ones are of high order, and each adds a column to the table
 # Largest |n| + |m| of the harmonics that drive modes on one tone: up to 9 a published resonance
-# 1:3 was 0.7 % off, up to 15 it is 0.2 % off (tests/rom/slow/test_one_forced_mode.py).
+# 1:3 was 0.7 % off, up to 15 it is 0.2 % off
+# (tests/rom/slow/branches/test_internal_resonances.py).
 _HIGHEST_LOCKED = 15
 _HIGHEST = 31  # |n| and |m| that grids of 64 phase lines distinguish; the finest has 128
 

@@ -190,7 +190,7 @@ def forces_on_modes(reduced: Reduced, force: Forces, key: str = "force") -> Floa
     if given[tones:].any():
         raise SlipmodeError(
             f"{key}: must be 0 for mode B, which is on the tone of mode A (rom.reduce(ratio=)); "
-            "add the force to that of A if it has this frequency"
+            "add it to the force on A if it has this frequency"
         )
     return np.pad(given[:tones], ((0, modes - tones), (0, 0)))
 

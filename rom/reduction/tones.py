@@ -105,7 +105,7 @@ def checked_ratio(ratio: float, modes: int) -> Fraction:
 
 
 def on_one_tone(reduced: Reduced, ratio: Fraction, carrier: Sequence[float] | None) -> Reduced:
-    """Return the reduced structure with both carriers from that of mode A, by default natural.
+    """Return the reduced structure with both carriers; mode A has its natural one by default.
 
     Raises
     ------
@@ -142,6 +142,5 @@ def combinations_along(
     Arguments as of `combination_resonances`; the carriers of modes on one tone meet everywhere.
     """
     if reduced.ratio:
-        ratio = Fraction(reduced.ratio).limit_denominator(LARGEST_INTEGER)
-        return locked_resonances(ratio, reduced.even)
+        return locked_resonances(checked_ratio(reduced.ratio, len(reduced.modes)), reduced.even)
     return combination_resonances(start, end, even=reduced.even, transient=transient)

@@ -104,10 +104,10 @@ def tabulate(
         Tanh or Coulomb if `reduced` has rigid contacts. Otherwise the elastic law that
         `rom.reduce` received, or an elastic law with equal stiffness in stick.
     amplitude : sequence of float
-        Largest amplitude |a_j| of each mode [kg^1/2 m]. With a `ratio` of carriers that of A
-        suffices; B then moves the contacts as A does at most. It is left out, as all that follows
-        the tolerance, if the modes share a carrier: their friction is tabulated contact by
-        contact, for any amplitude.
+        Largest amplitude |a_j| of each mode [kg^1/2 m]. With a `ratio` of carriers one for
+        A suffices; B then moves the contacts at most as A does. It is left out, as all that
+        follows the tolerance, if the modes share a carrier: their friction is tabulated contact
+        by contact, for any amplitude.
     tolerance : float, default 0.001
         Relative error of the amplitude equation [-], see Notes.
     combinations : sequence of CombinationResonance, optional

@@ -6,7 +6,6 @@ import os
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from itertools import pairwise
 from os import PathLike
 from pathlib import Path
@@ -17,7 +16,7 @@ import numpy as np
 from slipmode.rom import Model, excited_diameter
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.frequencies import RPM
-from slipmode.rom.reduction.tones import LARGEST_INTEGER, checked_ratio
+from slipmode.rom.reduction.tones import checked_ratio
 from slipmode.rom.slow.units import Units
 from slipmode.rom.storage.files import as_path
 from slipmode.rom.storage.text import read_text
@@ -233,7 +232,8 @@ def _modes(table: Table) -> Modes:
 
 def _saved_modes(model: Model) -> Modes:
     first, *second = model.reduced.modes
-    ratio = Fraction(model.reduced.ratio).limit_denominator(LARGEST_INTEGER) or None
+    given = model.reduced.ratio
+    ratio = checked_ratio(given, model.modes) if given else None
     return Modes(first, second[0] if second else None, ratio)
 
 
