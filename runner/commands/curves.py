@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Iterable
 from pathlib import Path
 from typing import get_args
 
@@ -72,26 +73,36 @@ def _curve(options: Namespace) -> int:
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     shown = _shown(options, scene)
-    sizes, modes = curve.sizes(shown), "AB"[: curve.amplitude.shape[1]]
+    along, points = _points(curve, shown)
     unit, name = Shown(options.dof, scene.units).unit, curve.label(scene.units)
     peaks = []
-    for mode, size in zip(modes, sizes.points.T, strict=True):
+    for mode, size in points.items():
         top = int(size.argmax())
-        at = curve.in_units(curve.parameter[top], scene.units)
-        where = f" at {name} = {at:.4g}" if 0 < top < size.size - 1 else ""
+        where = f" at {name} = {along[top]:.4g}" if 0 < top < size.size - 1 else ""
         peaks.append(f"|{mode}| up to {size.max():.3g} {unit}{where}")
     files = _write(options, "curve", curve, scene, "; ".join(peaks))
 
-    def listed(row: Floats) -> str:
-        named = zip(modes, row, strict=True)
+    def listed(row: Iterable[float]) -> str:
+        named = zip(points, row, strict=True)
         return ", ".join(f"{shown.named(f'|{mode}|')} = {size:.4g}" for mode, size in named)
 
-    for point, size in zip(curve.special, sizes.special, strict=True):
-        at = curve.in_units(point.parameter, scene.units)
-        print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(size)}")
-    print(f"largest: {listed(sizes.points.max(axis=0))}")
+    if isinstance(curve, rom.ResponseCurve):
+        for point, sizes in zip(curve.special, curve.sizes(shown).special, strict=True):
+            at = curve.in_units(point.parameter, scene.units)
+            print(f"{point.kind} at {curve.vary} = {at:.6g}: {listed(sizes)}")
+    print(f"largest: {listed(size.max() for size in points.values())}")
     print_charts(*files)
     return 0
+
+
+def _points(
+    curve: rom.ResponseCurve | rom.ToneCurve, shown: Shown
+) -> tuple[Floats, dict[str, Floats]]:
+    """Return the parameter in units, and amplitudes by mode."""
+    if isinstance(curve, rom.ToneCurve):
+        return shown.units.of_frequency(curve.frequency), curve.sizes(shown)
+    sizes = curve.sizes(shown).points.T
+    return curve.in_units(curve.parameter, shown.units), dict(zip("AB", sizes, strict=False))
 
 
 def _backbone(options: Namespace) -> int:
@@ -150,7 +161,7 @@ def _shown(options: Namespace, scene: Scene) -> Shown:
 def _write(
     options: Namespace,
     kind: str,
-    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve,
+    curve: rom.ResponseCurve | rom.ToneCurve | rom.Backbone | rom.PerformanceCurve,
     scene: Scene,
     result: str,
 ) -> tuple[Path, Path]:

@@ -10,13 +10,21 @@ from slipmode import rom
 from slipmode.rom.slow.branches.response_curve import CurveSizes
 from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts import Axis, Chart, Layer
-from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
+from slipmode.runner.view.labels import BLUE, GREEN, GREY, LINES, ORANGE, RED
 
 
 def curve_charts(
-    curve: rom.ResponseCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
+    curve: rom.ResponseCurve | rom.ToneCurve | rom.Backbone | rom.PerformanceCurve, shown: Shown
 ) -> list[list[Chart]]:
     """Return rows of charts of a curve, as modal amplitudes or amplitudes of a DOF."""
+    if isinstance(curve, rom.ToneCurve):
+        at = shown.units.of_frequency(curve.frequency)
+        axes = Axis(curve.label(shown.units)), Axis(shown.named("amplitude"))
+        lines = [
+            Layer(at, size, LINES[k % len(LINES)], f"|{mode}|")
+            for k, (mode, size) in enumerate(curve.sizes(shown).items())
+        ]
+        return [[Chart("/amplitude", "Amplitude", *axes, lines)]]
     if isinstance(curve, rom.ResponseCurve):
         sizes = curve.sizes(shown)
         return [[_response(curve, j, shown, sizes) for j in range(curve.amplitude.shape[1])]]

@@ -21,6 +21,7 @@ from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.table.cache import cached_model
 from slipmode.rom.validity import Finding, warn
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.sections import Scene
 
@@ -56,11 +57,11 @@ def scene_response_curve(
     span: Sequence[ArrayLike] | None = None,
     *,
     progress: bool = False,
-) -> rom.ResponseCurve:
+) -> rom.ResponseCurve | rom.ToneCurve:
     """Return steady states under the forces at the end of a scene, see `rom.response_curve`.
 
     The friction table has the range of the curve; on a saved model the curve ends where it leaves
-    the table.
+    the table. Of several modes on one tone the curve is a `rom.ToneCurve`.
 
     Parameters
     ----------
@@ -69,10 +70,12 @@ def scene_response_curve(
         The parameter, as in `rom.response_curve`. Default: the frequency of the first forced mode.
     span : two values, optional
         First and last value of the parameter. Default of a frequency: 5 % to both sides of the
-        natural one.
+        natural one, or of all natural ones on the tone.
     progress : bool
         Shows progress bars on work longer than a second.
     """
+    if scene.modes.others:
+        return _tone_curve(plan_shared_tone(scene), vary, span)
     forcing = SceneForcing.of(scene, progress=progress)
     excited, at_edge = forcing.plan.excited, 0.97  # of a table's range: the curve may be cut off
     vary = vary or cast(Varied, f"frequency_{excited.modes[0]}")
@@ -129,6 +132,19 @@ def scene_response_curve(
     amplitude = 1.1 * np.maximum(reached, 1e-2 * tried)  # twice the coarse tolerance above
     curve, _ = curve_on(amplitude, scene.model.tolerance)
     return _with_structure(curve, forcing.plan.known_structure)
+
+
+def _tone_curve(
+    plan: SharedTonePlan, vary: Varied | None, span: Sequence[ArrayLike] | None
+) -> rom.ToneCurve:
+    force, phase = plan.schedule.at_ends(("force_A", "phase_A"), slice(-1, None))[0]
+    if span is None:
+        natural = plan.model.reduced.frequency
+        span = [0.95 * natural.min(), 1.05 * natural.max()]
+    forces = [force * pattern for pattern in plan.excited.force_patterns]
+    return rom.response_curve(
+        plan.model, [plan.model.middle], forces, vary or "frequency_A", span, phase
+    )
 
 
 def scene_backbone(

@@ -7,15 +7,14 @@ from dataclasses import field
 
 import numpy as np
 
-from slipmode.rom import SlipmodeError, ToneFlow, ToneModel, tabulate
-from slipmode.rom.arrays import Floats
+from slipmode.rom import SlipmodeError, Structure, ToneFlow, ToneModel, tabulate
 from slipmode.rom.errors import ValidityWarning, naming
 from slipmode.rom.frequencies import carrier_findings, check_carrier
-from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.reduction.tones import sliding_law
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.validity import Finding
+from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.tone_plan import TonePlan
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.kept import kept_reduction
@@ -33,8 +32,10 @@ class SharedTonePlan(TonePlan):
         Scene, and its force and frequency in each communication step.
     model : ToneModel
         Reduced structure, with a friction table for each contact.
-    force : (n,) ndarray
-        Force on the DOFs per unit of `forcing.A.amplitude` [-].
+    excited : Excited
+        Its modes at rest, and the force on the DOFs per unit of `forcing.A.amplitude` [-].
+    structure : Structure
+        Structure of the scene.
     decisions : list of Finding
         Decisions and warnings with their reasons.
     """
@@ -42,7 +43,8 @@ class SharedTonePlan(TonePlan):
     scene: Scene
     schedule: Schedule
     model: ToneModel
-    force: Floats
+    excited: Excited
+    structure: Structure
     decisions: list[Finding] = field(default_factory=list)
 
     @property
@@ -55,7 +57,8 @@ class SharedTonePlan(TonePlan):
         """Return the model under the force, without its warnings; the plan has them."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ValidityWarning)
-            return ForcedTone.of(self.model, [self.force], 0.0, np.array([frequency]))
+            force = self.excited.force_patterns
+            return ForcedTone.of(self.model, force, 0.0, np.array([frequency]))
 
     def flow(self) -> ToneFlow:
         """Return the structure at rest, with the middle of the range as reference frequency."""
@@ -75,23 +78,21 @@ def plan_shared_tone(scene: Scene) -> SharedTonePlan:
     with naming("contacts"):
         law = sliding_law(law_of(scene, structure.n_contacts), structure.n_contacts)
     with naming("modes.A"):
-        model = _model(scene, numbers, law)
+        reduced = kept_reduction(structure, numbers, "consistent", law, None, shares_tone=True)
+        model = tabulate(reduced, law, tolerance=scene.model.tolerance)
     force = scene.forcing["A"].vector(structure.n_dofs)
     if not any(model.reduced.is_moved_by(j, force) for j in range(model.modes)):
         raise SlipmodeError(
             "forcing.A: this force does no work on the modes of tone A; choose another DOF or "
             "vector"
         )
-    plan = SharedTonePlan(scene, make_schedule(scene, {"A": model.middle}), model, force)
+    rest = model.modes * (0j,)
+    excited = Excited(("A",), model.reduced, model.law, (force,), rest, rest)
+    schedule = make_schedule(scene, {"A": model.middle})
+    plan = SharedTonePlan(scene, schedule, model, excited, structure)
     plan.check_range("forcing.A.frequency")
     plan.decisions.extend(_decisions(plan))
     return plan
-
-
-def _model(scene: Scene, numbers: tuple[int, ...], law: Elastic) -> ToneModel:
-    structure = scene.build()
-    reduced = kept_reduction(structure, numbers, "consistent", law, None, shares_tone=True)
-    return tabulate(reduced, law, tolerance=scene.model.tolerance)
 
 
 def _decisions(plan: SharedTonePlan) -> list[Finding]:

@@ -19,6 +19,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
 from slipmode.runner.plan.plan import Plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.demodulation import (
     amplitudes,
@@ -40,7 +41,7 @@ def excitation_of(modes: Sequence[str], patterns: Floats, schedule: Schedule) ->
     return Excitation(patterns=patterns, start=schedule.time(slice(schedule.steps)), **scripted)
 
 
-def initial_state(plan: Plan, excitation: Excitation) -> State:
+def initial_state(plan: Plan | SharedTonePlan, excitation: Excitation) -> State:
     """Return the state of the structure at the start of a scene."""
     a = np.array(plan.excited.initial, dtype=complex)
     shapes = plan.excited.reduced.mode_shapes

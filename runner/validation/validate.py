@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -25,10 +25,11 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.structure.matrices import as_dense
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
 from slipmode.runner.plan.transients import Intervals
 from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Header, describe_run
+from slipmode.runner.recording.record import Header, Recorder, describe_run
 from slipmode.runner.run import open_recorder, run
 from slipmode.runner.scene.scene import Scene, Window, load_scene
 from slipmode.runner.transients.full_order import (
@@ -45,7 +46,12 @@ from slipmode.runner.transients.motion import (
     record_contacts,
     slow_trajectory,
 )
+from slipmode.runner.transients.tone_pass import SharedTonePass
 from slipmode.runner.validation.all_sectors import blades_in_full, check_one_wave, sector_in_full
+
+# Plans of structures that are integrated whole.
+WholePlan = Plan | SharedTonePlan
+_Same = TypeVar("_Same", Plan, SharedTonePlan, WholePlan)
 
 
 @dataclass(frozen=True)
@@ -137,13 +143,14 @@ def validate(
     if scene.mistuning:
         return _validate_blades(scene, output, progress=progress)
     started = perf_counter()
-    structure = scene.build() if scene.disk is None else None
-    plan = with_window(make_plan(scene, structure=structure, progress=progress))
-    if scene.disk is not None:
-        check_one_wave(plan)
-    model = plan.model(progress=progress)[0] if scene.tabulated else None
+    plan = with_window(_planned(scene, progress=progress))
+    model: Model | None = None
+    if isinstance(plan, Plan) and scene.tabulated:
+        model, _ = plan.model(progress=progress)
     tabulated = perf_counter()
-    if model is None:
+    if isinstance(plan, SharedTonePlan):
+        motion, energy = motion_on_tone(plan), None
+    elif model is None:
         motion, energy = integrated_motion(plan)
     else:
         outputs, motion = slow_motion(plan, model)
@@ -160,8 +167,8 @@ def validate(
         ],
         coordinates=full.coordinates,
         windows=plan.scene.contact,
-        reduced="reduced coordinates" if model is None else "slow time",
-        full_order=plan.full_order,
+        reduced="reduced coordinates" if scene.model.table == "none" else "slow time",
+        full_order=plan.full_order if isinstance(plan, Plan) else (),
     )
     _record(plan, model, motion, full.motion, found)
     return found
@@ -196,6 +203,17 @@ def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: boo
     )
 
 
+def _planned(scene: Scene, *, progress: bool) -> WholePlan:
+    """Return the plan of a scene whose structure can be integrated in full."""
+    if scene.modes.others:
+        return plan_shared_tone(scene)
+    structure = scene.build() if scene.disk is None else None
+    plan = make_plan(scene, structure=structure, progress=progress)
+    if scene.disk is not None:
+        check_one_wave(plan)
+    return plan
+
+
 def slow_motion(plan: Plan, model: Model) -> tuple[Floats, FastMotion]:
     """Return the outputs at the communication points, and the motion in every window."""
     component, schedule = stepper(plan, model), plan.schedule
@@ -219,12 +237,33 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
     return motion, float(friction_loss(excited.reduced.contacts, until_end)[-1])
 
 
+def motion_on_tone(plan: SharedTonePlan) -> FastMotion:
+    """Return the motion of several modes on one tone in every window."""
+    kept = _KeptMotion(plan, Recorder(()), lambda: None)
+    kept.run(progress=False)
+    names = [each.name for each in fields(FastMotion)]
+    parts = {name: [getattr(each, name) for each in kept.motions] for name in names}
+    return FastMotion(**{name: np.concatenate(part) for name, part in parts.items()})
+
+
+class _KeptMotion(SharedTonePass):
+    """A pass that keeps the motion in windows instead of recording it."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.motions: list[FastMotion] = []
+
+    def _record_window(self, window: Window) -> None:
+        if window in self._plan.scene.contact:
+            self.motions.append(self._motion(self._times(window))[0])
+
+
 def _sample_times(plan: Plan) -> Floats:
     """Return the times of the samples in all windows."""
     return np.concatenate([plan.schedule.sample_times(window) for window in plan.scene.contact])
 
 
-def with_window(plan: Plan) -> Plan:
+def with_window(plan: _Same) -> _Same:
     """Return the plan with a window of contact motion at its end if the scene has none."""
     if plan.scene.contact:
         return plan
@@ -238,11 +277,13 @@ def _last_periods(scene: Scene, frequency: float) -> Window:
     return Window(max(0.0, end - 20 * 2 * np.pi / frequency), end, 64)
 
 
-def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> list[Comparison]:
+def _compare(
+    plan: WholePlan, motion: FastMotion, energy: float | None, full: Reference
+) -> list[Comparison]:
     time, seen = motion.time, np.isin(full.motion.time, motion.time)
     elements = plan.excited.contacts[0].contacts
     signals = {
-        "modal displacement": (motion.modal[:, : len(plan.excited.modes)], "displacement"),
+        "modal displacement": (motion.modal[:, : len(plan.excited.reduced.modes)], "displacement"),
         "contact displacement": (motion.displacement, "contact_displacement"),
         "contact velocity": (motion.velocity, "contact_velocity"),
         "friction force": (motion.force, "contact_force"),
@@ -261,7 +302,7 @@ def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> 
         return float(friction_loss(elements, motion)[-1])
 
     spent = spent_in(full.motion)
-    if np.isfinite(spent):
+    if energy is not None and np.isfinite(spent):
         scale = spent if spent > 0 else 1.0
         change = sum(abs(spent_in(a) - spent_in(b)) for a, b in full.comparisons) / scale
         error = abs(energy - spent) / scale
@@ -269,7 +310,7 @@ def _compare(plan: Plan, motion: FastMotion, energy: float, full: Reference) -> 
     return found
 
 
-def _about_mean(plan: Plan, time: Floats, signal: Floats) -> Floats:
+def _about_mean(plan: WholePlan, time: Floats, signal: Floats) -> Floats:
     """Return a signal (samples, N_c) less its mean in each window."""
     moving = signal.copy()
     for window in plan.scene.contact:
@@ -288,7 +329,7 @@ def _worst(signal: Floats, reference: Floats) -> float:
 
 
 def _record(
-    plan: Plan, model: Model | None, motion: FastMotion, fine: FullMotion, found: Validation
+    plan: WholePlan, model: Model | None, motion: FastMotion, fine: FullMotion, found: Validation
 ) -> None:
     """Record both motions; the full-order channels begin with /full."""
     scene = plan.scene
@@ -329,13 +370,13 @@ class Reference:
     seconds: float  # Wall time of `motion` alone
 
 
-def reference(plan: Plan, times: Floats) -> Reference:
+def reference(plan: WholePlan, times: Floats) -> Reference:
     """Return the motion of a scene at full order, at times and at its end.
 
     Structures of up to 1000 DOFs have all their modes, larger ones `rom.full.component_modes`.
     """
     excited, times = plan.excited, np.union1d(times, [plan.scene.run.duration])
-    if excited.waves is not None:
+    if isinstance(plan, Plan) and excited.waves is not None:
         return _of_all_sectors(plan, excited.waves, times)
     coordinates = plan.structure.n_dofs
     small: Projection | None = None
@@ -374,7 +415,7 @@ def _of_all_sectors(plan: Plan, waves: Waves, times: Floats) -> Reference:
 
 
 def full_motion(
-    plan: Plan, times: Floats, steps_per_period: float, on: Projection | None = None
+    plan: WholePlan, times: Floats, steps_per_period: float, on: Projection | None = None
 ) -> FullMotion:
     """Return the motion of a scene, with the retained modes as outputs.
 

@@ -14,7 +14,7 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.curve_result import Tabulated, axes_or_current, plot_band
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.slow.tone.tone_states import ForcedTone, ToneForce, ToneState
-from slipmode.rom.slow.units import MODAL, SI, Units
+from slipmode.rom.slow.units import SI, Shown, Units
 from slipmode.rom.table.local.tone_model import ToneModel
 
 if TYPE_CHECKING:
@@ -94,20 +94,49 @@ class ToneCurve(Tabulated):
         Axes
             Axes of the plot.
         """
-        ax = axes_or_current(ax)
+        ax, shown = axes_or_current(ax), Shown(dof, units)
         along = units.of_frequency(self.frequency)
-        if dof is None:
-            name = f"amplitude [{MODAL}]"
-            sizes = np.abs(self.amplitude)
-            for label, size, error in zip(self.modes, sizes.T, self.error.T, strict=True):
-                (line,) = ax.plot(along, size, label=f"|{label}|")
+        for mode, size in self.sizes(shown).items():
+            (line,) = ax.plot(along, size, label=f"|{mode}|")
+            if dof is None:
+                error = self.error[:, self.modes.index(mode)]
                 plot_band(ax, along, size, error, color=line.get_color())
+        if dof is None:
             ax.legend()
-        else:
-            name = units.of_dof("amplitude", dof)
-            ax.plot(along, units.of_displacement(2.0 * np.abs(self.displacement(dof))))
-        ax.set(xlabel=f"frequency [{units.frequency}]", ylabel=name, ylim=(0.0, None))
+        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"), ylim=(0.0, None))
         return ax
+
+    def sizes(self, shown: Shown) -> dict[str, Floats]:
+        """Return the amplitudes that a plot of the curve shows.
+
+        Parameters
+        ----------
+        shown : Shown
+            |a_j|, or the displacement amplitude of a DOF in given units.
+
+        Returns
+        -------
+        dict of str to (n,) ndarray
+            Amplitudes by the name of the mode; of a DOF by the name of the tone, "A".
+        """
+        if shown.dof is None:
+            return dict(zip(self.modes, np.abs(self.amplitude).T, strict=True))
+        return self._dof_sizes(shown.dof, shown.units)
+
+    def label(self, units: Units) -> str:
+        """Return the name of the frequency with its unit.
+
+        Parameters
+        ----------
+        units : Units
+            Units of frequencies and displacements.
+
+        Returns
+        -------
+        str
+            Label of an axis, for instance "frequency [Hz]".
+        """
+        return f"frequency [{units.frequency}]"
 
     def _values(self, units: Units) -> dict[str, Any]:
         found = {units.named("frequency"): units.of_frequency(self.frequency)}
