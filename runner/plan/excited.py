@@ -37,8 +37,8 @@ class Excited:
     modes: tuple[Mode, ...]  # Out of "A" and "B"
     reduced: Reduced
     law: Friction
-    # Force on every DOF per unit of the scripted amplitude, for each mode
-    force_patterns: tuple[Floats, ...]
+    # Force on every DOF per unit of the scripted amplitude, for each tone; complex if it rotates
+    force_patterns: tuple[Floats | Complexes, ...]
     initial: tuple[complex, ...]  # Motion of the modes at t = 0, as amplitudes [kg^1/2 m]
     # Amplitudes at t = 0: `initial` less the response of the modes to forces that act then
     amplitude: tuple[complex, ...]

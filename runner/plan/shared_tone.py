@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import field
+from itertools import product
 
 import numpy as np
 
@@ -80,8 +81,9 @@ def plan_shared_tone(scene: Scene) -> SharedTonePlan:
     with naming("modes.A"):
         reduced = kept_reduction(structure, numbers, "consistent", law, None, shares_tone=True)
         model = tabulate(reduced, law, tolerance=scene.model.tolerance)
-    force = scene.forcing["A"].vector(structure.n_dofs)
-    if not any(model.reduced.is_moved_by(j, force) for j in range(model.modes)):
+    force = scene.forcing["A"].rotating(structure.n_dofs)
+    parts = product(range(model.modes), (force.real, force.imag))
+    if not any(model.reduced.is_moved_by(*part) for part in parts):
         raise SlipmodeError(
             "forcing.A: this force does no work on the modes of tone A; choose another DOF or "
             "vector"

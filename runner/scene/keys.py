@@ -206,6 +206,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
                 "Node on which the force acts, if the matrices have node numbers."),
             Key("direction", choice(*DIRECTIONS), "-", None, "Direction of the force at `node`."),
             Key("vector", numbers(), "-", None, "Force on every DOF per unit of `amplitude`."),
+            Key("quadrature", either(integer(), numbers(), "integer, or list of numbers"), "-",
+                None, "DOF, or force on every DOF per unit of `amplitude`, a quarter of a period "
+                "later, so that the force rotates. With several modes A."),
             Key("amplitude",
                 script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
                 "N", MISSING, "Force amplitude over time.", "load"),

@@ -344,6 +344,10 @@ def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[
     if "B" in present and modes.ratio is not None:
         raise table.error("B", "must be left out, because mode B follows mode A (modes.ratio)")
     forcing = {mode: _forcing_of(mode, table[mode], units) for mode in present}
+    for mode, each in forcing.items():
+        if each.quadrature is not None and not modes.others:
+            reason = "needs several modes on tone A; the motion of one mode does not rotate"
+            raise table[mode].error("quadrature", reason)
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))
     return forcing
@@ -368,7 +372,8 @@ def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
         raise table.error("frequency", "must be left out; it is engine_order times rotor_speed")
     else:
         frequency = table.required("rotor_speed").scaled(order * RPM)
-    return Forcing(mode, pattern, table["amplitude"], frequency, table["phase"], order)
+    scripts = table["amplitude"], frequency, table["phase"]
+    return Forcing(mode, pattern, *scripts, order, table["quadrature"])
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:

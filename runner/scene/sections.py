@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Floats
+from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.laws.contacts import ElasticLaw
 from slipmode.rom.laws.friction import RigidFriction
@@ -126,6 +126,7 @@ class Forcing:
     frequency: Script
     phase: Script
     engine_order: int | None = None
+    quadrature: int | tuple[float, ...] | None = None
 
     def vector(self, n_dofs: int) -> Floats:
         """Return the pattern as an (n,) vector: a unit vector if it was given as a DOF.
@@ -133,8 +134,22 @@ class Forcing:
         Raises SlipmodeError if the structure has no such DOF, or another number of them.
         """
         assert not isinstance(self.pattern, NodeDof)  # `Scene.located` has replaced nodes
-        pattern = {self.pattern: 1.0} if isinstance(self.pattern, int) else self.pattern
-        return _force_vector(f"forcing.{self.mode}", pattern, n_dofs)
+        return _force_vector(f"forcing.{self.mode}", _by_dof(self.pattern), n_dofs)
+
+    def rotating(self, n_dofs: int) -> Complexes:
+        """Return the (n,) pattern f of Re(f exp(i (theta + phase))), with the quadrature.
+
+        Raises SlipmodeError as `vector`.
+        """
+        if self.quadrature is None:
+            return self.vector(n_dofs).astype(complex)
+        later = _by_dof(self.quadrature)
+        with naming(f"forcing.{self.mode}.quadrature"):
+            return self.vector(n_dofs) - 1j * force_vector(later, n_dofs)
+
+
+def _by_dof(pattern: int | tuple[float, ...]) -> Mapping[int, float] | tuple[float, ...]:
+    return {pattern: 1.0} if isinstance(pattern, int) else pattern
 
 
 @dataclass(frozen=True)

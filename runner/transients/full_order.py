@@ -30,14 +30,22 @@ from slipmode.runner.transients.demodulation import (
 from slipmode.runner.transients.motion import FastMotion
 
 
-def excitation_of(modes: Sequence[str], patterns: Floats, schedule: Schedule) -> Excitation:
-    """Return the forces of some modes of a scene, with a segment for each step of a schedule."""
+def excitation_of(modes: Sequence[str], patterns: np.ndarray, schedule: Schedule) -> Excitation:
+    """Return the forces of some modes of a scene, with a segment for each step of a schedule.
+
+    A complex pattern is two forces: Re(pattern exp(i theta)).
+    """
     quantities = {"amplitude": "force", "frequency": "frequency", "phase": "phase"}
+    rotates, every = np.iscomplexobj(patterns), list(modes)
+    every += modes if rotates else []
     scripted = {
-        f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in modes])
+        f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in every])
         for name, quantity in quantities.items()
         for rate in ("", "_rate")
     }
+    if rotates:
+        patterns = np.vstack((patterns.real, patterns.imag))
+        scripted["phase"][:, len(modes) :] += 0.5 * np.pi
     return Excitation(patterns=patterns, start=schedule.time(slice(schedule.steps)), **scripted)
 
 

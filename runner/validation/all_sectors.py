@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from slipmode.rom import Contacts, CyclicStructure
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.wave.wave_motion import phase_factor
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.full import Excitation, FullMotion, State, integrate
+from slipmode.rom.full import FullMotion, State, integrate
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.structure.structure import Structure
 from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.waves import Waves
-from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.transients.full_order import excitation_of
 
 
@@ -41,7 +39,8 @@ def sector_in_full(
     disk, (carrier,) = waves.structure, waves.sector.carriers
     wave = carrier.wave
     k, size = wave.nodal_diameter, disk.n_contacts
-    excitation = _travelling(plan.excited.modes, disk.around(carrier.force, k), plan.schedule)
+    pattern = disk.around(carrier.force, k)
+    excitation = excitation_of(plan.excited.modes, pattern[np.newaxis], plan.schedule)
     turn = phase_factor(carrier)
     shape = disk.around(wave.shape, k)
     start = 2.0 * shape * turn * plan.excited.initial[0]
@@ -75,24 +74,12 @@ def blades_in_full(plan: MistunedPlan, times: Floats, steps_per_period: float) -
     motion = integrate(
         annulus,
         _law_of_all(plan.disk.law, disk),
-        _travelling(("A",), pattern, plan.schedule),
+        excitation_of(("A",), pattern[np.newaxis], plan.schedule),
         times,
         steps_per_period=steps_per_period,
         outputs=range(plan.dof, annulus.n_dofs, disk.free_dofs.size),
     )
     return motion.displacement
-
-
-def _travelling(modes: Sequence[str], pattern: Complexes, schedule: Schedule) -> Excitation:
-    """Return Re(pattern exp(i theta)) by two forces, the second a quarter period later."""
-    one = excitation_of(modes, pattern.real[np.newaxis], schedule)
-    twice = {
-        name: np.repeat(getattr(one, name), 2, axis=1)
-        for quantity in ("amplitude", "frequency", "phase")
-        for name in (quantity, f"{quantity}_rate")
-    }
-    twice["phase"] += [0.0, -0.5 * np.pi]
-    return Excitation(np.array((pattern.real, -pattern.imag)), one.start, **twice)
 
 
 def _law_of_all(law: Elastic, disk: CyclicStructure) -> Contacts:

@@ -92,6 +92,8 @@ WRONG_TONES = [
     ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: must be left out with several modes"),
     ([("[run]", '[model]\ntable = "none"\n[run]')], 'model.table: must be "whole" with several'),
     ([("[0, 268]", "[0, 200]")], "forcing.A.frequency: must stay within 10 % of the middle"),
+    ([("quadrature = 8", "quadrature = 36")], "forcing.A.quadrature: force: DOF 36 is out of"),
+    ([("A = [1, 2]", "A = 1")], "forcing.A.quadrature: needs several modes on tone A"),
     ([("elastic = [10, 13]", "elastic = [36]")], "output.elastic: DOF 36 is out of range"),
 ]
 
