@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache, cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,10 +21,7 @@ from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
-from slipmode.rom.cyclic.mistuned.internal_resonance import (
-    internal_resonance,
-    resonance_findings,
-)
+from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
 from slipmode.rom.cyclic.mistuned.script import Script
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
@@ -406,8 +405,14 @@ class MistunedDisk:
         InternalResonance
             Mode, harmonic and strength.
         """
-        free, stuck = self._tuned.by_diameter, self._stuck.by_diameter
-        return internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
+        N, found = self.structure.sectors, []
+        for modes, h in product((self._tuned, self._stuck), range(3, HIGHEST + 1, 2)):
+            k = h * engine_order % N  # harmonic h acts on this nodal diameter
+            name = f"nodal diameter {min(k, N - k)} of family {{}}"
+            at = modes.by_diameter[k]
+            met = at.internal_resonance(self._reference, h * frequency, (h, 0), name)
+            found.append(replace(met, stuck=modes is self._stuck))
+        return max(found, key=lambda each: each.gain)
 
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
