@@ -13,10 +13,9 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.contact.detuning import MOST_DETUNING
-from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
+from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch
-from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.cyclic.wave.wave_problem import (
     Carrier,
@@ -164,7 +163,6 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
     reduced, orders = problem.reduced, CARRIERS[:modes]
     warn(resonance_findings(problem))
     budget, forever, residuals = ErrorBudget(tolerance), TimeBudget(np.inf), [0.0]
-    norm = ErrorNorm.of(reduced, ends)
 
     def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         terms = torus.solve(amplitudes)
@@ -176,18 +174,7 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
     with naming_resonance(problem):
         resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
         torus = problem.on(resolution.grid, resolution.march, smallest_scale(reduced, ends))
-        sampling = Sampling(
-            sample,
-            orders=(*orders, CARRIERS[0]),
-            drives=tuple(range(modes)),
-            norm=norm,
-            carrier=reduced.carrier,
-            loss=norm.loss,
-            amplitude_range=ends,
-            onset_lines=onset_lines(reduced, problem.law),
-            noise=budget.march,
-            kept=True,
-        )
+        sampling = Sampling(sample, problem, ends, budget.march, kept=True)
         table, deficits, error = refine(sampling, budget.interpolation, forever)
         # Phases between the contacts of a sector are left out: they matter in second order.
         table = with_rate_correction(table, torus, tolerance, lambda f, points: [f(points)])

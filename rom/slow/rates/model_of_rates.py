@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.frequencies import (
@@ -126,18 +127,8 @@ def model_of_rates(
     check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)
     law = _RatesLaw(rates, ends.size)
     reduced = law.reduced(mode_shapes)
-    norm, modes = ErrorNorm.of(reduced, ends), ends.size
-    sampling = Sampling(
-        law.sample,
-        orders=(*CARRIERS[:modes], CARRIERS[0]),
-        drives=tuple(range(modes)),
-        norm=norm,
-        carrier=reduced.carrier,
-        loss=norm.loss,
-        amplitude_range=ends,
-        onset_lines=np.zeros((0, modes)),
-        noise=0.0,
-    )
+    modes, problem = ends.size, ContactProblem(reduced, NoContacts())
+    sampling = Sampling(law.sample, problem, ends, noise=0.0)
     table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
     table = law.corrected(table)
     nodes = tuple(axis.size for axis in table.axes)

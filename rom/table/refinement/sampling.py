@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,10 +11,10 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
-from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped
-from slipmode.rom.contact.slip_onset import stick
-from slipmode.rom.reduction.combination import Order
+from slipmode.rom.contact.slip_onset import onset_lines, stick
+from slipmode.rom.reduction.combination import Order, tabulated_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, make_table
 
@@ -27,17 +28,25 @@ class Sampling:
     # Samples (points, columns) at amplitudes (points, modes). The tabulated columns come first.
     # Solves begin with guesses (points, carried) of the others, if these are known.
     at: Callable[[Floats, Complexes | None], Complexes]
-    # Harmonics (n, m) behind the tabulated columns: S_j of the modes first, the power last.
-    orders: tuple[Order, ...]
-    # The mode that each tabulated column but the power drives: it has the scale of S_j.
-    drives: tuple[int, ...]
-    norm: ErrorNorm  # of S_j, before any is known
-    carrier: Floats  # (modes,) [rad/s]
-    loss: Floats  # (modes,), structural loss of each mode, see `make_table`
+    problem: ContactProblem
     amplitude_range: Floats  # (modes,), largest amplitudes [kg^1/2 m]
-    onset_lines: Floats  # (lines, modes), where samples may have kinks, see `onset_lines`
     noise: float  # relative error of samples due to motion that is not yet periodic
     kept: bool = False  # whether the carried columns are wanted at all nodes
+
+    @property
+    def orders(self) -> list[Order]:
+        """Harmonics (n, m) behind the tabulated columns: S_j of the modes first, power last."""
+        return tabulated_orders(self.problem.combinations, self.amplitude_range.size)
+
+    @cached_property
+    def norm(self) -> ErrorNorm:
+        """Norm of S_j, before any is known."""
+        return ErrorNorm.of(self.problem.reduced, self.amplitude_range)
+
+    @cached_property
+    def onset_lines(self) -> Floats:
+        """Where samples may have kinks, (lines, modes), see `onset_lines`."""
+        return onset_lines(self.problem.reduced, self.problem.law)
 
     def known_norm(self, table: Table) -> ErrorNorm:
         """Return the norm with the largest |S_j| at the nodes of a table."""
@@ -51,11 +60,14 @@ class Sampling:
         Errors `off` and values `exact` are (..., columns), at amplitudes (..., modes). Errors at
         amplitudes that are too small to be part of what a table states are 0.
         """
-        scale = norm.scale(points, exact[..., : self.carrier.size])
+        carrier = self.problem.reduced.carrier
+        scale = norm.scale(points, exact[..., : carrier.size])
         # An error of S_j changes the power by 2 Omega_j |a_j| times that error.
-        power = (scale * points * 2.0 * self.carrier).sum(axis=-1, keepdims=True)
+        power = (scale * points * 2.0 * carrier).sum(axis=-1, keepdims=True)
         power = np.where(power > 0.0, power, 1.0)
-        relative = np.abs(off) / np.concatenate((scale[..., list(self.drives)], power), axis=-1)
+        # A combination resonance has the scale of S_j of the mode that it drives.
+        driven = scale[..., [term.mode for term in self.problem.combinations]]
+        relative = np.abs(off) / np.concatenate((scale, driven, power), axis=-1)
         return np.where(norm.share(points) < SMALLEST_SHARE, 0.0, relative.max(axis=-1))
 
     def indicators(self, table: Table) -> Floats:
@@ -69,7 +81,9 @@ class Sampling:
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Return the table through the tabulated columns on a grid."""
-        return make_table(axes[0], axes[1], tabulated, self.orders, self.loss)
+        # Contacts have no share in structural losses in the paper's formulation.
+        loss = self.norm.loss * (self.problem.reduced.formulation == "consistent")
+        return make_table(axes[0], axes[1], tabulated, self.orders, loss)
 
 
 class ContactSamples:
