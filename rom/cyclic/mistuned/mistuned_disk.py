@@ -441,13 +441,12 @@ class MistunedDisk:
 
         `at_carrier` (N_c,) is their own flexibility at the carrier.
         """
-        own = [
-            np.mean(
-                [np.diag(k.flexibility(h * frequency)) for k in self._stuck.by_diameter], axis=0
-            )
-            for h in range(3, HIGHEST + 1, 2)
-        ]
-        return LocalContacts.of(self.law, [at_carrier, *own], frequency)
+
+        def own(nu: float) -> Complexes:
+            every = [np.diag(modes.flexibility(nu)) for modes in self._stuck.by_diameter]
+            return np.asarray(np.mean(every, axis=0))
+
+        return LocalContacts.of(self.law, at_carrier, own, frequency)
 
 
 def _deviations(deviation: ArrayLike, sectors: int) -> Floats:
