@@ -6,7 +6,7 @@ fourth grid line; the rate correction on a coarser torus and without the modal r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -19,15 +19,14 @@ from slipmode.rom.contact.detuning import Detuned, FrictionDetuning
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.rate_correction import friction_rate_correction
+from slipmode.rom.contact.resolution import Mapped
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, surface_values
-from slipmode.rom.table.refinement.sampling import amplitude_pairs
-
-Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
+from slipmode.rom.table.refinement.sampling import amplitude_pairs, in_tasks
 
 # Grid lines from one that is sampled to the next, at least, and how many at the most, by modes:
 # what is corrected is small. Nodes of one mode are cheap.
@@ -41,7 +40,7 @@ _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
 
 
 def with_rate_correction(
-    table: Table, torus: TorusProblem, tolerance: float, spread: Spread
+    table: Table, torus: TorusProblem, tolerance: float, mapped: Mapped
 ) -> Table:
     """Return the table with its rate correction.
 
@@ -51,8 +50,8 @@ def with_rate_correction(
         Contact problem of the table.
     tolerance : float
         Tolerance of the table.
-    spread : callable
-        Values of a function at many points, part by part.
+    mapped : callable
+        Applies a function to parts of many points: as `map`.
     """
     reduced, law, grid = torus.problem.reduced, torus.problem.law, torus.grid
     steps = grid.steps
@@ -67,13 +66,13 @@ def with_rate_correction(
         _sampled_axes(table, _STRIDE[table.modes], most),
         lambda part: friction_rate_correction(reduced, law, part, table.amplitude_range, coarse),
         [(j != k, j != k) for j in range(table.modes) for k in range(table.modes)],
-        spread,
+        mapped,
     )
     return replace(table, rate_correction=surface)
 
 
 def with_detuning(
-    table: Table, torus: TorusProblem, spread: Spread, tolerance: float | None, distance: float
+    table: Table, torus: TorusProblem, mapped: Mapped, tolerance: float | None, distance: float
 ) -> tuple[Table, float]:
     """Return the table with dS_j / dOmega_k, where that helps, and the error off the carriers.
 
@@ -83,8 +82,8 @@ def with_detuning(
     ----------
     torus : TorusProblem
         Contact problem of the table.
-    spread : callable
-        Values of a function at many points, part by part.
+    mapped : callable
+        Applies a function to parts of many points: as `map`.
     tolerance : float or None
         Error that needs no slope; None: no slope, whatever the error.
     distance : float
@@ -126,7 +125,7 @@ def with_detuning(
         return table, error
     # Slopes are small corrections: marches may repeat ten times less closely.
     rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
-    detuned = with_slopes(table, partial(slope, rough), spread)
+    detuned = with_slopes(table, partial(slope, rough), mapped)
     return detuned, error_with(detuned.detuning_at(points))
 
 
@@ -186,14 +185,14 @@ class _DetuningSlope:
         return found
 
 
-def with_slopes(table: Table, slope: Callable[[Floats], Complexes], spread: Spread) -> Table:
+def with_slopes(table: Table, slope: Callable[[Floats], Complexes], mapped: Mapped) -> Table:
     """Return the table with dS_j / dOmega_k, of which `slope` returns (points, modes, modes)."""
     surface = _surface(
         table,
         _sampled_axes(table, _DETUNING_STRIDE[table.modes], _LINES[table.modes]),
         slope,
         [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
-        spread,
+        mapped,
     )
     return replace(table, detuning=surface)
 
@@ -221,7 +220,7 @@ def _surface(
     some: tuple[Floats, Floats],
     sample: Callable[[Floats], Complexes],
     orders: Sequence[Order],
-    spread: Spread,
+    mapped: Mapped,
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes).
 
@@ -230,7 +229,7 @@ def _surface(
     """
     modes, axes = table.modes, (table.node_a, table.node_b)
     points = amplitude_pairs(some[0], some[1], modes).reshape(-1, modes)
-    parts = list(spread(sample, points))
+    parts = list(in_tasks(mapped, sample, points))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)

@@ -195,14 +195,6 @@ def surface_values(
     return _side_by_side(*_with_slopes(node_a, node_b, samples, orders, monotone))
 
 
-def surface_slopes(
-    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
-) -> Complexes:
-    """d/da and d/db at the nodes (n_a, n_b, k, 2) through samples, as in `make_table`."""
-    _, *slopes, _ = _with_slopes(node_a, node_b, samples, orders)
-    return np.stack([(each[..., 0] + 1j * each[..., 1]) for each in slopes], axis=-1)
-
-
 def _with_slopes(
     node_a: Floats,
     node_b: Floats,

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -42,7 +41,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling, in_tasks
+from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling
 from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 
@@ -424,15 +423,14 @@ class _Task:
 
         The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
         """
-        spread = partial(in_tasks, self.mapped)
-        table = with_rate_correction(found.table, found.torus, self.tolerance, spread)
+        table = with_rate_correction(found.table, found.torus, self.tolerance, self.mapped)
         if detuning is not None and not detuning:
             return table, None
         reduced = found.torus.problem.reduced
         own = slice(reduced.tones)  # the others follow
         wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
         tolerance = self.tolerance if wanted else None
-        return with_detuning(table, found.torus, spread, tolerance, distance)
+        return with_detuning(table, found.torus, self.mapped, tolerance, distance)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:

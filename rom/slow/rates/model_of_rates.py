@@ -38,7 +38,7 @@ from slipmode.rom.representable import ALLOWED, LARGEST, fits
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.rates.decay_rates import decay_rates
 from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
+from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
@@ -134,9 +134,7 @@ def model_of_rates(
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
     carriers = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
-    parts = ("resolution", "periodicity", "neglected_response", "neglected_modes", "detuning")
-    exact = dict.fromkeys(parts, 0.0)
-    accuracy = Accuracy(tolerance, error, **exact, steps=0, lines=0, solved=law.sampled)
+    accuracy = Accuracy(tolerance, error, solved=law.sampled)
     model = Model(reduced, NoContacts(), table, carriers, (), accuracy)
     model = replace(model, accuracy=replace(accuracy, resolution=_decay_error(model, law)))
     if warned:
@@ -229,7 +227,8 @@ class _RatesLaw:
         modes, nodes = self._modes, (table.node_a, table.node_b)
         points = amplitude_pairs(*nodes, modes)
         s = self.exponent(points.reshape(-1, modes)).reshape(points.shape)
-        slopes = surface_slopes(*nodes, s, [(0, 0)] * modes)[..., :modes]  # by j and k
+        through = surface_values(*nodes, s, [(0, 0)] * modes).view(complex)
+        slopes = through[:, :, 1 : 1 + modes].swapaxes(2, 3)  # by j and k
         samples = (points[..., np.newaxis] * slopes).reshape(*points.shape[:2], modes**2)
         odd = [(j != k, j != k) for j in range(modes) for k in range(modes)]
         return replace(table, rate_correction=surface_values(*nodes, samples, odd))
