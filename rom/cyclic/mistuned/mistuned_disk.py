@@ -22,7 +22,7 @@ from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
 from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
-from slipmode.rom.cyclic.mistuned.script import Script
+from slipmode.rom.cyclic.mistuned.script import checked_script, follow_script
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
@@ -252,12 +252,13 @@ class MistunedDisk:
             If a harmonic of the contact forces is close to a mode (internal resonance, which is
             neglected).
         """
-        script = Script.of(time, frequency, magnitude)
-        self._check_harmonics(engine_order, script.frequency)
+        script = checked_script(time, frequency, magnitude)
+        Omega = script[1]
+        self._check_harmonics(engine_order, Omega)
         excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
-        middle = 0.5 * float(script.frequency.min() + script.frequency.max())
+        middle = 0.5 * float(Omega.min() + Omega.max())
         flows = self._flows(range(len(self.deviation)), middle, excited)
-        return DiskResponse(script.frequency, np.array([script.follow(each) for each in flows]))
+        return DiskResponse(Omega, np.array([follow_script(script, each) for each in flows]))
 
     def _flows(
         self, patterns: range, frequency: float, excited: Excited, tolerance: float = 1e-3
