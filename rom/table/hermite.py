@@ -75,13 +75,13 @@ class Table:
 
     def kernel(self) -> kernel.Structure:
         """The table as the core reads it."""
+        corrections = (self.rate_correction, self.detuning)
         return kernel.table(
             self.modes,
             kernel.contiguous(self.node_a),
             kernel.contiguous(self.node_b),
             kernel.contiguous(self.values),
-            None if self.rate_correction is None else kernel.contiguous(self.rate_correction),
-            None if self.detuning is None else kernel.contiguous(self.detuning),
+            *(None if each is None else kernel.contiguous(each) for each in corrections),
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:

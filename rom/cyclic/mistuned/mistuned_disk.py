@@ -344,18 +344,15 @@ class MistunedDisk:
         UnsettledError
             If no steady state is found.
         """
-        found = []
-        for deviation in self._batches(np.size(frequency)):
+        patterns, found = len(self.deviation), []
+        each = np.size(frequency) * self.structure.sectors * self.structure.free_dofs.size
+        every = patterns * max(each, self._tuned.diameter.size**2)
+        # so many patterns at a time that their responses fit in memory
+        for deviation in np.array_split(self.deviation, min(1 + every // _MOST_NUMBERS, patterns)):
             disks = self.with_deviation(deviation)
             response = disks.response(frequency, engine_order, force, local=True)
             found.append(response.amplitude(dof).max(axis=2))
         return np.concatenate(found)
-
-    def _batches(self, frequencies: int) -> list[Floats]:
-        """Return deviations of so many patterns at a time that their responses fit in memory."""
-        each = frequencies * self.structure.sectors * self.structure.free_dofs.size
-        size = max(_MOST_NUMBERS // max(each, self._tuned.diameter.size**2), 1)
-        return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
 
     def with_deviation(self, deviation: ArrayLike) -> MistunedDisk:
         """Return the disk with other mistuning patterns, without computing its modes again.
@@ -431,11 +428,12 @@ class MistunedDisk:
             G = self._modes.flexibility(nu)
             return np.asarray(np.linalg.solve(np.eye(self._springs.size) + G * self._springs, G))
 
-        def of_pattern(pattern: int) -> CoupledContacts:
-            law = Contacts(groups)
-            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[pattern], frequency)
+        law = Contacts(groups)
 
-        return [of_pattern(pattern) for pattern in range(len(self.deviation))]
+        def of_pattern(at: int) -> CoupledContacts:
+            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[at], frequency)
+
+        return [of_pattern(at) for at in range(len(self.deviation))]
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.

@@ -164,10 +164,7 @@ def in_tasks(
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Return the amplitudes (n_a, n_b, modes) of a grid. One mode has the first axis only."""
-    pairs = np.empty((node_a.size, node_b.size, modes))
-    for mode, node in enumerate((node_a[:, np.newaxis], node_b)[:modes]):
-        pairs[..., mode] = node
-    return pairs
+    return np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)[..., :modes]
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:
