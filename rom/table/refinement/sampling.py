@@ -14,6 +14,7 @@ from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped
 from slipmode.rom.contact.slip_onset import onset_lines, stick
+from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.reduction.combination import Order, tabulated_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, make_table
@@ -117,13 +118,10 @@ class ContactSamples:
     def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         """Return the tabulated columns, then those that are carried along, (points, columns).
 
-        `near` are guesses of the latter. Nothing is solved where all contacts stick: all are 0.
+        `near` are guesses of the latter. Nothing is solved where all contacts stick.
         """
-        problem, modes = self._torus.problem, self._largest.size
-        orders = len(problem.orders)
-        carried = (orders + 1) * self._contacts if self._carries else 0
-        columns = modes + len(problem.combinations) + 1 + carried
-        samples = np.zeros((len(amplitudes), columns), dtype=complex)
+        problem, orders = self._torus.problem, len(self._torus.problem.orders)
+        samples = self._columns(ContactTerms.at_rest(problem, amplitudes))
         moving = ~stick(problem.reduced, problem.law, amplitudes)
         if not moving.any():
             return samples
@@ -134,20 +132,23 @@ class ContactSamples:
         solved = in_tasks(self._mapped, self._torus.solve, amplitudes[moving], *guesses)
         for terms in self._mapped(self._torus.on_more_lines, solved):
             terms.check_periodic()
-            lost = terms.power - terms.leaving - terms.by_forces
-            powers = (lost + 1j * terms.by_forces)[:, np.newaxis]
-            parts = [terms.S, terms.T, powers]
-            if self._carries:
-                parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
-            rows.append(np.concatenate(parts, axis=1))
+            rows.append(self._columns(terms))
             (at,) = np.nonzero((terms.amplitudes == self._largest).all(axis=1))
             if at.size:
-                self.carriers = terms.P[at[0], :modes]
+                self.carriers = terms.P[at[0], : self._largest.size]
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)
             self._bar.update(len(terms.S))
         samples[moving] = np.concatenate(rows)
         return samples
+
+    def _columns(self, terms: ContactTerms) -> Complexes:
+        """Return the columns of contact terms, (points, columns)."""
+        lost = terms.power - terms.leaving - terms.by_forces
+        parts = [terms.S, terms.T, (lost + 1j * terms.by_forces)[:, np.newaxis]]
+        if self._carries:
+            parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
+        return np.concatenate(parts, axis=1)
 
 
 def in_tasks(
