@@ -97,7 +97,7 @@ def _elastic(L: Complexes, elements: Elements, disks: bool) -> tuple[Floats, Flo
             force = element["tangential_stiffness"] * np.linalg.norm(L[:, tangential], axis=1)
             motion.append(force + element["friction"] * np.abs(pressing))
             holding.append(element["friction"] * element["preload"])
-    return np.array(motion).T, np.array(holding)
+    return np.reshape(motion, (-1, len(L))).T, np.array(holding)
 
 
 def slip_onset(reduced: Reduced, law: Friction, mode: int) -> tuple[float, float]:

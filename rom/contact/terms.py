@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,14 @@ class ContactTerms:
     mean_square: Floats
     residual: Floats
     marched: NDArray[np.int32]
+
+    @classmethod
+    def at_rest(cls, problem: ContactProblem, amplitudes: Floats) -> Self:
+        """Return the terms without contact motion, as of elastic contacts that stick."""
+        points, contacts = len(amplitudes), problem.reduced.n_contacts
+        P = np.zeros((points, len(problem.orders), contacts), dtype=complex)
+        still = np.zeros(points, dtype=np.int32)
+        return cls(problem, amplitudes, P, np.zeros((points, contacts)), np.zeros(points), still)
 
     @property
     def orders(self) -> list[Order]:

@@ -60,12 +60,10 @@ class Aerodynamics:
     def of_diameter(self, angle: float) -> tuple[Complexes, Complexes]:
         """Return stiffness and damping of q (m, m), from the phase of the next sector [rad]."""
         size = self.directions.shape[1]
-        stiffness, damping = np.zeros((2, size, size), dtype=complex)
-        for distance, l_d in self.influence.items():
-            turn = np.exp(1j * angle * distance)
-            stiffness += l_d.real * turn
-            damping += l_d.imag * turn / self.frequency
-        return stiffness, damping
+        turns = np.exp(1j * angle * np.array(list(self.influence)))
+        every = np.reshape(list(self.influence.values()), (-1, size, size))
+        damping = np.tensordot(turns, every.imag / self.frequency, 1)
+        return np.tensordot(turns, every.real, 1), damping
 
 
 def influence_coefficients(by_diameter: Mapping[int, complex], sectors: int) -> dict[int, complex]:

@@ -247,10 +247,9 @@ def nodal_diameter_diagram(
     most = structure.free_dofs.size
     families = checked_integer("families", families, f"from 1 to {most}", 1, most)
     reference = law.elements(structure.n_contacts).reference
-    frequency = [
-        DiameterModes.of(structure, k, reference, families, lambda squares: 0.0).frequency[
-            :families
-        ]
+    every = (
+        DiameterModes.of(structure, k, reference, families, lambda squares: 0.0)
         for k in range(structure.highest_diameter + 1)
-    ]
-    return NodalDiameterDiagram(structure.sectors, np.array(frequency))
+    )
+    frequency = np.array([modes.frequency[:families] for modes in every])
+    return NodalDiameterDiagram(structure.sectors, frequency)

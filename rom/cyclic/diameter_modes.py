@@ -14,7 +14,12 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError
-from slipmode.rom.reduction.interaction.internal_resonance import harmonic_gain
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.interaction.internal_resonance import (
+    InternalResonance,
+    harmonic_decay,
+    harmonic_gain,
+)
 from slipmode.rom.reduction.nonresonant import MOST_MODES
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.solvers.factorisation import NotPositiveDefiniteError
@@ -205,8 +210,10 @@ class DiameterModes:
         psi = self.contact_motion[:, kept]
         return np.asarray(psi @ np.linalg.solve(stiffness, psi.conj().T) + self.past_flexibility)
 
-    def harmonic_gain(self, springs: Floats, frequency: ArrayLike, order: int) -> Floats:
-        """Return the gains of the modes at a harmonic, (..., modes).
+    def internal_resonance(
+        self, springs: Floats, frequency: ArrayLike, order: Order, name: str
+    ) -> InternalResonance:
+        """Return the mode with the largest gain at a harmonic.
 
         See `slipmode.rom.reduction.interaction.internal_resonance`.
 
@@ -214,15 +221,21 @@ class DiameterModes:
         ----------
         springs : (N_c,) ndarray
             k_ref [N/m].
-        frequency : (...) array_like
-            nu of the harmonic [rad/s].
-        order : int
-            h.
+        frequency : float or (points,) array_like
+            Frequencies nu of the harmonic [rad/s].
+        order : (n, m)
+            Harmonic.
+        name : str
+            Name of a mode with {} in place of its number.
         """
-        nu = np.asarray(frequency, dtype=float)[..., np.newaxis]
+        nu = np.atleast_1d(frequency)[:, np.newaxis]
         dynamic = np.diag(self.stiffness) - nu**2 + 1j * nu * np.diag(self.damping)
         own = np.max(springs[:, np.newaxis] * np.abs(self.contact_motion) ** 2, axis=0)
-        return harmonic_gain(own, dynamic, order**2)
+        gain = harmonic_gain(own, dynamic, harmonic_decay(order))
+        at, mode = (int(each) for each in np.unravel_index(gain.argmax(), gain.shape))
+        found, omega = abs(float(nu[at, 0])), float(self.frequency[mode])
+        largest = float(gain[at, mode])
+        return InternalResonance(largest, order, found, omega, name.format(mode))
 
     @cached_property
     def past_flexibility(self) -> Complexes:

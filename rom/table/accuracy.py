@@ -55,14 +55,14 @@ class Accuracy:
 
     tolerance: float
     interpolation: float
-    resolution: float
-    periodicity: float
-    neglected_response: float
-    neglected_modes: float
-    detuning: float | None
-    steps: int
-    lines: int
-    solved: int
+    resolution: float = 0.0
+    periodicity: float = 0.0
+    neglected_response: float = 0.0
+    neglected_modes: float = 0.0
+    detuning: float | None = 0.0
+    steps: int = 0
+    lines: int = 0
+    solved: int = 0
     distance: float = MOST_DETUNING
 
     @property

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import astuple, replace
 from typing import Any
@@ -17,7 +15,7 @@ from slipmode.rom.reduction.combination import CombinationResonance
 from slipmode.rom.reduction.reduced import REDUCED_ARRAYS, Reduced
 from slipmode.rom.storage.code_digest import code_digest
 from slipmode.rom.table import disk_cache
-from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model
+from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model, arrays_of, digest
 from slipmode.rom.table.tabulation import extended_range, tabulate
 
 _ENTRY = 2  # format of an entry, besides the format of a model's file
@@ -107,23 +105,9 @@ def _with_shapes(entry: Model, reduced: Reduced) -> Model:
     return replace(entry, reduced=of)
 
 
-def _key(
-    reduced: Reduced,
-    law: Friction,
-    amplitude: Floats,
-    asked: Sequence[object],
-) -> str:
+def _key(reduced: Reduced, law: Friction, amplitude: Floats, asked: Sequence[object]) -> str:
     """Hash of everything that the table depends on."""
-    optional = (getattr(reduced, name) for name in OPTIONAL_ARRAYS)
-    arrays = (
-        *(np.asarray(getattr(reduced, name)) for name in REDUCED_ARRAYS),
-        amplitude,
-        *(np.zeros(0) if array is None else array for array in optional),
-    )
-    code = code_digest("slipmode.rom")
-    named = [FORMAT, _ENTRY, code, reduced.formulation, reduced.modes, reduced.ratio]
-    named.append(record_of(law))
-    digest = hashlib.sha256(json.dumps([*named, *asked]).encode())
-    for array in arrays:
-        digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()[:32]
+    arrays = arrays_of(reduced, (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS)) | {"amplitude": amplitude}
+    named = [FORMAT, _ENTRY, code_digest("slipmode.rom"), record_of(law), *asked]
+    named += [reduced.formulation, reduced.modes, reduced.ratio]
+    return digest({"named": named}, arrays)[:32]

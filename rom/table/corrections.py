@@ -6,28 +6,25 @@ fourth grid line; the rate correction on a coarser torus and without the modal r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.detuning import Detuned, FrictionDetuning
 from slipmode.rom.contact.error_norm import ErrorNorm
 from slipmode.rom.contact.problem import TorusProblem
 from slipmode.rom.contact.rate_correction import friction_rate_correction
+from slipmode.rom.contact.resolution import Mapped
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.reduction.force_response import AppliedForces, steady_force
 from slipmode.rom.reduction.reduced import Reduced
-from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, surface_values
-from slipmode.rom.table.refinement.sampling import amplitude_pairs
-
-Spread = Callable[[Callable[[Floats], Complexes], Floats], Iterable[Complexes]]
+from slipmode.rom.table.refinement.sampling import amplitude_pairs, in_tasks
 
 # Grid lines from one that is sampled to the next, at least, and how many at the most, by modes:
 # what is corrected is small. Nodes of one mode are cheap.
@@ -41,7 +38,7 @@ _PROBES = np.array([[1.0, 1.0], [1.0, 0.3], [0.3, 1.0], [0.5, 0.5]])
 
 
 def with_rate_correction(
-    table: Table, torus: TorusProblem, tolerance: float, spread: Spread
+    table: Table, torus: TorusProblem, tolerance: float, mapped: Mapped
 ) -> Table:
     """Return the table with its rate correction.
 
@@ -51,8 +48,8 @@ def with_rate_correction(
         Contact problem of the table.
     tolerance : float
         Tolerance of the table.
-    spread : callable
-        Values of a function at many points, part by part.
+    mapped : callable
+        Applies a function to parts of many points: as `map`.
     """
     reduced, law, grid = torus.problem.reduced, torus.problem.law, torus.grid
     steps = grid.steps
@@ -64,16 +61,17 @@ def with_rate_correction(
         most //= 2
     surface = _surface(
         table,
-        _sampled_axes(table, _STRIDE[table.modes], most),
+        _STRIDE[table.modes],
+        most,
         lambda part: friction_rate_correction(reduced, law, part, table.amplitude_range, coarse),
         [(j != k, j != k) for j in range(table.modes) for k in range(table.modes)],
-        spread,
+        mapped,
     )
     return replace(table, rate_correction=surface)
 
 
 def with_detuning(
-    table: Table, torus: TorusProblem, spread: Spread, tolerance: float | None, distance: float
+    table: Table, torus: TorusProblem, mapped: Mapped, tolerance: float | None, distance: float
 ) -> tuple[Table, float]:
     """Return the table with dS_j / dOmega_k, where that helps, and the error off the carriers.
 
@@ -83,18 +81,17 @@ def with_detuning(
     ----------
     torus : TorusProblem
         Contact problem of the table.
-    spread : callable
-        Values of a function at many points, part by part.
+    mapped : callable
+        Applies a function to parts of many points: as `map`.
     tolerance : float or None
         Error that needs no slope; None: no slope, whatever the error.
     distance : float
         Largest relative distance of the forcing frequencies from the carriers.
     """
     reduced = torus.problem.reduced
-    probes, carrier, S = _probes(table), reduced.carrier, table.nodes()[..., : table.modes]
-    points = probe_points(table)
-    norm = ErrorNorm.of(reduced, table.amplitude_range).known(S)
-    at_carriers, guess = S[probes if table.modes == 2 else (*probes, 0)], None
+    points, guess = _probe_points(table), None
+    at_carriers = table(points)
+    norm = ErrorNorm.of(reduced, table.amplitude_range).known(table.nodes())
     if reduced.contacts is not None:
         same = Detuned.of(torus, np.zeros(table.modes))
         known = same.solve(points)
@@ -115,18 +112,26 @@ def with_detuning(
         """Largest error at the points; all of S_j where the motion is not periodic."""
         rest = np.array(changes)
         if slope is not None:
-            rest -= np.einsum("pjk,ck->cpj", slope, detunings * carrier)
+            rest -= np.einsum("pjk,ck->cpj", slope, detunings * reduced.carrier)
         return float(np.nan_to_num(np.abs(rest) / scale, nan=1.0).max())
 
     error = error_with(None)
     if tolerance is None or error <= tolerance:
         return table, error
-    slope = _DetuningSlope(table, reduced, distance)
-    if error_with(slope(torus, points)) > 0.5 * error:  # it would not help
-        return table, error
+    slope = partial(_detuning_slope, table, reduced)
+    if error_with(slope(FrictionDetuning(torus, distance), points)) > 0.5 * error:
+        return table, error  # it would not help
     # Slopes are small corrections: marches may repeat ten times less closely.
     rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
-    detuned = with_slopes(table, partial(slope, rough), spread)
+    surface = _surface(
+        table,
+        _DETUNING_STRIDE[table.modes],
+        _LINES[table.modes],
+        partial(slope, FrictionDetuning(rough, distance)),
+        [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
+        mapped,
+    )
+    detuned = replace(table, detuning=surface)
     return detuned, error_with(detuned.detuning_at(points))
 
 
@@ -166,86 +171,50 @@ def change_by_shift(
     return np.asarray(np.where(beyond, 2.0 * S - there, there) * turn - S)
 
 
-@frozen
-class _DetuningSlope:
-    """dS_j / dOmega_k of a table, up to a relative `distance` from its carriers."""
-
-    table: Table
-    reduced: Reduced
-    distance: float
-
-    def __call__(self, torus: TorusProblem, points: Floats) -> Complexes:
-        slope = FrictionDetuning(torus, self.distance)
-        found = slope(points)
-        for k, (above, below) in enumerate(slope.pairs):
-            change, other = (
-                change_by_shift(self.table, self.reduced, each.reduced, points)
-                for each in (above, below)
-            )
-            found[..., k] += (change - other) / slope.step[k]
-        return found
-
-
-def with_slopes(table: Table, slope: Callable[[Floats], Complexes], spread: Spread) -> Table:
-    """Return the table with dS_j / dOmega_k, of which `slope` returns (points, modes, modes)."""
-    surface = _surface(
-        table,
-        _sampled_axes(table, _DETUNING_STRIDE[table.modes], _LINES[table.modes]),
-        slope,
-        [order for order in CARRIERS[: table.modes] for _ in range(table.modes)],
-        spread,
-    )
-    return replace(table, detuning=surface)
-
-
-def probe_points(table: Table) -> Floats:
-    """Return nodes that show what detuning does, (points, modes)."""
-    probes = _probes(table)
-    return np.stack([node[k] for node, k in zip(table.axes, probes, strict=True)], axis=-1)
-
-
-def _probes(table: Table) -> tuple[NDArray[np.intp], ...]:
-    """Nodes that show what detuning does: indices along each axis."""
-    nearest = {
-        tuple(
-            int(np.abs(node - part * node[-1]).argmin())
-            for node, part in zip(table.axes, fraction, strict=True)
+def _detuning_slope(
+    table: Table, reduced: Reduced, slope: FrictionDetuning, points: Floats
+) -> Complexes:
+    """Return dS_j / dOmega_k of a table with the matrices `reduced`, (points, modes, modes)."""
+    found = slope(points)
+    for k, (above, below) in enumerate(slope.pairs):
+        change, other = (
+            change_by_shift(table, reduced, each.reduced, points) for each in (above, below)
         )
-        for fraction in _PROBES[:, : table.modes]
-    }
-    return tuple(np.array(sorted(nearest)).T)
+        found[..., k] += (change - other) / slope.step[k]
+    return found
+
+
+def _probe_points(table: Table) -> Floats:
+    """Return nodes that show what detuning does, (points, modes)."""
+    nearest = [
+        node[np.abs(node - np.outer(part, node[-1])).argmin(axis=1)]
+        for node, part in zip(table.axes, _PROBES.T, strict=False)
+    ]
+    return np.unique(np.transpose(nearest), axis=0)
 
 
 def _surface(
     table: Table,
-    some: tuple[Floats, Floats],
+    stride: int,
+    most: int,
     sample: Callable[[Floats], Complexes],
     orders: Sequence[Order],
-    spread: Spread,
+    mapped: Mapped,
 ) -> Floats:
     """Surface (n_a, n_b, 4, 2 modes^2) over the table through samples (points, modes, modes).
 
-    Samples are at the amplitudes `some` of each mode, and interpolated linearly between them.
+    Samples are at every `stride` nodes of each mode, or at fewer: at as many as `most`, about.
+    They are interpolated linearly between these.
     Slopes are monotone: splines oscillate across kinks, which changes the stability of states.
     """
     modes, axes = table.modes, (table.node_a, table.node_b)
+    some = []
+    for node in axes:
+        every = max(stride, node.size // most)
+        some.append(np.append(node[:-1:every], node[-1]))
     points = amplitude_pairs(some[0], some[1], modes).reshape(-1, modes)
-    parts = list(spread(sample, points))
+    parts = list(in_tasks(mapped, sample, points))
     samples = np.concatenate(parts).reshape(some[0].size, some[1].size, modes * modes)
     for axis in range(modes):
         samples = np.apply_along_axis(partial(np.interp, axes[axis], some[axis]), axis, samples)
     return surface_values(*axes, samples, orders, monotone=True)
-
-
-def _sampled_axes(table: Table, stride: int, most: int) -> tuple[Floats, Floats]:
-    """Return every `stride` nodes of each mode, or fewer: as many as `most`, about."""
-    second = table.node_b
-    return _spaced(table.node_a, stride, most), (
-        _spaced(second, stride, most) if table.modes == 2 else second
-    )
-
-
-def _spaced(node: Floats, stride: int, most: int) -> Floats:
-    """Return every so many nodes, the first and the last: as many as `most`, about."""
-    every = max(stride, node.size // most)
-    return np.append(node[:-1:every], node[-1])

@@ -75,13 +75,13 @@ class Table:
 
     def kernel(self) -> kernel.Structure:
         """The table as the core reads it."""
+        corrections = (self.rate_correction, self.detuning)
         return kernel.table(
             self.modes,
             kernel.contiguous(self.node_a),
             kernel.contiguous(self.node_b),
             kernel.contiguous(self.values),
-            None if self.rate_correction is None else kernel.contiguous(self.rate_correction),
-            None if self.detuning is None else kernel.contiguous(self.detuning),
+            *(None if each is None else kernel.contiguous(each) for each in corrections),
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
@@ -193,14 +193,6 @@ def surface_values(
     If `monotone`, values between two nodes of a grid line are between the values at these.
     """
     return _side_by_side(*_with_slopes(node_a, node_b, samples, orders, monotone))
-
-
-def surface_slopes(
-    node_a: Floats, node_b: Floats, samples: Complexes, orders: Sequence[tuple[int, int]]
-) -> Complexes:
-    """d/da and d/db at the nodes (n_a, n_b, k, 2) through samples, as in `make_table`."""
-    _, *slopes, _ = _with_slopes(node_a, node_b, samples, orders)
-    return np.stack([(each[..., 0] + 1j * each[..., 1]) for each in slopes], axis=-1)
 
 
 def _with_slopes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterable
 from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
 from typing import Any
@@ -341,23 +342,20 @@ class Model:
         }
 
     def _content(self) -> dict[str, np.ndarray]:
-        arrays = {name: np.asarray(getattr(self.reduced, name)) for name in REDUCED_ARRAYS}
-        for name in OPTIONAL_ARRAYS:
-            if (array := getattr(self.reduced, name)) is not None:
-                arrays[name] = array
+        arrays = arrays_of(self.reduced, (*REDUCED_ARRAYS, *OPTIONAL_ARRAYS))
+        arrays |= arrays_of(self.table, ("node_a", "node_b", "values", *TABLE_ARRAYS))
         if self.harmonics:
-            arrays |= {"P": self.harmonics.P, "left_out": self.harmonics.left_out}
+            arrays |= arrays_of(self.harmonics, ("P", "left_out"))
         if (response := self.dof_response) is not None:
             arrays |= {"dof_shapes": response.shapes, "dof_by_force": response.by_force}
             arrays["dof_coordinates"] = response.coordinates.P
-        for name in TABLE_ARRAYS:
-            if (array := getattr(self.table, name)) is not None:
-                arrays[name] = array
-        return arrays | {
-            "node_a": self.table.node_a,
-            "node_b": self.table.node_b,
-            "values": self.table.values,
-        }
+        return arrays
+
+
+def arrays_of(holder: object, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Return the attributes of some names that are arrays, not None."""
+    given = {name: getattr(holder, name) for name in names}
+    return {name: np.asarray(array) for name, array in given.items() if array is not None}
 
 
 def digest(header: dict[str, Any], content: dict[str, np.ndarray]) -> str:

@@ -139,8 +139,7 @@ def _error_at(
     known = ContactProblem.of(reduced, law, model.combinations).on(*march).solve([point])
     bare = replace(reduced, force_patterns=None)
     problem = ContactProblem.of(bare, law, model.combinations)
-    index = np.arange(modes)
-    D = bare.modal_stiffness(bare.carrier)[index, index, index] + bare.indirect_damping
+    _, D = steady_force(bare)
     residual = applied.residual(applied.past_mode) * (applied.modal != 0.0)[:, np.newaxis]
     amplitude = np.where(point > 0.0, point, np.inf)
     S: Complexes = known.S[0]

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
 from typing import Any, overload
 
 import numpy as np
@@ -14,7 +13,7 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, check_count
 from slipmode.rom.contact.detuning import MOST_DETUNING
-from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
+from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.higher_order_harmonics import (
     change_by_harmonics,
@@ -22,16 +21,11 @@ from slipmode.rom.contact.higher_order_harmonics import (
 )
 from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
-from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget, WorkLimit, checked_budget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
-from slipmode.rom.reduction.combination import (
-    CombinationResonance,
-    Order,
-    tabulated_orders,
-)
+from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.nonresonant import (
     HIGHEST_HARMONIC,
     RESPONSE_ORDER,
@@ -47,7 +41,7 @@ from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
-from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling, in_tasks
+from slipmode.rom.table.refinement.sampling import ContactSamples, Sampling
 from slipmode.rom.validity import check_table_carriers, model_findings, warn
 
 
@@ -397,23 +391,11 @@ class _Task:
         # have two motions.
         carries = self.harmonics > 0 or (reduced.contacts is not None and not reduced.even)
         tables: list[_Refined] = []
-        scale, norm = smallest_scale(reduced, ends), ErrorNorm.of(reduced, ends)
+        scale = smallest_scale(reduced, ends)
         for each in (resolution, resolution.finer):
             torus = problem.on(each.grid, each.march, scale)
             samples = ContactSamples(torus, ends, self.mapped, self.bar, carries)
-            sampling = Sampling(
-                samples,
-                orders=tuple(tabulated_orders(problem.combinations, modes)),
-                drives=(*range(modes), *(term.mode for term in problem.combinations)),
-                norm=norm,
-                carrier=reduced.carrier,
-                # Contacts have no share in structural losses in the paper's formulation.
-                loss=norm.loss * (reduced.formulation == "consistent"),
-                amplitude_range=ends,
-                onset_lines=onset_lines(reduced, problem.law),
-                noise=budget.march,
-                kept=self.harmonics > 0,
-            )
+            sampling = Sampling(samples, problem, ends, budget.march, self.harmonics > 0)
             made = refine(sampling, allowed, self.time_budget)
             tables.append(_Refined(candidate, torus, each, samples, *made))
             # At the onset of slip steps may be too long, and of two motions that contacts may come
@@ -441,15 +423,14 @@ class _Task:
 
         The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
         """
-        spread = partial(in_tasks, self.mapped)
-        table = with_rate_correction(found.table, found.torus, self.tolerance, spread)
+        table = with_rate_correction(found.table, found.torus, self.tolerance, self.mapped)
         if detuning is not None and not detuning:
             return table, None
         reduced = found.torus.problem.reduced
         own = slice(reduced.tones)  # the others follow
         wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
         tolerance = self.tolerance if wanted else None
-        return with_detuning(table, found.torus, spread, tolerance, distance)
+        return with_detuning(table, found.torus, self.mapped, tolerance, distance)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:

@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
-from slipmode.rom.arrays import Floats
-from slipmode.rom.cyclic.diameter_modes import DiameterModes
 from slipmode.rom.errors import Finding
 from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 
@@ -29,41 +23,3 @@ def resonance_findings(met: InternalResonance) -> list[Finding]:
     )
     choice = "is neglected by local contacts"
     return [Finding(f"internal resonance 1:{h}", choice, reason, "warning")]
-
-
-def internal_resonance(
-    free: Sequence[DiameterModes],
-    stuck: Sequence[DiameterModes],
-    springs: Floats,
-    engine_order: int,
-    frequency: Floats,
-    highest: int,
-) -> InternalResonance:
-    """Return the strongest internal resonance at forcing frequencies [rad/s].
-
-    Parameters
-    ----------
-    free, stuck : sequence of DiameterModes
-        Of the tuned disk with open and with stuck contacts, by nodal diameter.
-    springs : (N_c,) ndarray
-        k_ref of the contacts of a sector [N/m].
-    engine_order : int
-        E: harmonic h acts on nodal diameter h E.
-    frequency : (frequencies,) ndarray
-    highest : int
-        The last harmonic.
-    """
-    found: list[InternalResonance] = []
-    N = len(stuck)
-    for sticks, by_diameter in ((False, free), (True, stuck)):
-        for h in range(3, highest + 1, 2):
-            k = h * engine_order % N
-            modes = by_diameter[k]
-            gain = modes.harmonic_gain(springs, h * frequency, h)
-            at, family = np.unravel_index(gain.argmax(), gain.shape)
-            name = f"nodal diameter {min(k, N - k)} of family {family}"
-            nu, omega = float(h * frequency[at]), float(modes.frequency[family])
-            found.append(
-                InternalResonance(float(gain[at, family]), (h, 0), nu, omega, name, sticks)
-            )
-    return max(found, key=lambda each: each.gain)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache, cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,11 +21,8 @@ from slipmode.rom.cyclic.diameter_modes import AllDiameters
 from slipmode.rom.cyclic.mistuned.amplification import Amplification
 from slipmode.rom.cyclic.mistuned.disk_modes import Excited, MistunedModes, TunedModes
 from slipmode.rom.cyclic.mistuned.disk_response import DiskResponse
-from slipmode.rom.cyclic.mistuned.internal_resonance import (
-    internal_resonance,
-    resonance_findings,
-)
-from slipmode.rom.cyclic.mistuned.script import Script
+from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
+from slipmode.rom.cyclic.mistuned.script import checked_script, follow_script
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
@@ -253,12 +252,13 @@ class MistunedDisk:
             If a harmonic of the contact forces is close to a mode (internal resonance, which is
             neglected).
         """
-        script = Script.of(time, frequency, magnitude)
-        self._check_harmonics(engine_order, script.frequency)
+        script = checked_script(time, frequency, magnitude)
+        Omega = script[1]
+        self._check_harmonics(engine_order, Omega)
         excited = self._tuned.excited(engine_order, self.structure.force_on_sector(force))
-        middle = 0.5 * float(script.frequency.min() + script.frequency.max())
+        middle = 0.5 * float(Omega.min() + Omega.max())
         flows = self._flows(range(len(self.deviation)), middle, excited)
-        return DiskResponse(script.frequency, np.array([script.follow(each) for each in flows]))
+        return DiskResponse(Omega, np.array([follow_script(script, each) for each in flows]))
 
     def _flows(
         self, patterns: range, frequency: float, excited: Excited, tolerance: float = 1e-3
@@ -344,18 +344,15 @@ class MistunedDisk:
         UnsettledError
             If no steady state is found.
         """
-        found = []
-        for deviation in self._batches(np.size(frequency)):
+        patterns, found = len(self.deviation), []
+        each = np.size(frequency) * self.structure.sectors * self.structure.free_dofs.size
+        every = patterns * max(each, self._tuned.diameter.size**2)
+        # so many patterns at a time that their responses fit in memory
+        for deviation in np.array_split(self.deviation, min(1 + every // _MOST_NUMBERS, patterns)):
             disks = self.with_deviation(deviation)
             response = disks.response(frequency, engine_order, force, local=True)
             found.append(response.amplitude(dof).max(axis=2))
         return np.concatenate(found)
-
-    def _batches(self, frequencies: int) -> list[Floats]:
-        """Return deviations of so many patterns at a time that their responses fit in memory."""
-        each = frequencies * self.structure.sectors * self.structure.free_dofs.size
-        size = max(_MOST_NUMBERS // max(each, self._tuned.diameter.size**2), 1)
-        return [self.deviation[k : k + size] for k in range(0, len(self.deviation), size)]
 
     def with_deviation(self, deviation: ArrayLike) -> MistunedDisk:
         """Return the disk with other mistuning patterns, without computing its modes again.
@@ -406,8 +403,14 @@ class MistunedDisk:
         InternalResonance
             Mode, harmonic and strength.
         """
-        free, stuck = self._tuned.by_diameter, self._stuck.by_diameter
-        return internal_resonance(free, stuck, self._reference, engine_order, frequency, HIGHEST)
+        N, found = self.structure.sectors, []
+        for modes, h in product((self._tuned, self._stuck), range(3, HIGHEST + 1, 2)):
+            k = h * engine_order % N  # harmonic h acts on this nodal diameter
+            name = f"nodal diameter {min(k, N - k)} of family {{}}"
+            at = modes.by_diameter[k]
+            met = at.internal_resonance(self._reference, h * frequency, (h, 0), name)
+            found.append(replace(met, stuck=modes is self._stuck))
+        return max(found, key=lambda each: each.gain)
 
     def _check_harmonics(self, engine_order: int, frequency: Floats) -> None:
         """Warn of internal resonances, which local contacts leave out."""
@@ -425,24 +428,24 @@ class MistunedDisk:
             G = self._modes.flexibility(nu)
             return np.asarray(np.linalg.solve(np.eye(self._springs.size) + G * self._springs, G))
 
-        def of_pattern(pattern: int) -> CoupledContacts:
-            law = Contacts(groups)
-            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[pattern], frequency)
+        law = Contacts(groups)
 
-        return [of_pattern(pattern) for pattern in range(len(self.deviation))]
+        def of_pattern(at: int) -> CoupledContacts:
+            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[at], frequency)
+
+        return [of_pattern(at) for at in range(len(self.deviation))]
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.
 
         `at_carrier` (N_c,) is their own flexibility at the carrier.
         """
-        own = [
-            np.mean(
-                [np.diag(k.flexibility(h * frequency)) for k in self._stuck.by_diameter], axis=0
-            )
-            for h in range(3, HIGHEST + 1, 2)
-        ]
-        return LocalContacts.of(self.law, [at_carrier, *own], frequency)
+
+        def own(nu: float) -> Complexes:
+            every = [np.diag(modes.flexibility(nu)) for modes in self._stuck.by_diameter]
+            return np.asarray(np.mean(every, axis=0))
+
+        return LocalContacts.of(self.law, at_carrier, own, frequency)
 
 
 def _deviations(deviation: ArrayLike, sectors: int) -> Floats:

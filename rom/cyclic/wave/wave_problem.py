@@ -226,17 +226,12 @@ def strongest_resonance(problem: WaveProblem) -> InternalResonance:
     reference = wave.law.elements(wave.structure.n_contacts).reference
     found = []
     for harmonic in problem.harmonics:
-        order, nu = sum(map(abs, harmonic.order)), harmonic.frequency
-        if harmonic.carrier is None and order > 0:
-            forward = harmonic.nodal_diameter if nu >= 0.0 else -harmonic.nodal_diameter
-            k = excited_diameter(forward, wave.structure.sectors)
-            gain = harmonic.modes.harmonic_gain(reference, nu, order)
-            mode = int(gain.argmax())
-            name = f"mode {mode} of nodal diameter {k}"
-            omega = float(harmonic.modes.frequency[mode])
-            found.append(
-                InternalResonance(float(gain[mode]), harmonic.order, abs(nu), omega, name)
-            )
+        if harmonic.carrier is None and any(harmonic.order):
+            nu, diameter = harmonic.frequency, harmonic.nodal_diameter
+            k = excited_diameter(diameter if nu >= 0.0 else -diameter, wave.structure.sectors)
+            name = f"mode {{}} of nodal diameter {k}"
+            met = harmonic.modes.internal_resonance(reference, nu, harmonic.order, name)
+            found.append(met)
     return max(found, key=lambda each: each.gain)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -13,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.contact.detuning import MOST_DETUNING
-from slipmode.rom.contact.error_norm import ErrorNorm, smallest_scale
+from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
 from slipmode.rom.contact.resolution import ResolutionSearch
-from slipmode.rom.contact.slip_onset import onset_lines
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.cyclic.wave.wave_problem import (
     Carrier,
@@ -36,7 +33,7 @@ from slipmode.rom.table import disk_cache
 from slipmode.rom.table.accuracy import Accuracy
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.dof_response import DofResponse
-from slipmode.rom.table.model import FORMAT, Model
+from slipmode.rom.table.model import FORMAT, Model, digest
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling
 from slipmode.rom.table.tabulation import check_request
@@ -125,12 +122,10 @@ def _key(carriers: Sequence[Carrier], asked: Sequence[float]) -> str:
     disk, code = first.structure, code_digest("slipmode.rom")
     waves = [[each.wave.nodal_diameter, each.wave.mode, each.frequency] for each in carriers]
     named = [FORMAT, code, "waves", disk.sectors, record_of(first.law), *asked, *waves]
-    digest = hashlib.sha256(json.dumps(named).encode())
     matrices = (disk.mass, disk.stiffness, disk.damping, disk.own_directions, disk.next_directions)
-    arrays = [disk.left, disk.right, *(each.force for each in carriers)]
-    for array in (*arrays, *(part for each in matrices for part in scipy.sparse.find(each))):
-        digest.update(f"{array.dtype} {array.shape}".encode() + array.tobytes())
-    return digest.hexdigest()[:32]
+    arrays: list[np.ndarray] = [disk.left, disk.right, *(each.force for each in carriers)]
+    arrays += [part for each in matrices for part in scipy.sparse.find(each)]
+    return digest({"named": named}, {str(k): each for k, each in enumerate(arrays)})[:32]
 
 
 def reduced_waves(carriers: Sequence[Carrier]) -> Reduced:
@@ -164,7 +159,6 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
     reduced, orders = problem.reduced, CARRIERS[:modes]
     warn(resonance_findings(problem))
     budget, forever, residuals = ErrorBudget(tolerance), TimeBudget(np.inf), [0.0]
-    norm = ErrorNorm.of(reduced, ends)
 
     def sample(amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         terms = torus.solve(amplitudes)
@@ -176,36 +170,21 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
     with naming_resonance(problem):
         resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
         torus = problem.on(resolution.grid, resolution.march, smallest_scale(reduced, ends))
-        sampling = Sampling(
-            sample,
-            orders=(*orders, CARRIERS[0]),
-            drives=tuple(range(modes)),
-            norm=norm,
-            carrier=reduced.carrier,
-            loss=norm.loss,
-            amplitude_range=ends,
-            onset_lines=onset_lines(reduced, problem.law),
-            noise=budget.march,
-            kept=True,
-        )
+        sampling = Sampling(sample, problem, ends, budget.march, kept=True)
         table, deficits, error = refine(sampling, budget.interpolation, forever)
         # Phases between the contacts of a sector are left out: they matter in second order.
-        table = with_rate_correction(table, torus, tolerance, lambda f, points: [f(points)])
+        table = with_rate_correction(table, torus, tolerance, map)
         detuning = None
         if modes == 1:
-            table, detuning = with_detuning(
-                table, torus, lambda f, points: [f(points)], tolerance, MOST_DETUNING
-            )
+            table, detuning = with_detuning(table, torus, map, tolerance, MOST_DETUNING)
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
     unknown = Harmonics(table.axes, orders, nothing.astype(complex), nothing[..., 0, :])
     accuracy = Accuracy(
         tolerance,
-        interpolation=error,
-        resolution=resolution.error,
+        error,
+        resolution.error,
         periodicity=float(max(residuals)),
-        neglected_response=0.0,
-        neglected_modes=0.0,
         detuning=detuning,
         steps=resolution.grid.steps,
         lines=resolution.grid.lines,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,6 @@ from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.reduction.nonresonant import RESPONSE_ORDER
 from slipmode.rom.reduction.reaction import reaction_stiffness
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.table.dof_response import DofResponse
 from slipmode.rom.table.model import Model
 
 NEGLIGIBLE = 1e-4  # relative to the largest force or displacement of the modes
@@ -46,8 +44,6 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     contacts = reduced.n_contacts
     if reduced.formulation == "paper":
         return no_response(model, rows)
-    if model.dof_response is not None:
-        return _of_dofs(model, model.dof_response, rows)
     if model.harmonics is None:
         raise SlipmodeError(
             "contact: this model has no harmonics of the contacts, which its modes respond to; "
@@ -61,6 +57,9 @@ def response_surface(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
     force = reaction_stiffness(reduced, tuple(orders), model.combinations)
     reaction = 2.0 * np.einsum("abqc,qce->abqe", P, force)
     elastic = 2.0 * np.einsum("abqc,dk,qkc->abqd", P, reduced.all_shapes[rows], q, optimize=True)
+    if (of_dofs := model.dof_response) is not None:
+        moved = of_dofs.coordinates.P @ of_dofs.shapes[:, rows]
+        elastic += 2.0 * moved.reshape(elastic.shape)
     modes_out = _modes_out(model, rows)
     kept = _counts(reaction, reduced.coupling, model) | _counts(elastic, modes_out.T, model)
     return ResponseSurface(
@@ -79,19 +78,6 @@ def no_response(model: Model, dofs: Sequence[int] = ()) -> ResponseSurface:
         np.zeros((*nodes, 0, model.reduced.n_contacts), dtype=complex),
         np.zeros((*nodes, 0, len(dofs)), dtype=complex),
         model.reduced.mode_shapes[list(dofs)].astype(complex),
-    )
-
-
-def _of_dofs(model: Model, response: DofResponse, rows: list[int]) -> ResponseSurface:
-    """Return the response of a model without contacts."""
-    nothing, P = no_response(model, rows), response.coordinates.P
-    nodes = nothing.elastic.shape[:2]
-    elastic = 2.0 * (P @ response.shapes[:, rows]).reshape(*nodes, model.modes, len(rows))
-    return replace(
-        nothing,
-        orders=np.array(response.coordinates.orders, dtype=np.int32),
-        reaction=np.zeros((*nodes, model.modes, 0), dtype=complex),
-        elastic=elastic,
     )
 
 

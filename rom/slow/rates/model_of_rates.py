@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
 from slipmode.rom.contact.harmonics import Harmonics
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.time_budget import TimeBudget
 from slipmode.rom.errors import Finding, SlipmodeError, warn
 from slipmode.rom.frequencies import (
@@ -37,7 +38,7 @@ from slipmode.rom.representable import ALLOWED, LARGEST, fits
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.rates.decay_rates import decay_rates
 from slipmode.rom.table.accuracy import Accuracy
-from slipmode.rom.table.hermite import Table, surface_slopes, surface_values
+from slipmode.rom.table.hermite import Table, surface_values
 from slipmode.rom.table.model import Model
 from slipmode.rom.table.refinement.refine import refine
 from slipmode.rom.table.refinement.sampling import Sampling, amplitude_pairs
@@ -126,26 +127,14 @@ def model_of_rates(
     check_request(ends, min(max(ends.size, 1), 2), tolerance, amplitude)
     law = _RatesLaw(rates, ends.size)
     reduced = law.reduced(mode_shapes)
-    norm, modes = ErrorNorm.of(reduced, ends), ends.size
-    sampling = Sampling(
-        law.sample,
-        orders=(*CARRIERS[:modes], CARRIERS[0]),
-        drives=tuple(range(modes)),
-        norm=norm,
-        carrier=reduced.carrier,
-        loss=norm.loss,
-        amplitude_range=ends,
-        onset_lines=np.zeros((0, modes)),
-        noise=0.0,
-    )
+    modes, problem = ends.size, ContactProblem(reduced, NoContacts())
+    sampling = Sampling(law.sample, problem, ends, noise=0.0)
     table, _, error = refine(sampling, tolerance, TimeBudget(np.inf))
     table = law.corrected(table)
     nodes = tuple(axis.size for axis in table.axes)
     nothing = np.zeros((*nodes, modes, 0))
     carriers = Harmonics(table.axes, CARRIERS[:modes], nothing.astype(complex), nothing[..., 0, :])
-    parts = ("resolution", "periodicity", "neglected_response", "neglected_modes", "detuning")
-    exact = dict.fromkeys(parts, 0.0)
-    accuracy = Accuracy(tolerance, error, **exact, steps=0, lines=0, solved=law.sampled)
+    accuracy = Accuracy(tolerance, error, solved=law.sampled)
     model = Model(reduced, NoContacts(), table, carriers, (), accuracy)
     model = replace(model, accuracy=replace(accuracy, resolution=_decay_error(model, law)))
     if warned:
@@ -238,7 +227,8 @@ class _RatesLaw:
         modes, nodes = self._modes, (table.node_a, table.node_b)
         points = amplitude_pairs(*nodes, modes)
         s = self.exponent(points.reshape(-1, modes)).reshape(points.shape)
-        slopes = surface_slopes(*nodes, s, [(0, 0)] * modes)[..., :modes]  # by j and k
+        through = surface_values(*nodes, s, [(0, 0)] * modes).view(complex)
+        slopes = through[:, :, 1 : 1 + modes].swapaxes(2, 3)  # by j and k
         samples = (points[..., np.newaxis] * slopes).reshape(*points.shape[:2], modes**2)
         odd = [(j != k, j != k) for j in range(modes) for k in range(modes)]
         return replace(table, rate_correction=surface_values(*nodes, samples, odd))

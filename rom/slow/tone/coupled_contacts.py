@@ -105,7 +105,7 @@ class CoupledContacts:
         odd = range(3, finer * (HIGHEST + 1), 2)
         beyond = np.array([flexibility(h * frequency) for h in odd], dtype=complex)
         modes = (fast.frequency, fast.motion) if fast.frequency.size else (None, None)
-        dual = DualContacts(law, fast.static, np.array([frequency]), np.zeros(1), None, *modes)
+        dual = DualContacts(law, fast.static, frequency, *modes)
         return cls(dual, fast.at(frequency), beyond, finer * STEPS)
 
     def deficit(self, drive: Complexes) -> Complexes:
@@ -119,8 +119,7 @@ class CoupledContacts:
         every = [self.far.astype(complex), *self.flexibility]
         orders = [CARRIERS[0], *((2 * k + 3, 0) for k in range(len(self.flexibility)))]
         flexibility = dict(zip(orders, every, strict=True))
-        carrier = self.dual.frequency
-        problem: ContactProblem = self.dual.problem(carrier, drive[np.newaxis], flexibility)
+        problem: ContactProblem = self.dual.problem(drive, flexibility)
         terms = problem.on(Discretisation(self.steps, 1), _MARCH).solve([[1.0]])
         terms.check_periodic()
         return np.asarray(terms.P[0, 0])

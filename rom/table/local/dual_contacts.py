@@ -21,7 +21,7 @@ from slipmode.rom.short_repr import frozen
 class DualContacts:
     """Contacts with the force deficit y = k_ref x_c - f, see `slipmode.rom.reduction.stuck`.
 
-        x_c = sum_j coupling_j a_j exp(i theta_j) + c.c. + sum_nm G_nm y_nm exp(i (n, m) theta)
+        x_c = coupling a exp(i theta) + c.c. + sum_h G_h y_h exp(i h theta)
 
     Attributes
     ----------
@@ -29,10 +29,8 @@ class DualContacts:
     static : (N_c, N_c) ndarray
         Real flexibility of the march [m/N], symmetric and positive semidefinite, to which every
         harmonic adds what its own differs by. Harmonics that are not given have it.
-    frequency, damping : (modes,) ndarray
-        Natural frequencies [rad/s] and damping [1/s] of the modes; without any the carrier, 0.
-    moved : (modes, N_c) ndarray, optional
-        Sizes of the displacement per amplitude of each mode, a scale. Default: there is no mode.
+    carrier : float
+        Frequency Omega of the carrier [rad/s].
     marched_frequency : (modes,) ndarray, optional
         Natural frequencies of modes that are marched beside the contacts [rad/s], where a harmonic
         comes close to them. They are not part of `static`. The march has them with a damping of
@@ -43,37 +41,26 @@ class DualContacts:
 
     law: Elastic
     static: Floats
-    frequency: Floats
-    damping: Floats
-    moved: Floats | None = None
+    carrier: float
     marched_frequency: Floats | None = None
     marched_motion: Floats | None = None
 
     def problem(
-        self, carrier: Floats, coupling: Complexes, flexibility: Mapping[Order, Complexes]
+        self, coupling: Complexes, flexibility: Mapping[Order, Complexes]
     ) -> ContactProblem:
-        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m)."""
-        forces = ContactForces(
-            coupling=-np.asarray(coupling, dtype=complex),
-            reaction=np.array([G - self.static for G in flexibility.values()], dtype=complex),
-            projection=-np.conj(coupling),
-        )
-        reduced = self.reduced.at_carrier(carrier.tolist())
-        return ContactProblem(reduced, self.law, tuple(flexibility), given_forces=forces)
+        """Return the contact problem of a coupling (N_c,), with G by harmonic (n, m)."""
+        moved = np.asarray(coupling[np.newaxis], dtype=complex)
+        reaction = np.array([G - self.static for G in flexibility.values()], dtype=complex)
+        forces = ContactForces(-moved, reaction, projection=-moved.conj())
+        return ContactProblem(self.reduced, self.law, tuple(flexibility), given_forces=forces)
 
     @cached_property
     def reduced(self) -> Reduced:
-        """The mode and the contacts as the core reads them, coupled by size alone."""
+        """The carrier as a mode that moves no contact, and the contacts as the core reads them."""
         given = {"stiffness": -self.static}
-        if self.moved is not None:
-            given["spring"] = -self.moved
         if self.marched_frequency is not None and self.marched_motion is not None:
             given["nonresonant_frequency"] = self.marched_frequency
             given["nonresonant_spring"] = -self.marched_motion
-        return modes_alone(
-            self.frequency,
-            self.damping,
-            np.zeros((1, self.frequency.size)),
-            self.law.elements(len(self.static)),
-            **given,
-        )
+        elements = self.law.elements(len(self.static))
+        frequency = np.array([self.carrier])
+        return modes_alone(frequency, np.zeros(1), np.zeros((1, 1)), elements, **given)

@@ -9,13 +9,12 @@ is the mean over all nodal diameters.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
 
 from slipmode.rom.arrays import Complexes
-from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen
@@ -50,22 +49,36 @@ class LocalContacts:
         return int(self.secant.c.shape[-1]) // 2
 
     @classmethod
-    def of(cls, law: Elastic, flexibility: Sequence[Complexes], frequency: float) -> Self:
+    def of(
+        cls,
+        law: Elastic,
+        at_carrier: Complexes,
+        flexibility: Callable[[float], Complexes],
+        frequency: float,
+    ) -> Self:
         """Return the contacts of a law.
 
         Parameters
         ----------
         law : Elastic
-        flexibility : sequence of (kinds,) complex ndarray
-            g_h of the odd harmonics h = 1, 3, ... of each contact. With g_1 the displacement below
-            is the drive, x - g_1 y; 0: the displacement itself.
+        at_carrier : (kinds,) complex ndarray
+            g_1 of each contact, with which the displacement below is the drive, x - g_1 y; 0: the
+            displacement itself.
+        flexibility : callable
+            Flexibility (kinds,) of each contact to its own force at a frequency [rad/s]: g_h of
+            the odd harmonics h = 3, 5, ...
         frequency : float
             Omega [rad/s].
         """
         from scipy.interpolate import CubicHermiteSpline, PchipInterpolator  # take long to import
 
-        problem = local_problem(law, flexibility, frequency)
-        limit, stiffness = law.elements(len(flexibility[0])).slider.T
+        odd = range(3, HIGHEST + 1, 2)
+        every = [at_carrier, *(flexibility(h * frequency) for h in odd)]
+        # each contact on its own
+        own = {(h, 0): np.diag(g) for h, g in zip((1, *odd), every, strict=True)}
+        dual = DualContacts(law, np.diag(np.maximum(every[-1].real, 0.0)), frequency)
+        problem = dual.problem(np.ones(at_carrier.size, dtype=complex), own)
+        limit, stiffness = law.elements(at_carrier.size).slider.T
         onset = 0.5 * float((limit / stiffness).min())
         past = np.geomspace(_NEAREST, _FARTHEST, _NODES)
         sizes = onset * (1.0 + past)
@@ -101,18 +114,3 @@ class LocalContacts:
             for each in (k * x, k + 0.5 * bends, 0.5 * bends * turn)
         )
         return y, by_x, by_conjugate
-
-
-def local_problem(
-    law: Elastic, flexibility: Sequence[Complexes], frequency: float
-) -> ContactProblem:
-    """Return contacts whose drive at the carrier is given, each on its own.
-
-    `flexibility` as of `LocalContacts.of`.
-    """
-    contacts = len(flexibility[-1])
-    static = np.diag(np.maximum(flexibility[-1].real, 0.0))
-    own = {(2 * k + 1, 0): np.diag(g).astype(complex) for k, g in enumerate(flexibility)}
-    carrier = np.array([frequency])
-    dual = DualContacts(law, static, carrier, np.zeros(1))
-    return dual.problem(carrier, np.ones((1, contacts), dtype=complex), own)

@@ -13,7 +13,7 @@ from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.tones import sliding_law
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.table.local.local_contacts import LocalContacts
 
 _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
@@ -94,12 +94,14 @@ def local_contacts(
 
     `at_carrier` (N_c,) is their flexibility at the carrier [m/N], see `LocalContacts.of`.
     """
-    harmonics = range(3, HIGHEST + 1, 2)
-    every = (reduced.reaction(h * frequency) - reduced.stiffness for h in harmonics)
+
+    def own(nu: float) -> Complexes:
+        return np.diag(reduced.reaction(nu) - reduced.stiffness)
+
     try:
-        return LocalContacts.of(law, [at_carrier, *(np.diag(G) for G in every)], frequency)
+        return LocalContacts.of(law, at_carrier, own, frequency)
     except UnsettledError:
         # Close to a mode a harmonic of one contact alone may not converge, while all contacts
         # together do. Steady states include the mode, and transients state what they neglect.
         static = np.diag(-reduced.stiffness).astype(complex)
-        return LocalContacts.of(law, [at_carrier, *(static for _ in harmonics)], frequency)
+        return LocalContacts.of(law, at_carrier, lambda _: static, frequency)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -10,10 +11,11 @@ from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
-from slipmode.rom.contact.problem import TorusProblem
+from slipmode.rom.contact.problem import ContactProblem, TorusProblem
 from slipmode.rom.contact.resolution import Mapped
-from slipmode.rom.contact.slip_onset import stick
-from slipmode.rom.reduction.combination import Order
+from slipmode.rom.contact.slip_onset import onset_lines, stick
+from slipmode.rom.contact.terms import ContactTerms
+from slipmode.rom.reduction.combination import Order, tabulated_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, make_table
 
@@ -27,17 +29,25 @@ class Sampling:
     # Samples (points, columns) at amplitudes (points, modes). The tabulated columns come first.
     # Solves begin with guesses (points, carried) of the others, if these are known.
     at: Callable[[Floats, Complexes | None], Complexes]
-    # Harmonics (n, m) behind the tabulated columns: S_j of the modes first, the power last.
-    orders: tuple[Order, ...]
-    # The mode that each tabulated column but the power drives: it has the scale of S_j.
-    drives: tuple[int, ...]
-    norm: ErrorNorm  # of S_j, before any is known
-    carrier: Floats  # (modes,) [rad/s]
-    loss: Floats  # (modes,), structural loss of each mode, see `make_table`
+    problem: ContactProblem
     amplitude_range: Floats  # (modes,), largest amplitudes [kg^1/2 m]
-    onset_lines: Floats  # (lines, modes), where samples may have kinks, see `onset_lines`
     noise: float  # relative error of samples due to motion that is not yet periodic
     kept: bool = False  # whether the carried columns are wanted at all nodes
+
+    @property
+    def orders(self) -> list[Order]:
+        """Harmonics (n, m) behind the tabulated columns: S_j of the modes first, power last."""
+        return tabulated_orders(self.problem.combinations, self.amplitude_range.size)
+
+    @cached_property
+    def norm(self) -> ErrorNorm:
+        """Norm of S_j, before any is known."""
+        return ErrorNorm.of(self.problem.reduced, self.amplitude_range)
+
+    @cached_property
+    def onset_lines(self) -> Floats:
+        """Where samples may have kinks, (lines, modes), see `onset_lines`."""
+        return onset_lines(self.problem.reduced, self.problem.law)
 
     def known_norm(self, table: Table) -> ErrorNorm:
         """Return the norm with the largest |S_j| at the nodes of a table."""
@@ -51,11 +61,14 @@ class Sampling:
         Errors `off` and values `exact` are (..., columns), at amplitudes (..., modes). Errors at
         amplitudes that are too small to be part of what a table states are 0.
         """
-        scale = norm.scale(points, exact[..., : self.carrier.size])
+        carrier = self.problem.reduced.carrier
+        scale = norm.scale(points, exact[..., : carrier.size])
         # An error of S_j changes the power by 2 Omega_j |a_j| times that error.
-        power = (scale * points * 2.0 * self.carrier).sum(axis=-1, keepdims=True)
+        power = (scale * points * 2.0 * carrier).sum(axis=-1, keepdims=True)
         power = np.where(power > 0.0, power, 1.0)
-        relative = np.abs(off) / np.concatenate((scale[..., list(self.drives)], power), axis=-1)
+        # A combination resonance has the scale of S_j of the mode that it drives.
+        driven = scale[..., [term.mode for term in self.problem.combinations]]
+        relative = np.abs(off) / np.concatenate((scale, driven, power), axis=-1)
         return np.where(norm.share(points) < SMALLEST_SHARE, 0.0, relative.max(axis=-1))
 
     def indicators(self, table: Table) -> Floats:
@@ -69,7 +82,9 @@ class Sampling:
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Return the table through the tabulated columns on a grid."""
-        return make_table(axes[0], axes[1], tabulated, self.orders, self.loss)
+        # Contacts have no share in structural losses in the paper's formulation.
+        loss = self.norm.loss * (self.problem.reduced.formulation == "consistent")
+        return make_table(axes[0], axes[1], tabulated, self.orders, loss)
 
 
 class ContactSamples:
@@ -103,13 +118,10 @@ class ContactSamples:
     def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         """Return the tabulated columns, then those that are carried along, (points, columns).
 
-        `near` are guesses of the latter. Nothing is solved where all contacts stick: all are 0.
+        `near` are guesses of the latter. Nothing is solved where all contacts stick.
         """
-        problem, modes = self._torus.problem, self._largest.size
-        orders = len(problem.orders)
-        carried = (orders + 1) * self._contacts if self._carries else 0
-        columns = modes + len(problem.combinations) + 1 + carried
-        samples = np.zeros((len(amplitudes), columns), dtype=complex)
+        problem, orders = self._torus.problem, len(self._torus.problem.orders)
+        samples = self._columns(ContactTerms.at_rest(problem, amplitudes))
         moving = ~stick(problem.reduced, problem.law, amplitudes)
         if not moving.any():
             return samples
@@ -120,20 +132,23 @@ class ContactSamples:
         solved = in_tasks(self._mapped, self._torus.solve, amplitudes[moving], *guesses)
         for terms in self._mapped(self._torus.on_more_lines, solved):
             terms.check_periodic()
-            lost = terms.power - terms.leaving - terms.by_forces
-            powers = (lost + 1j * terms.by_forces)[:, np.newaxis]
-            parts = [terms.S, terms.T, powers]
-            if self._carries:
-                parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
-            rows.append(np.concatenate(parts, axis=1))
+            rows.append(self._columns(terms))
             (at,) = np.nonzero((terms.amplitudes == self._largest).all(axis=1))
             if at.size:
-                self.carriers = terms.P[at[0], :modes]
+                self.carriers = terms.P[at[0], : self._largest.size]
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)
             self._bar.update(len(terms.S))
         samples[moving] = np.concatenate(rows)
         return samples
+
+    def _columns(self, terms: ContactTerms) -> Complexes:
+        """Return the columns of contact terms, (points, columns)."""
+        lost = terms.power - terms.leaving - terms.by_forces
+        parts = [terms.S, terms.T, (lost + 1j * terms.by_forces)[:, np.newaxis]]
+        if self._carries:
+            parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
+        return np.concatenate(parts, axis=1)
 
 
 def in_tasks(
@@ -150,10 +165,7 @@ def in_tasks(
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Return the amplitudes (n_a, n_b, modes) of a grid. One mode has the first axis only."""
-    pairs = np.empty((node_a.size, node_b.size, modes))
-    for mode, node in enumerate((node_a[:, np.newaxis], node_b)[:modes]):
-        pairs[..., mode] = node
-    return pairs
+    return np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)[..., :modes]
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:

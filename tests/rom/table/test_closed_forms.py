@@ -127,3 +127,18 @@ def test_where_contacts_stick_the_backbone_is_linear():
     linear = 0.5 * reduced.modal_damping[0] / reduced.frequency[0]
     np.testing.assert_allclose(curve.frequency, reduced.frequency[0], rtol=1e-5)
     np.testing.assert_allclose(curve.damping, linear, rtol=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_where_contacts_stick_dampers_between_modes_act():
+    """Unequal dampers: the second and third mode move with the first, and act on it."""
+    K, C, spring = [[200.0, -100.0, 0.0], [-100.0, 250.0, -100.0], [0.0, -100.0, 200.0]], 2.0, 30.0
+    law, damper = rom.Jenkins(1.0, spring), np.diag([C, 0.0, 0.1 * C])
+    structure = rom.Structure(np.eye(3), K, damper, contact=[2])
+    reduced = rom.reduce(structure, (0,), law=law)
+    model, omega = rom.tabulate(reduced, law, (0.5,)), 1.02 * reduced.frequency[0]
+    assert model.accuracy.interpolation <= 1e-3
+    stuck = K + np.diag([0.0, 0.0, spring]) - omega**2 * np.eye(3) + 1j * omega * damper
+    expected = 0.5 * reduced.mode_shapes[:, 0] @ np.linalg.solve(stuck, [0.2, 0.0, 0.0])
+    found = rom.steady(model, [omega], [{0: 0.2}])[0]
+    assert abs(found / expected - 1.0) < 1e-6
