@@ -1,13 +1,12 @@
 """Steady motion at many points, each under a constant load.
 
-Implicit steps in slow time lead all points to their steady states at once. Where they do not
-converge, the slow flow of the point is integrated from rest.
+Implicit steps in slow time lead all points from rest to their steady states at once. Where they
+do not converge, shorter steps follow.
 """
 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,10 @@ from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers
 
 INSIDE = 0.998  # of the table's range, so that the coupling ratio has room
-# Time steps from rest: the first relative to the fastest change, and the ratio of two in sequence.
-# Longer ones end on other branches near folds, where a contact opens.
-_FIRST_STEP, _LONGER = 0.2, 1.5
-_MOST_STEPS = 100
+# Time steps from rest: the first relative to the fastest change, the ratios of two in sequence of
+# two attempts, and the logarithm of the largest step relative to the first. With longer steps
+# amplitudes end on other branches near folds, where a contact opens.
+_FIRST_STEP, _LONGER, _SPAN = 0.2, (1.5, 1.02), 40.0
 
 
 @frozen
@@ -67,15 +66,15 @@ def steady_points(
     (places,) = np.nonzero([k not in found.refusals for k in range(len(frequency))])
     if places.size:
         problem = _SteadyFlow.of(model, frequency[places], excitation[places], applied.shift)
-        amplitude = problem.settled(np.zeros_like(problem.force))
-        steady = problem.is_steady(amplitude)
-        found.amplitude[places[steady]] = amplitude[steady]
-        for k in np.flatnonzero(~steady).tolist():
-            place = int(places[k])
-            try:
-                found.amplitude[place] = problem.only(k).from_rest()
-            except SlipmodeError as refusal:
-                found.refusals[place] = refusal
+        left = np.arange(places.size)
+        for longer in _LONGER:
+            part = problem.with_inputs(problem.inputs[left])
+            amplitude = part.from_rest(longer)
+            steady = part.is_steady(amplitude)
+            found.amplitude[places[left[steady]]] = amplitude[steady]
+            left = left[~steady]
+        for k, at in zip(left.tolist(), amplitude[~steady], strict=True):
+            found.refusals[int(places[k])] = problem.with_inputs(problem.inputs[[k]]).refusal(at)
         for k, corrected in corrected_points(problem, found.amplitude[places], applied):
             place = int(places[k])
             if isinstance(corrected, SlipmodeError):
@@ -103,39 +102,25 @@ def _refusals(
 class _SteadyFlow(ForcedFlow):
     """da/dt = 0 at points."""
 
-    def only(self, point: int) -> Self:
-        """Return the problem at one of the points."""
-        return self.with_inputs(self.inputs[[point]])
-
-    def _refusal(self, amplitude: Complexes) -> SlipmodeError:
-        """Return why amplitudes (points, modes) outside the friction table are refused."""
-        if self._excited.any():
-            return SlipmodeError(
-                f"amplitude: self-excited mode {_named(self._excited)} leaves the friction table, "
-                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles finds the "
-                "amplitude at which friction limits it"
-            )
-        return outside_table(np.abs(self.effective(amplitude)), self.model.table)
-
-    def settled(self, start: Complexes) -> Complexes:
+    def from_rest(self, longer: float) -> Complexes:
         """Return amplitudes at which da/dt = 0, to which the slow flow leads inside the table.
 
-        By steps of implicit Euler that become longer (pseudo-transient continuation): the last
-        ones are steps of Newton's method.
+        By steps of implicit Euler, each `longer` than the one before by this ratio
+        (pseudo-transient continuation): the last ones are steps of Newton's method.
         """
-        moving, found = np.arange(len(start)), self._inside(start)
-        unit = np.eye(2 * start.shape[1])
+        moving, found = np.arange(len(self.inputs)), self._inside(np.zeros_like(self.force))
+        unit = np.eye(2 * found.shape[1])
         _, jacobian = self.rate_and_jacobian(found)
         fastest = np.linalg.norm(jacobian, axis=(1, 2))
         length = _FIRST_STEP / np.maximum(fastest, np.finfo(float).eps * self.frequency[:, 0])
-        for _ in range(_MOST_STEPS):
+        for _ in range(int(_SPAN / np.log(longer))):
             part, before = self.with_inputs(self.inputs[moving]), found[moving]
             rate, jacobian = part.rate_and_jacobian(before)
             slope = unit / length[moving, np.newaxis, np.newaxis] - jacobian
             step = np.linalg.solve(slope, rate[..., np.newaxis])[..., 0]
             after = part._inside(before + np.ascontiguousarray(step).view(complex))
             found[moving] = after
-            length[moving] *= _LONGER
+            length[moving] *= longer
             moving = moving[np.abs(after - before).max(axis=-1) > 1e-11 * self._range.max()]
             if moving.size == 0:
                 break
@@ -156,47 +141,26 @@ class _SteadyFlow(ForcedFlow):
             steady &= np.linalg.eigvals(jacobian).real.max(axis=-1) < 0.0
         return steady
 
-    def from_rest(self) -> Complexes:
-        """Return the steady state (modes,) of the one point, by integration from rest."""
-        from scipy.integrate import solve_ivp  # takes longer to import than many a table
-
-        slowest = np.abs(self.model.reduced.modal_damping).min()
-        if slowest <= 0.0:
-            slowest = 1e-3 * self.model.reduced.frequency.min()
-        y = np.zeros(2 * self.model.modes)
-        free = self._excited & (self.force[0] == 0.0)
-        # Whether the last stage inside the table was close to its edge, or none was inside.
-        at_edge = True
-
-        def rate(_: float, z: Floats) -> Floats:
-            nonlocal at_edge
-            # NaN where a trial stage leaves the table: a shorter step follows. At the edge steps
-            # would become so short that they change no amplitude.
-            if np.isnan(z).any():
-                return z
-            amplitude = z.view(complex)[np.newaxis]
-            now: Floats = self.balance(amplitude).rate[0].view(float)
-            if not np.isnan(now).any():
-                at_edge = bool((np.abs(self.effective(amplitude)) > self._range).any())
-            elif at_edge:
-                raise self._refusal(amplitude)
-            return now
-
-        for _ in range(20):
-            path = solve_ivp(rate, (0.0, 10.0 / slowest), y, rtol=1e-8, atol=1e-12)
-            y = path.y[:, -1]
-            point = self.settled(y.view(complex)[np.newaxis])
-            if self.is_steady(point)[0]:
-                return np.asarray(point[0])
-            if free.any() and self._is_balanced(point)[0]:
-                raise SlipmodeError(
-                    f"aerodynamics: mode {_named(free)} is self-excited and not forced, so its "
-                    "state of rest is unstable; rom.limit_cycles finds its limit cycles"
-                )
-        held = ""
-        if self._excited.any():
-            held = f", and mode {_named(self._excited)} is self-excited"
-        raise SlipmodeError(
+    def refusal(self, amplitude: Complexes) -> SlipmodeError:
+        """Return why the one point has no steady state; the iteration ends at `amplitude`."""
+        free, named = self._excited & (self.force[0] == 0.0), _named(self._excited)
+        effective = np.abs(self.effective(amplitude[np.newaxis]))
+        if free.any() and self._is_balanced(amplitude[np.newaxis])[0]:
+            return SlipmodeError(
+                f"aerodynamics: mode {_named(free)} is self-excited and not forced, so its "
+                "state of rest is unstable; rom.limit_cycles finds its limit cycles"
+            )
+        at_edge = (effective > (1.0 - 1e-9) * self._range).any()
+        if at_edge and self._excited.any():
+            return SlipmodeError(
+                f"amplitude: self-excited mode {named} leaves the friction table, "
+                f"whose range is {self.model.table.amplitude_range}; rom.limit_cycles finds the "
+                "amplitude at which friction limits it"
+            )
+        if at_edge:
+            return outside_table(effective, self.model.table)
+        held = f", and mode {named} is self-excited" if self._excited.any() else ""
+        return SlipmodeError(
             f"frequency: no steady state was found at {self.frequency[0]} rad/s{held}"
         )
 
