@@ -174,15 +174,22 @@ def curve_displacement(linear: Floats, change: Floats) -> tuple[Floats, Floats]:
     is at constant p. `change` (points, modes) is |delta G_j|, of any phase.
     """
     points, unknowns, _ = linear.shape
-    known = np.isfinite(linear).all(axis=(1, 2))
-    inverse = np.full((points, linear.shape[2], unknowns), np.nan)
+    inverse = known_inverse(linear)
+    # A step of any phase moves a_j by up to |u| + |v|, where it moves it by u z + v conj(z).
+    rows = inverse[:, :unknowns:2] + 1j * inverse[:, 1:unknowns:2]
+    real, imaginary = rows[..., ::2], 1j * rows[..., 1::2]
+    of_a = 0.5 * (np.abs(real - imaginary) + np.abs(real + imaginary))
+    of_p = np.linalg.norm(inverse[:, unknowns:].reshape(points, -1, unknowns // 2, 2), axis=-1)
+    moved_p = np.einsum("pij,pj->p", of_p, change)
+    return np.einsum("pij,pj->pi", of_a, change), moved_p
+
+
+def known_inverse(linear: Floats) -> Floats:
+    """Return pseudo-inverses of matrices (points, rows, columns); NaN where one is not known."""
+    known, inverse = np.isfinite(linear).all(axis=(1, 2)), np.full_like(linear, np.nan)
+    inverse = inverse.swapaxes(1, 2)
     inverse[known] = np.linalg.pinv(linear[known])
-    modes = unknowns // 2
-    of_a = np.full((points, modes, modes), np.nan)
-    blocks = inverse[known, :unknowns].reshape(-1, modes, 2, modes, 2).transpose(0, 1, 3, 2, 4)
-    of_a[known] = np.linalg.norm(blocks, ord=2, axis=(-2, -1))
-    of_p = np.linalg.norm(inverse[:, unknowns:].reshape(points, -1, modes, 2), axis=-1).sum(axis=1)
-    return np.einsum("pij,pj->pi", of_a, change), np.einsum("pj,pj->p", of_p, change)
+    return inverse
 
 
 def change_along(

@@ -178,15 +178,6 @@ class ForcedFlow:
             kernel.check(status, "amplitude: slow flow")
         return parts
 
-    def secant_response(self, now: Balance, amplitude: Complexes) -> Complexes:
-        """Return a of (stiffness - Q) a = F / 2 + Q shift F, with the secant friction Q `now`."""
-        shifted = self.shift * self.force
-        effective = amplitude + shifted
-        Q = np.divide(
-            now.friction, effective, out=np.zeros_like(effective), where=effective != 0.0
-        )
-        return np.asarray((0.5 * self.force + Q * shifted) / (now.stiffness - Q))
-
     def effective(self, amplitude: Complexes) -> Complexes:
         """Return the amplitudes at which the friction table is looked up, (points, modes).
 

@@ -126,8 +126,8 @@ class ResonanceSurface(CurveResult):
             found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag}
         return found
 
-    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
-        return dict(zip("AB", sizes.reshape(-1, 2).T, strict=True))
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        return dict(zip("AB", self.size(Shown(dof, units)).reshape(-1, 2).T, strict=True))
 
 
 def steady(

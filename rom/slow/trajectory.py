@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.reduction.reduced import coupling_factor
 from slipmode.rom.short_repr import frozen
@@ -18,7 +18,7 @@ from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
 _MOST_PARTS = 256  # of a step
-_ORDER = 3  # least order at which the deviation falls with the number of parts
+_PATH_ERROR = 1e-6  # relative, far below the deviations that are allowed
 
 
 @frozen
@@ -188,20 +188,12 @@ class SlowTrajectory:
         flow, allowed = shifted_flow(model, self.shift), 3e-4 * np.abs(self.amplitude).max()
         deviation = self._deviation(flow)
         (large,) = np.nonzero(deviation > allowed)
-        if not large.size:
-            return self
-        found, off = self, min(float(deviation.max() / allowed), _MOST_PARTS**_ORDER)
-        parts = 2 ** max(1, round(np.log2(off) / _ORDER))
-        while parts <= _MOST_PARTS:
-            try:
-                found = self._divided(flow, large, parts)
-            except SlipmodeError:  # steps that are far too long leave the friction table
-                off = np.inf
-            else:
-                off = float(found._deviation(flow).max())
-            if off <= allowed:
-                break
+        found, parts = self, 1
+        path = self._paths(flow, large) if large.size else None
+        while path is not None and deviation.max() > allowed and parts < _MOST_PARTS:
             parts *= 2
+            found = self._divided(large, path(np.arange(parts + 1) / parts))
+            deviation = found._deviation(flow)
         return found
 
     def _deviation(self, flow: kernel.Structure) -> Floats:
@@ -226,27 +218,29 @@ class SlowTrajectory:
             found = np.maximum(found, np.abs(duration * rate - slope).max(axis=1))
         return np.where(np.isnan(found), np.inf, found)
 
-    def _divided(
-        self, flow: kernel.Structure, steps: NDArray[np.intp], parts: int
-    ) -> SlowTrajectory:
-        """Return the trajectory with some steps in so many parts, by classical Runge-Kutta."""
-        modes = self.amplitude.shape[1]
-        between = np.empty((parts, steps.size, modes), dtype=complex)
-        h = (np.diff(self.time)[steps] / parts)[:, np.newaxis]
-        y = self.amplitude_start[steps]
-        for part in range(parts):
-            between[part] = y
-            at_start, in_middle, at_end = (
-                self._inputs((part + node) / parts, steps) for node in (0.0, 0.5, 1.0)
-            )
-            k1 = rates(flow, at_start, y)
-            k2 = rates(flow, in_middle, y + 0.5 * h * k1)
-            k3 = rates(flow, in_middle, y + 0.5 * h * k2)
-            k4 = rates(flow, at_end, y + h * k3)
-            y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    def _paths(
+        self, flow: kernel.Structure, steps: NDArray[np.intp]
+    ) -> Callable[[Floats], Complexes]:
+        """Return the amplitudes (points, steps, modes) of the slow flow at parts of some steps."""
+        from scipy.integrate import solve_ivp  # takes a while to import
+
+        start, h = self.amplitude_start[steps], np.diff(self.time)[steps, np.newaxis]
+
+        def slope(part: float, y: Complexes) -> Complexes:
+            now = np.nan_to_num(y.reshape(start.shape))
+            return (h * rates(flow, self._inputs(part, steps), now, may_leave=True)).ravel()
+
+        scale = _PATH_ERROR * np.abs(start).max()
+        options = {"rtol": _PATH_ERROR, "atol": scale, "dense_output": True}
+        path: Any = solve_ivp(slope, (0.0, 1.0), start.ravel(), method="DOP853", **options)
+        return lambda parts: np.asarray(path.sol(parts)).T.reshape(-1, *start.shape)
+
+    def _divided(self, steps: NDArray[np.intp], path: Complexes) -> SlowTrajectory:
+        """Return the trajectory with some steps divided at a path (parts + 1, steps, modes)."""
+        parts, modes = len(path) - 1, self.amplitude.shape[1]
         # it ends where the trajectory does
         share = np.arange(parts)[:, np.newaxis, np.newaxis] / parts
-        between += share * (self.amplitude[1:][steps] - y)
+        between = path[:-1] + share * (self.amplitude[1:][steps] - path[-1])
         counts = np.ones(self.time.size - 1, dtype=int)
         counts[steps] = parts
         of, first = np.repeat(np.arange(counts.size), counts), np.cumsum(counts) - counts

@@ -13,7 +13,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.branches.resonance_peaks import resonance_peaks
+from slipmode.rom.slow.branches.backbone import resonance_peaks
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.steady_points import steady_points
 from slipmode.runner.plan.amplitude_range import Stretches, along_run, shortened

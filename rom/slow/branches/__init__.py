@@ -6,7 +6,7 @@ curve_error.py       errors of curves, and folds and Hopf points that are smalle
 response_curve.py    steady states of the slow flow against frequency, force or friction limit
 oscillation.py       slow limit cycles beyond Hopf points
 forced.py            the slow flow with a varied parameter, and all its steady states
-backbone.py          damped nonlinear modes: frequency and damping against amplitude
+backbone.py          damped nonlinear modes: frequency and damping, resonance peaks
 performance.py       damper design: resonance peak against friction limit or preload
 curve_result.py      columns, displacements and error bands of all curves and surfaces
 solve_points.py      Newton's method at many points, and frequencies at given amplitudes

@@ -38,7 +38,7 @@ from slipmode.rom.validity import warn
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SMALLEST, LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
+_SMALLEST, _LARGEST = 1e-3, INSIDE  # amplitudes, relative to the table's range
 
 
 @frozen
@@ -84,8 +84,8 @@ class Backbone(ModeCurve):
         omega = units.frequencies(frequency=self.frequency, frequency_error=self.frequency_error)
         return {"amplitude": self.amplitude} | omega | rest
 
-    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
-        return {"amplitude": sizes}
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        return {"amplitude": self.size(Shown(dof, units))}
 
     def plot(
         self, axes: tuple[Axes, Axes] | None = None, dof: int | None = None, units: Units = SI
@@ -180,7 +180,7 @@ def backbone(
         raise SlipmodeError(f"other: must be 0 in a model of one mode, got {other}")
     if amplitude is None:
         largest = model.table.amplitude_range[mode]
-        r = np.geomspace(SMALLEST * largest, LARGEST * largest, 200)
+        r = np.geomspace(_SMALLEST * largest, _LARGEST * largest, 200)
     else:
         r = np.atleast_1d(as_floats("amplitude", amplitude))
         if r.ndim > 1 or r.size == 0 or not np.all(np.isfinite(r) & (r > 0.0)):
@@ -349,3 +349,35 @@ def friction_takes_energy(model: Model, amplitude: Complexes, mode: int) -> bool
     alone = not np.delete(amplitude, mode, axis=1).any() and not model.combinations
     elastic = reduced.contacts is not None and reduced.n_contacts > 0
     return elastic and alone and not reduced.damping_coupling.any()
+
+
+def resonance_peaks(model: Model, mode: int, force: Floats) -> tuple[Floats, Floats]:
+    """Return the highest resonance peaks of a mode under modal forces |F_j| (n,), and frequencies.
+
+    The other mode is at rest. Peaks |a| (n,) [kg^1/2 m] and their frequencies [rad/s] are NaN
+    outside the friction table. A mode that is self-excited or undamped is refused.
+    """
+    curve, held = phase_resonances(model, mode)
+    r, Omega = np.append(0.0, curve.amplitude), np.append(curve.frequency[0], curve.frequency)
+    held = np.append(0.0, held)
+    least = np.minimum.accumulate(held[::-1])[::-1]  # of the forces from there on
+    below = np.searchsorted(least, force, side="right") - 1  # the last amplitude they exceed
+    inside = below < held.size - 1
+    k = np.where(inside, below, 0)
+    part = (force - held[k]) / (held[k + 1] - held[k])
+    peak, frequency = (each[k] + part * (each[k + 1] - each[k]) for each in (r, Omega))
+    return np.where(inside, peak, np.nan), np.where(inside, frequency, np.nan)
+
+
+def phase_resonances(model: Model, mode: int) -> tuple[Backbone, Floats]:
+    """Return the backbone over the friction table, and the modal force at each amplitude."""
+    largest = model.table.amplitude_range[mode]
+    r = np.geomspace(_SMALLEST * largest, _LARGEST * largest, 2000)
+    curve, _ = tabulated_backbone(model, mode, 0.0, r)
+    if np.any(curve.damping <= 0.0):
+        r = curve.amplitude[curve.damping <= 0.0][0]
+        raise SlipmodeError(
+            f"mode: {'AB'[mode]} has no damping at |a| = {r:.3g} kg^1/2 m, so it has no resonance "
+            "peak; rom.limit_cycles finds the limit cycles of self-excited modes"
+        )
+    return curve, 4.0 * curve.damping * curve.frequency**2 * curve.amplitude

@@ -17,6 +17,7 @@ from slipmode.rom.slow.answer_error import (
     change_along,
     curve_displacement,
     error_at_constant,
+    known_inverse,
 )
 from slipmode.rom.slow.branches.continuation import Branch, Kind, Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
@@ -31,8 +32,7 @@ class CurveError:
     """The error of a response curve at its points."""
 
     amplitude: Floats  # (points, modes), of a_j at constant parameter [kg^1/2 m]
-    growth: Floats  # (points,), of the growth of small deviations [1/s]
-    friction: Floats  # (points, modes), of S_j [N kg^-1/2]
+    rate: Floats  # (points, modes), of the scaled rates [1/s]
     # Largest error of a_j, relative to |a_j|, where friction misses what the table states at its
     # carriers; infinity where the contact motion does not converge
     beyond_table: float
@@ -73,8 +73,7 @@ class CurveError:
             share = np.divide(moved, modulus, out=np.zeros_like(moved), where=modulus > 0.0)
             share[part <= problem.model.accuracy.total] = 0.0
             beyond_table = float(np.nan_to_num(share, nan=np.inf).max())
-        growth = np.nan_to_num(rate / np.maximum(np.abs(y), 1e-12)).max(axis=1)
-        return cls(size * error, growth, table.size, beyond_table)
+        return cls(size * error, rate, beyond_table)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,27 +147,22 @@ class _Solutions:
 
         NaN where the force or the derivatives are not known.
         """
-        z, y = self.z, self.y
-        change = force / self._mass[at]
-        found = np.full(force.shape, np.nan)
-        for k, (point, own) in enumerate(zip(at.tolist(), change, strict=True)):
-            derivatives = self.linear[point]
-            if not (np.isfinite(derivatives).all() and np.isfinite(own).all()):
-                continue
-            rate = np.ascontiguousarray(own).view(float)
-            moved = np.linalg.pinv(derivatives) @ rate
-            width = np.zeros(len(z))
-            width[point] = abs(moved[-1])
-            along = change_along(z[:, -1], y, branch, width)[point]
-            near = np.abs(moved[:-1].view(complex)) + along
-            at_constant = np.abs((np.linalg.pinv(derivatives[:, :-1]) @ rate).view(complex))
-            found[k] = np.minimum(near, at_constant)
-        return found
+        linear, width = self.linear[at], np.zeros(len(self.z))
+        rate = np.ascontiguousarray(force / self._mass[at]).view(float)[..., np.newaxis]
+        moved = (known_inverse(linear) @ rate)[..., 0]
+        at_constant = (known_inverse(linear[:, :, :-1]) @ rate)[..., 0]
+        width[at] = np.nan_to_num(np.abs(moved[:, -1]))
+        near = np.abs(np.ascontiguousarray(moved[:, :-1]).view(complex))
+        near += change_along(self.z[:, -1], self.y, branch, width)[at]
+        return np.asarray(np.minimum(near, np.abs(at_constant.view(complex))))
 
     @property
     def neglected_force(self) -> Floats:
-        """Scaled rates (points, modes) by the force through dampers, which tables neglect."""
-        if self.contact is not None:
+        """Scaled rates (points, modes) by the force through dampers, which tables neglect.
+
+        0 if it is part of the measured error.
+        """
+        if self.table_error.at.size:
             return np.zeros(self.y.shape)
         force = self.flow.force * self.problem.applied.through_dampers
         return np.asarray(np.abs(0.5 * force / self._mass))
@@ -187,34 +181,27 @@ def significant_specials(
     is below its error there. `contact` is the curve if its friction is not the table's.
     """
     ends = np.cumsum([len(branch.points.rows) for branch in branches])[:-1]
-    frictions, growths = np.split(error.friction, ends), np.split(error.growth, ends)
     found: list[tuple[Kind, Floats]] = []
     between = []
-    for branch, friction, growth in zip(branches, frictions, growths, strict=True):
-        kept, small = _significant(branch, friction, growth, problem, contact)
+    for branch, rate in zip(branches, np.split(error.rate, ends), strict=True):
+        kept, small = _significant(branch, rate, problem, contact)
         found += kept
         between.append(small)
     return found, np.concatenate(between)
 
 
 def _significant(
-    branch: Branch,
-    friction: Floats,
-    growth_error: Floats,
-    problem: ForcedSlowFlow,
-    contact: ContactCurve | None,
+    branch: Branch, rate: Floats, problem: ForcedSlowFlow, contact: ContactCurve | None
 ) -> tuple[list[tuple[Kind, Floats]], Flags]:
     points = branch.points
-    rate = np.abs(_Solutions(problem, points.z).rate_change(friction))
-    between = _stable_within_error(points, np.linalg.norm(rate, axis=1), growth_error)
+    between = _stable_within_error(points, rate)
     if not branch.special:  # a step of the continuation may pass over a pair of folds
         return [], between
     places = np.array([_segment(points.z, z) for _, z in branch.special])
     small = between[places] | between[places + 1]
     kept = np.flatnonzero(~small).tolist()
     at = _Solutions(problem, np.array([z for _, z in branch.special]), contact)
-    change = np.abs(at.rate_change(friction[places]))
-    error = np.nan_to_num(curve_displacement(at.linear, change)[1])  # of the parameter
+    error = np.nan_to_num(curve_displacement(at.linear, rate[places])[1])  # of the parameter
 
     def apart(first: int, second: int) -> float:
         (kind, z), (other, z_other) = branch.special[first], branch.special[second]
@@ -232,12 +219,14 @@ def _significant(
     return [branch.special[k] for k in kept], between
 
 
-def _stable_within_error(points: Points, rate: Floats, growth_error: Floats) -> Flags:
+def _stable_within_error(points: Points, rate: Floats) -> Flags:
     """Return unstable points of a branch that the error of the rates may have made unstable.
 
-    `rate` (points,) is the error of the scaled rates. The growth is a slope of the rates, so that
-    its integral along a part of the curve has the errors of the rates at both ends.
+    `rate` (points, modes) is the error of the scaled rates. The growth is a slope of the rates, so
+    that its integral along a part of the curve has the errors of the rates at both ends.
     """
+    size = np.abs(np.ascontiguousarray(points.z[:, :-1]).view(complex))
+    growth_error = np.nan_to_num(rate / np.maximum(size, 1e-12)).max(axis=1)
     growth, number = points.eigenvalues[:, 0].real, len(rate)
     unstable = np.concatenate(([False], points.unstable > 0, [False]))
     starts, ends = np.flatnonzero(np.diff(unstable)).reshape(-1, 2).T
@@ -248,7 +237,7 @@ def _stable_within_error(points: Points, rate: Floats, growth_error: Floats) -> 
         steps = np.linalg.norm(np.diff(points.z[part, :-1], axis=0), axis=1)
         excess = np.maximum(growth[part], 0.0) - growth_error[part]
         integral = float(steps @ (0.5 * (excess[:-1] + excess[1:])))
-        found[start:end] = integral <= rate[first] + rate[last]
+        found[start:end] = integral <= np.linalg.norm(rate[[first, last]], axis=1).sum()
     return found
 
 

@@ -113,13 +113,6 @@ class CurveResult(Tabulated):
         """Return amplitudes (points, modes) of `motion` in the shape of the result."""
         raise NotImplementedError
 
-    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
-        return self._sizes(self.size(Shown(dof, units)))
-
-    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
-        """Return columns (n,) of amplitudes of a DOF, by the names without DOF and unit."""
-        raise NotImplementedError
-
     def displacement(self, dof: int) -> Floats:
         """Return the displacement amplitude of a DOF at the carrier of each mode of the result.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,7 +15,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces, Forces
 from slipmode.rom.short_repr import frozen
-from slipmode.rom.slow.slow_flow import ForcedFlow, rates
+from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.model import Model
 from slipmode.rom.validity import check_carriers_along
 
@@ -141,21 +141,3 @@ class ForcedSlowFlow:
         )
         kernel.check(status, "curve")
         return z[: found.value].copy()
-
-    def held_at(self, part: Floats) -> Callable[[Floats], Floats]:
-        """Return scaled rates (points, k) as a function of y (points, k), with a'' included.
-
-        NaN outside the friction table. Combination resonances turn meanwhile: with these, rates do
-        not include a''.
-        """
-        flow, size = self.at(part), self.size(part)
-
-        def rates_of(y: Floats) -> Floats:
-            a = np.ascontiguousarray(y * size).view(complex)
-            if self.model.combinations:
-                moving = flow.balance(a).rate
-            else:
-                moving = rates(flow.flow, flow.inputs, a, may_leave=True)
-            return np.ascontiguousarray(moving).view(float) / size
-
-        return rates_of

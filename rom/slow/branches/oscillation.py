@@ -12,6 +12,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.branches.continuation import Points
 from slipmode.rom.slow.branches.forced import ForcedSlowFlow
+from slipmode.rom.slow.slow_flow import rates
 
 _RELATIVE, _ABSOLUTE = 1e-6, 1e-8  # tolerances of integration; absolute: of the table's range
 _DISTANCE = 1e-3  # of the start from the steady state, relative to the table's range
@@ -64,14 +65,23 @@ def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tup
     """
     from scipy.integrate import solve_ivp  # takes a while to import
 
-    rates, unit = problem.held_at(part), h[:, np.newaxis]
+    flow, size, unit = problem.at(part), problem.size(part), h[:, np.newaxis]
 
-    def scaled(_: float, z: Floats) -> Floats:
-        return np.nan_to_num(unit * rates(z.reshape(y.shape))).ravel()
+    def slope(_: float, z: Floats) -> Floats:  # with a''; NaN outside the friction table
+        a = np.ascontiguousarray(z.reshape(y.shape) * size).view(complex)
+        # Combination resonances turn meanwhile: with these, rates do not include a''.
+        if problem.model.combinations:
+            moving = flow.balance(a).rate
+        else:
+            moving = rates(flow.flow, flow.inputs, a, may_leave=True)
+        return np.ravel(unit * np.ascontiguousarray(moving).view(float) / size)
+
+    def scaled(time: float, z: Floats) -> Floats:
+        return np.nan_to_num(slope(time, z))
 
     times = np.arange(401.0)
     path = solve_ivp(scaled, (0.0, 400.0), y.ravel(), t_eval=times, rtol=_RELATIVE, atol=_ABSOLUTE)
     states = np.ascontiguousarray(path.y.T).reshape(-1, *y.shape)
-    states += 0.0 * rates(states[-1])
-    size = np.abs((states * problem.scale).view(complex))
-    return states[-1], np.array([size.min(axis=0), size.max(axis=0)])
+    states += 0.0 * slope(400.0, path.y[:, -1]).reshape(y.shape)
+    modulus = np.abs((states * problem.scale).view(complex))
+    return states[-1], np.array([modulus.min(axis=0), modulus.max(axis=0)])

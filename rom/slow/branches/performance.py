@@ -20,14 +20,18 @@ from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.answer_error import peak_errors
-from slipmode.rom.slow.branches.backbone import Backbone, phase_resonance, refuse_lost
+from slipmode.rom.slow.branches.backbone import (
+    Backbone,
+    phase_resonance,
+    phase_resonances,
+    refuse_lost,
+)
 from slipmode.rom.slow.branches.curve_result import (
     ModeCurve,
     axes_or_current,
     label_point,
     plot_band,
 )
-from slipmode.rom.slow.branches.resonance_peaks import phase_resonances
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.slow.steady_motion import SteadyMotion
 from slipmode.rom.slow.units import MODAL_AMPLITUDES, SI, Shown, Units
@@ -190,7 +194,8 @@ class PerformanceCurve(ModeCurve):
         found = {"limit": self.limit, "peak": self.peak, "peak_error": self.error}
         return found | units.frequencies(frequency=self.frequency)
 
-    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
+        sizes = self.size(Shown(dof, units))
         return {"peak": sizes, "peak_error": self.error_of(sizes)}
 
     def error_of(self, size: Floats) -> Floats:

@@ -282,8 +282,9 @@ class ResponseCurve(CurveResult):
             found |= {f"{mode}_re": a.real, f"{mode}_im": a.imag, f"{mode}_error": error}
         return found | {"growth": self.growth}
 
-    def _sizes(self, sizes: Floats) -> dict[str, Floats]:
+    def _dof_sizes(self, dof: int, units: Units) -> dict[str, Floats]:
         found: dict[str, Floats] = {}
+        sizes = self.size(Shown(dof, units))
         for mode, size, error in zip("AB", sizes.T, self.error_of(sizes).T, strict=False):
             found |= {mode: size, f"{mode} error": error}
         return found

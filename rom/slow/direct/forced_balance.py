@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
+from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.contact.torus.march import ContactForces
 from slipmode.rom.errors import SlipmodeError
@@ -43,7 +43,7 @@ _MARCH_TOLERANCE, _DIFFERENCE = 1e-4, 1e-5
 _ROUNDING = 1e-4  # residual relative to the tolerance that marches leave
 _LEAST_FORCE = 0.01  # of the forces on the modes: weaker contact forces need no precision
 _MOST_DIRECTIONS = 40  # of GMRES
-_SMALLEST_PART = 0.2  # of a Newton step in the line search
+_PARTS = 1.0, 0.4, 0.16  # of a Newton step in the line search
 _FINAL_STEPS = 12  # of Newton's method at the steady state
 # A time step of the slow flow is solved to this residual, in so many Newton steps; else it is
 # shorter. It is longer after fewer than two.
@@ -116,30 +116,21 @@ class ForcedBalance:
 
     def contact_motion(self, forces: Complexes, guess: Complexes) -> Complexes:
         """Return the harmonics of contacts under forces (orders, N_c) [N], from a guess P."""
-        (coupling, constant, first_guess), torus = self._contacts
-        modes = len(coupling)
-        coupling[:], constant[modes:] = -forces[:modes], forces[modes:]
-        first_guess[:] = guess
-        found: Complexes = torus.solve(np.ones((1, modes))).P[0]
-        return found
-
-    @cached_property
-    def _contacts(self) -> tuple[list[Complexes], TorusProblem]:
-        """Arrays of the forces and the guess, and the contact problem that reads them."""
-        problem = self.problem
-        modes, n = len(problem.force), problem.reduced.n_contacts
-        rows = modes, len(self.orders), len(self.orders)
-        coupling, constant, guess = arrays = [np.zeros((k, n), dtype=complex) for k in rows]
+        problem, modes = self.problem, len(self.problem.force)
+        coupling, constant = -forces[:modes], forces.copy()
+        constant[:modes] = 0.0
         given = ContactForces(coupling, np.empty(0, dtype=complex), constant, guess)
         contacts = ContactProblem(
             problem.reduced, problem.law, self.orders, given_forces=given, work=problem.work
         )
-        return arrays, contacts.on(self.grid, _MARCH_TOLERANCE * problem.tolerance)
+        torus = contacts.on(self.grid, _MARCH_TOLERANCE * problem.tolerance)
+        found: Complexes = torus.solve(np.ones((1, modes))).P[0]
+        return found
 
     def _steady(self, P: Complexes) -> SteadyHarmonics | None:
         """Return the steady state by Newton's method, None if it does not converge."""
         step, closest = self._steady_step, CLOSEST * self.problem.tolerance
-        state, modes = step.iterate(P), np.arange(len(self.problem.force))
+        state, modes = step.iterate(P), len(self.problem.force)
         for _ in range(_FINAL_STEPS):
             after = step.newton(state)
             if after is None:
@@ -147,7 +138,7 @@ class ForcedBalance:
                 if step.unbalanced(state) > closest:
                     return None
                 return self._found(state)
-            amplitude, before = after.modal[modes, modes], state.modal[modes, modes]
+            amplitude, before = (np.diagonal(each.modal)[:modes] for each in (after, state))
             change = relative_error(self.problem.reduced, amplitude - before, amplitude)
             state = after
             # Contact forces are up to ten times the forces that balance them in a steady state.
@@ -156,14 +147,9 @@ class ForcedBalance:
         return None
 
     def _found(self, state: _Iterate) -> SteadyHarmonics:
-        modes = np.arange(len(self.problem.force))
-        return SteadyHarmonics(
-            state.modal[modes, modes],
-            list(self.orders),
-            self.receptance.frequency,
-            state.modal,
-            state.P,
-        )
+        amplitude = np.diagonal(state.modal)[: len(self.problem.force)]
+        nu = self.receptance.frequency
+        return SteadyHarmonics(amplitude, list(self.orders), nu, state.modal, state.P)
 
     def _after_transient(self, P: Complexes, modal: Complexes) -> SteadyHarmonics:
         """Return the steady state to which the slow flow leads."""
@@ -246,12 +232,7 @@ class _TimeStep:
             float(np.linalg.norm(each * self._response[2]))
             for each in (state.F - state.P, state.F, state.P)
         )
-        return off / max(F, P, _LEAST_FORCE * self._forces)
-
-    @cached_property
-    def _forces(self) -> float:
-        """Size of the forces on the modes."""
-        return max(float(np.linalg.norm(self.balance.receptance.loads)), np.finfo(float).tiny)
+        return off / max(F, P, _LEAST_FORCE * float(np.linalg.norm(self.balance.receptance.loads)))
 
     def iterate(self, P: Complexes, guess: Complexes | None = None) -> _Iterate:
         """Return P with F(P)."""
@@ -270,15 +251,12 @@ class _TimeStep:
         if residual <= _ROUNDING * self.balance.problem.tolerance:
             return state
         direction = self._direction(state, min(max(residual, 0.01), 0.1))
-        part = 1.0
-        while True:
+        for part in _PARTS:
             after = self.iterate(state.P + part * direction)
             remaining = self.residual(after)
             if remaining <= (1.0 - 0.3 * part) * residual:
                 return after
-            if part < _SMALLEST_PART:
-                return after if remaining < residual else None
-            part *= 0.4
+        return after if remaining < residual else None
 
     def solve(self, P: Complexes, residual: float) -> tuple[_Iterate | None, int]:
         """Return the end of the time step and its Newton steps; None where it is too long."""
