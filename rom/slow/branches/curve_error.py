@@ -125,11 +125,6 @@ class _Solutions:
         return np.asarray(mass * self.size)
 
     @cached_property
-    def _effective(self) -> Complexes:
-        """Amplitudes at which the friction table is looked up, (points, modes)."""
-        return self.flow.effective(self.problem.amplitude(self.z))
-
-    @cached_property
     def table_error(self) -> TableError:
         """The error of S_j, see `TableError.of`."""
         used = None if self.contact is None else self.contact.solutions(self.z)
@@ -139,7 +134,7 @@ class _Solutions:
     def rate_change(self, friction: Complexes | Floats) -> Complexes:
         """Return the change of the scaled rates (points, modes) by a change of S_j."""
         factor = coupling_factor(self.flow.model.reduced, self.flow.frequency)
-        turned = np.exp(1j * np.angle(self._effective))
+        turned = np.exp(1j * np.angle(self.flow.effective(self.problem.amplitude(self.z))))
         return np.asarray(factor * turned * friction / self._mass)
 
     def moved(self, branch: NDArray[np.intp], at: NDArray[np.intp], force: Complexes) -> Floats:

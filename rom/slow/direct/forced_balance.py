@@ -45,12 +45,11 @@ _LEAST_FORCE = 0.01  # of the forces on the modes: weaker contact forces need no
 _MOST_DIRECTIONS = 40  # of GMRES
 _PARTS = 1.0, 0.4, 0.16  # of a Newton step in the line search
 _FINAL_STEPS = 12  # of Newton's method at the steady state
-# A time step of the slow flow is solved to this residual, in so many Newton steps; else it is
-# shorter. It is longer after fewer than two.
-_STEP_RESIDUAL, _NEWTON_STEPS = 0.02, 4
-_SHORTER, _LONG, _LONGER = 0.2, 2.0, 5.0
+# A time step of the slow flow is one Newton step. The next one is longer if that reduces the
+# residual to this part, else shorter.
+_CONVERGING, _LONGER, _SHORTER = 0.4, 2.0, 0.2
 _NEARLY_STEADY = 0.05  # change in a time step after which the steady state is tried
-_MOST_TIME_STEPS = 60
+_MOST_TIME_STEPS = 150
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,23 +152,25 @@ class ForcedBalance:
 
     def _after_transient(self, P: Complexes, modal: Complexes) -> SteadyHarmonics:
         """Return the steady state to which the slow flow leads."""
-        length, residual, tried = self._slip_time, _STEP_RESIDUAL, 10.0 * self._slip_time
+        length, tried = self._slip_time, 10.0 * self._slip_time
         for _ in range(_MOST_TIME_STEPS):
             step = _TimeStep(self, length, modal)
-            after, count = step.solve(P, residual)
+            before = step.iterate(P)
+            after = step.newton(before)
             if after is None:
                 length *= _SHORTER
                 continue
             change = np.linalg.norm(after.modal - modal)
             P, modal = after.P, after.modal
-            length *= _LONGER if count < 2 else _LONG
+            converges = step.residual(after) <= _CONVERGING * step.residual(before)
+            length *= _LONGER if converges else 1.0 / _LONGER
             nearly = change <= _NEARLY_STEADY * np.linalg.norm(modal)
-            if nearly and length >= _LONG * tried:
+            if nearly and length >= _LONGER * tried:
                 found = self._steady(P)
                 if found is not None:
                     return found
                 # The basin of Newton's method is small, or a mode changes very slowly.
-                tried, residual = length, _SHORTER * residual
+                tried = length
         raise self._refusal(step, P)
 
     @cached_property
@@ -257,17 +258,6 @@ class _TimeStep:
             if remaining <= (1.0 - 0.3 * part) * residual:
                 return after
         return after if remaining < residual else None
-
-    def solve(self, P: Complexes, residual: float) -> tuple[_Iterate | None, int]:
-        """Return the end of the time step and its Newton steps; None where it is too long."""
-        state: _Iterate | None = self.iterate(P)
-        for count in range(_NEWTON_STEPS + 1):
-            if state is None:
-                break
-            if self.residual(state) <= residual:
-                return state, count
-            state = self.newton(state) if count < _NEWTON_STEPS else None
-        return None, _NEWTON_STEPS
 
     def _direction(self, state: _Iterate, tolerance: float) -> Complexes:
         """Return the Newton step (orders, N_c) to a relative tolerance."""
