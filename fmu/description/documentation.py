@@ -29,17 +29,25 @@ def index_html(model: AnyModel, given: Fmi3Description, findings: Sequence[Findi
         rows = [_row(k, v) for k, v in enumerate(given.variables) if v.causality == causality]
         header = ("Reference", "Name", "Description", "Unit", "Start")
         sections += [f"<h3>{causality.capitalize()}</h3>", _table(rows, header)]
-    template = Template(Path(__file__).with_suffix(".html").read_text(encoding="utf-8"))
-    page = template.substitute(
+    use = _template(
+        "documentation_tone" if isinstance(model, ToneModel) else "documentation_tables"
+    )
+    page = _template("documentation").substitute(
         name=escape(given.options.name),
-        fmi=given.options.fmi,
-        version=version("slipmode"),
-        facts=_table(_facts(model)),
-        validity="\n".join(f"<li>{words}</li>" for words in _validity(model)),
+        use=use.substitute(
+            fmi=given.options.fmi,
+            version=version("slipmode"),
+            facts=_table(_facts(model)),
+            validity="\n".join(f"<li>{words}</li>" for words in _validity(model)),
+        ),
         warnings="\n".join(["<h2>Warnings</h2>\n<ul>", *warnings, "</ul>"]) if warnings else "",
         variables="\n".join(sections),
     )
     return page.encode()
+
+
+def _template(name: str) -> Template:
+    return Template(Path(__file__).with_name(f"{name}.html").read_text(encoding="utf-8"))
 
 
 def contact_count(model: AnyModel) -> int:
