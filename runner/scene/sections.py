@@ -304,8 +304,8 @@ class Scene:
         """
         if self.modes.others:
             raise SlipmodeError(
-                "modes.A: this needs one mode on each tone; give one mode, or use slipmode run or "
-                "plan (runner.plan_scene), rom.response_curve, or fmu.Component"
+                "modes.A: this needs one mode on each tone; give one mode, or use slipmode run, "
+                "fmu or plan (runner.plan_scene), rom.response_curve, or fmu.Component"
             )
         if self.mistuning:
             raise SlipmodeError(
