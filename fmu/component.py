@@ -29,8 +29,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipmode.fmu.handle import ComponentOptions, create_component, takes
-from slipmode.fmu.inputs import Inputs, limit_scale, moved_on
-from slipmode.fmu.outputs import AnyModel, checked_findings, output_names
+from slipmode.fmu.inputs import AnyModel, Inputs, limit_scale, moved_on
+from slipmode.fmu.outputs import checked_findings, output_names
 from slipmode.fmu.stepping import StoppedError
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.arrays import Complexes, Floats, as_complexes, as_floats, as_number
@@ -218,7 +218,7 @@ class Component:
         status = self._handle.set_inputs(scaled)
         kernel.check(status, "inputs")
         self._inputs = changed
-        if not self._named.frequencies.isdisjoint(values):
+        if not self._named.natural.keys().isdisjoint(values):
             self._warn_of_frequencies(changed)
 
     def do_step(self, time: float, duration: float) -> None:

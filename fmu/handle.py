@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from slipmode.fmu.inputs import MODE_NAMES
-from slipmode.rom import Model, SlipmodeError, kernel
+from slipmode.fmu.inputs import MODE_NAMES, AnyModel
+from slipmode.rom import SlipmodeError, kernel
 from slipmode.rom.arrays import as_number, in_one_line
 from slipmode.rom.contact.torus.march import contact_problem
 from slipmode.rom.error_budget import SLOW_FLOW
@@ -66,12 +66,13 @@ def takes(options: type[ComponentOptions]) -> Callable[[Function], Function]:
 
 
 def create_component(
-    model: Model | ToneModel, force_patterns: ForcePatterns | None, options: ComponentOptions
+    model: AnyModel, force_patterns: ForcePatterns | None, options: ComponentOptions
 ) -> Handle:
     """Return the core's component, or its flow of a tone, which is freed with the handle."""
     if isinstance(model, ToneModel):
         forced = forced_tone(model, force_patterns)
-        return forced.handle(model.middle, options.tolerance, options.elastic, options.contact)
+        tone = forced.core(model.middle, options.elastic, options.contact)
+        return Handle("tone", tone, tolerance=options.tolerance)
     wanted: dict[str, Any] = {}
     if options.contact:
         surface = response_surface(model, options.elastic)

@@ -21,6 +21,7 @@ from slipmode.rom.validity import (
     Finding,
     can_carry,
     carrier_findings,
+    carrier_range,
     carrier_refusal,
     carriers_meet,
     is_near,
@@ -28,6 +29,7 @@ from slipmode.rom.validity import (
 )
 
 MODE_NAMES = ("A", "B")
+AnyModel = Model | ToneModel
 
 
 def place(quantity: str, mode: int = 0) -> int:
@@ -59,20 +61,18 @@ class Inputs:
 
     def __init__(
         self,
-        model: Model | ToneModel,
+        model: AnyModel,
         force_patterns: ForcePatterns | None,
         mode_names: Sequence[str],
     ) -> None:
-        present: tuple[str, ...] = MODE_NAMES[:1]
         self._tone = isinstance(model, ToneModel)
-        if isinstance(model, ToneModel):  # one force moves all modes
-            self.mode_names, self.carriers = tuple(model.reduced.mode_names), present
-            self._omega = np.array([model.middle])
+        present = present_modes(model, mode_names)
+        driven, self._omega = present[: model.reduced.tones], carried_frequencies(model)
+        if self._tone:  # one force moves all modes
+            self.mode_names, self.carriers = present, driven
         else:
-            present = present_modes(model, mode_names)
             self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
-            self.carriers, self._omega = self.mode_names, model.reduced.frequency
-        driven = present[: model.reduced.tones]
+            self.carriers = self.mode_names
         self._column = {
             f"{quantity}_{mode}": place(quantity, j)
             for j, mode in enumerate(driven)
@@ -84,16 +84,14 @@ class Inputs:
         self._unscaled = "velocity alpha" if isinstance(model.law, Tanh) else "gap"
         self._contacts = model.reduced.n_contacts
         natural = self._omega.tolist()
-        self._natural = {f"frequency_{m}": w for m, w in zip(driven, natural, strict=False)}
-        self.frequencies = self._natural.keys()
+        self.natural = {f"frequency_{m}": w for m, w in zip(driven, natural, strict=False)}
         at_rest = kernel.inputs(1)
         at_rest["frequency"][0, : self._omega.size] = self._omega
         self.at_rest: Floats = at_rest.view(float).reshape(1, -1)
         self._ratio = model.reduced.ratio
         self._to_modal = np.ones(self.at_rest.size)
-        if not isinstance(model, ToneModel):  # whose flow has the force itself
-            for j, factor in enumerate(force_factors(model, force_patterns)):
-                self._to_modal[[place("force", j), place("force_rate", j)]] = factor
+        for j, factor in enumerate(force_factors(model, force_patterns)):
+            self._to_modal[[place("force", j), place("force_rate", j)]] = factor
 
     def column(self, name: str) -> int:
         """Return the column of an input in the records; other names are refused."""
@@ -121,7 +119,7 @@ class Inputs:
         """
         fine = np.ones(len(records), dtype=bool)
         reached = []
-        for j, omega in enumerate(self._natural.values()):
+        for j, omega in enumerate(self.natural.values()):
             start, rate = (records[:, place(name, j)] for name in ("frequency", "frequency_rate"))
             with np.errstate(all="ignore"):  # values that are not finite are refused
                 end = start + rate * durations
@@ -147,7 +145,7 @@ class Inputs:
             refusal = ""
             if not np.isfinite(value):
                 refusal = f"{name}: must be finite, got {value:g}"
-            elif name in self._natural:
+            elif name in self.natural:
                 refusal = self._carrier_refusal(name, value)
             elif name == "limit_scale" and value <= 0:
                 refusal = f"{name}: must be > 0, got {value:g}"
@@ -164,7 +162,7 @@ class Inputs:
 
     def findings(self, records: Floats) -> list[Finding]:
         """Report frequencies of records (n, width) that are far from their mode."""
-        omega = self._omega[: len(self._natural)]
+        omega = self._omega[: len(self.natural)]
         frequency = records[:, [place("frequency", j) for j in range(omega.size)]]
         if is_near(omega, frequency).all():
             return []
@@ -177,7 +175,7 @@ class Inputs:
 
     def _carrier_refusal(self, name: str, value: float) -> str:
         """Return why a frequency is refused; "" if it is not."""
-        omega = self._natural[name]
+        omega = self.natural[name]
         if refusal := carrier_refusal(name, name[-1], omega, value):
             return refusal
         if self._can_carry(omega, np.array(value)):
@@ -189,11 +187,11 @@ class Inputs:
 
     def _meeting(self, *records: Floats) -> str:
         """Return why the frequencies of a few records meet; faster than `carriers_meet`."""
-        if len(self._natural) < kernel.MODES:
+        if len(self.natural) < kernel.MODES:
             return ""
         first = place("frequency")
         gaps = [record.item(first + 1) - record.item(first) for record in records]
-        return meeting_refusal(", ".join(self._natural)) if min(gaps) <= 0.0 <= max(gaps) else ""
+        return meeting_refusal(", ".join(self.natural)) if min(gaps) <= 0.0 <= max(gaps) else ""
 
 
 def moved_on(record: Floats, duration: float) -> Floats:
@@ -212,8 +210,23 @@ def limit_scale(record: Floats) -> float:
     return float(record[0, place("limit_scale")])
 
 
-def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the model's modes; further names are left out."""
+def carried_frequencies(model: AnyModel) -> Floats:
+    """Return the frequencies [rad/s] near which the forcing frequencies are, (modes,) or (1,)."""
+    return np.array([model.middle]) if isinstance(model, ToneModel) else model.reduced.frequency
+
+
+def relative_range(model: AnyModel) -> tuple[float, float]:
+    """Return the allowed range of forcing frequencies, relative to `carried_frequencies`."""
+    return (1.0 - SPAN, 1.0 + SPAN) if isinstance(model, ToneModel) else carrier_range(1.0)
+
+
+def present_modes(model: AnyModel, mode_names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the model's modes; further names are left out.
+
+    Modes that share a tone have names of their own.
+    """
+    if isinstance(model, ToneModel):
+        return tuple(model.reduced.mode_names)
     present = tuple(mode_names)[: model.modes] if isinstance(mode_names, Sequence) else ()
     unknown = any(name not in MODE_NAMES for name in present)
     if unknown or len(set(present)) < model.modes:
@@ -224,10 +237,13 @@ def present_modes(model: Model, mode_names: Sequence[str]) -> tuple[str, ...]:
     return present
 
 
-def force_factors(model: Model, force_patterns: ForcePatterns | None) -> Floats:
-    """Return the modal force per unit of the force input, (MODES,)."""
+def force_factors(model: AnyModel, force_patterns: ForcePatterns | None) -> Floats:
+    """Return the modal force per unit of the force input, (MODES,).
+
+    The flow of modes that share a tone takes the force itself.
+    """
     factors = np.ones(kernel.MODES)
-    if force_patterns is not None:
+    if force_patterns is not None and not isinstance(model, ToneModel):
         patterns = forces_on_modes(model.reduced, force_patterns, "force_patterns")
         factors[: model.modes] = AppliedForces(model.reduced, patterns).modal
     return factors

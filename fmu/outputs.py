@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slipmode.fmu.handle import ComponentOptions, forced_tone
-from slipmode.fmu.inputs import Inputs
+from slipmode.fmu.inputs import AnyModel, Inputs
 from slipmode.rom import Model
 from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
 from slipmode.rom.table.local.tone_model import ToneModel
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, mode_frequency_findings, model_findings
-
-AnyModel = Model | ToneModel
 
 
 def checked_findings(

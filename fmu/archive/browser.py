@@ -43,7 +43,7 @@ def browser_module() -> bytes:
 
 def browser_sources() -> dict[str, Path]:
     """Return the C sources and headers of the module by their names."""
-    return sources_without("faces/fmi", "resources/location.c", "slow/tone/")
+    return sources_without("faces/fmi", "resources/location.c")
 
 
 def browser_files(

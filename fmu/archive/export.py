@@ -25,34 +25,37 @@ from slipmode.fmu.description.xml_files import (
     terminals_xml,
 )
 from slipmode.fmu.handle import ComponentOptions, takes
-from slipmode.fmu.inputs import present_modes
-from slipmode.fmu.outputs import findings_of
+from slipmode.fmu.inputs import AnyModel, Inputs, present_modes
+from slipmode.fmu.outputs import checked_findings
 from slipmode.fmu.variables.listing import list_variables
-from slipmode.rom import Model, SlipmodeError, __version__
-from slipmode.rom.reduction.force_response import AppliedForces, ForcePatterns
+from slipmode.rom import SlipmodeError, __version__
+from slipmode.rom.reduction.force_response import ForcePatterns
 from slipmode.rom.storage.files import replacing
 from slipmode.rom.table.local.tone_model import ToneModel
-from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, carrier_findings, warn
 
 
 @takes(ExportOptions)
 def export(
-    model: Model,
+    model: AnyModel,
     path: str | PathLike[str],
     force_patterns: ForcePatterns | None = None,
     **options: Any,
 ) -> Path:
     """Write a model as an FMU for Co-Simulation and Model Exchange.
 
+    If modes share a tone, the FMU is for Co-Simulation only, starts from rest, and has no
+    derivatives.
+
     Parameters
     ----------
-    model : Model
+    model : Model or ToneModel
         Model from `rom.tabulate`, `rom.model_of_rates` or an identification.
     path : path
         Name of the .fmu file, which is replaced if it exists.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
+        Modes that share a tone need one, [{DOF: amplitude}], possibly complex.
     contact : bool, default False
         Add the contact motion to the outputs, see `Component`.
     elastic : sequence of int
@@ -108,12 +111,9 @@ def export(
 
         fmu.export(model, "beam.fmu", [{0: 1.0}], mode_names=("A",), start={"force_A": 0.15})
     """
-    if isinstance(model, ToneModel):
-        raise SlipmodeError("model: its modes share a tone, which FMUs do not have; use Component")
     chosen = ExportOptions(**{key: value for key, value in options.items() if value is not None})
     chosen = replace(chosen, mode_names=present_modes(model, chosen.mode_names))
-    if force_patterns is not None:
-        check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
+    findings = checked_findings(model, force_patterns, chosen.mode_names)
     shared = {field.name: getattr(chosen, field.name) for field in fields(ComponentOptions)}
     component = Component(model, force_patterns, **shared | {"warned": False})
     variables = list_variables(model, force_patterns is not None, chosen)
@@ -143,7 +143,7 @@ def export(
         **reference_files(component, variables, chosen),
     }
     # after the reference result, which refuses start values that nothing can follow
-    findings = [*findings_of(model, chosen.mode_names), *_forcing_findings(model, chosen)]
+    findings += _forcing_findings(Inputs(model, force_patterns, chosen.mode_names), chosen)
     if chosen.warned:
         warn(findings)
     content["documentation/index.html"] = index_html(model, description, findings)
@@ -154,19 +154,21 @@ def export(
     return Path(path)
 
 
-def _forcing_findings(model: Model, options: ExportOptions) -> list[Finding]:
+def _forcing_findings(inputs: Inputs, options: ExportOptions) -> list[Finding]:
     """Report frequencies of the start values and of the stimuli that are far from their mode."""
-    modes, stimuli, omega = options.mode_names, options.stimuli, model.reduced.frequency
-    names = [f"frequency_{mode}" for mode in modes]
-    reached = np.array([[options.start.get(*each) for each in zip(names, omega, strict=True)]])
-    if stimuli is not None and set(names) <= set(stimuli.names):
-        columns = [list(stimuli.names).index(name) for name in names]
+    natural, stimuli = inputs.natural, options.stimuli
+    reached = np.array([[options.start.get(*each) for each in natural.items()]])
+    if stimuli is not None and natural.keys() <= set(stimuli.names):
+        columns = [list(stimuli.names).index(name) for name in natural]
         reached = np.vstack((reached, stimuli.values[:, columns]))
-    return carrier_findings("frequency_{}", modes, omega, reached)
+    omega = np.array(list(natural.values()))
+    return carrier_findings("frequency_{}", options.mode_names, omega, reached)
 
 
-def _summary(model: Model) -> str:
+def _summary(model: AnyModel) -> str:
     modes = "one mode" if model.modes == 1 else "two modes"
+    if isinstance(model, ToneModel):
+        modes = f"{model.modes} modes that share a tone"
     count = contact_count(model)
     contacts = f"{count} dry-friction contact{'s' if count > 1 else ''}"
     way = f"in slow time, {model.reduced.formulation} formulation"

@@ -5,13 +5,18 @@ from __future__ import annotations
 import hashlib
 import io
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from slipmode.fmu.handle import MEMORY_PERIODS, STEPS_PER_PERIOD, ComponentOptions
-from slipmode.fmu.inputs import force_factors
+from slipmode.fmu.handle import (
+    MEMORY_PERIODS,
+    STEPS_PER_PERIOD,
+    ComponentOptions,
+    forced_tone,
+)
+from slipmode.fmu.inputs import AnyModel, force_factors, relative_range
 from slipmode.fmu.variables.listing import states
 from slipmode.fmu.variables.variable import Kind, Variable
 from slipmode.rom import Model, kernel
@@ -25,14 +30,33 @@ from slipmode.rom.slow.nonresonant.response_surface import (
     response_surface,
 )
 from slipmode.rom.slow.slow_flow import slow_flow
-from slipmode.rom.validity import carrier_range
+from slipmode.rom.table.local.tone_model import ToneModel
 
-FORMAT = 11  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 12  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
+
+# The struct `fmu_layout` of fmu/src/resources/model.h, without the format.
+_LAYOUT = (
+    *("modes", "contacts", "elastic", "law", "paper", "combinations", "power", "count_a"),
+    *("count_b", "corrected", "detuned", "inertia", "elements", "sliders", "orders"),
+    *("steps_per_period", "variables", "slow", "fast", "kinds", "nodes"),
+)
+_ROW = 2 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with three columns
+# Arrays of models with a friction table, in their order, with their shapes in other models.
+_TABLE_ARRAYS = {
+    **{"combinations": (0, 3), "node_a": (0,), "node_b": (0,), "table": (0, 0, 4, 0)},
+    **{"rate_correction": (0, 0, 4, 0), "detuning": (0, 0, 4, 0), "contact_limit": (0,)},
+    **dict.fromkeys(("contact_stiffness", "contact_damping", "contact_mass"), (0, 0)),
+    **{"contact_coupling": (0, 0, 2), "contact_elements": (0, _ROW), "contact_sliders": (0, 2)},
+    **{"contact_reference": (0,), "elastic_modes": (0, 0, 2), "elastic_forces": (0, 0, 2)},
+    **{"elastic_contacts": (0, 0), "orders": (0, 2), "contact_reaction": (0, 0, 0, 0)},
+    "elastic_response": (0, 0, 0, 0),
+}
+_INTEGERS = ("combinations", "orders")
 
 
 def resource_files(
-    model: Model,
+    model: AnyModel,
     force_patterns: ForcePatterns | None,
     options: ComponentOptions,
     variables: Sequence[Variable],
@@ -42,7 +66,11 @@ def resource_files(
     The file IDENTITY is for importers in Python; the FMU does not read it.
     """
     arrays = model_arrays(model, force_patterns, options, variables)
-    return packed_files(arrays, variables, identity(model, force_patterns))
+    if isinstance(model, ToneModel):
+        own = hashlib.sha256(arrays["tone"].tobytes()).hexdigest()
+    else:
+        own = identity(model, force_patterns)
+    return packed_files(arrays, variables, own)
 
 
 def packed_files(
@@ -80,20 +108,64 @@ def _npy(array: np.ndarray) -> bytes:
 
 
 def model_arrays(
-    model: Model,
+    model: AnyModel,
     force_patterns: ForcePatterns | None,
     options: ComponentOptions,
     variables: Sequence[Variable],
 ) -> dict[str, np.ndarray]:
     """Return the arrays in the order of checksums.npy and fmu/src/resources/model.c."""
+    layout = {
+        "modes": model.modes,
+        "contacts": model.reduced.n_contacts,
+        "elastic": len(options.elastic),
+        "variables": len(variables),
+    }
+    if isinstance(model, ToneModel):
+        counts, arrays = _tone_arrays(model, force_patterns, options)
+    else:
+        counts, arrays = _table_arrays(model, force_patterns, options)
+    layout |= counts
+    return {
+        "layout": np.array([FORMAT, *(layout.get(name, 0) for name in _LAYOUT)], dtype=np.int32),
+        "constants": _constants(model, force_patterns, variables),
+        "inputs": _with_starts(kernel.inputs(1).view(float).ravel(), variables, Kind.INPUT),
+        **arrays,
+        "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype=np.int32),
+    }
+
+
+def _tone_arrays(
+    model: ToneModel, force_patterns: ForcePatterns | None, options: ComponentOptions
+) -> tuple[dict[str, int], dict[str, np.ndarray]]:
+    """Return counts and arrays of modes that share a tone."""
+    tone = forced_tone(model, force_patterns).core(model.middle, options.elastic, True)
+    counts = {"slow": tone.slow.count, "fast": tone.fast.count}
+    counts |= {"kinds": tone.kinds, "nodes": tone.nodes}
+    empty = {
+        name: np.empty(shape, dtype=np.int32 if name in _INTEGERS else float)
+        for name, shape in _TABLE_ARRAYS.items()
+    }
+    return counts, {**empty, "tone": np.concatenate(list(_numbers(tone)))}
+
+
+def _numbers(part: kernel.Structure) -> Iterator[Floats]:
+    """Yield the doubles of a structure and of its arrays, in the order of its fields."""
+    for name, *_ in part._fields_:
+        value = part.owned.get(name, getattr(part, name))
+        if isinstance(value, kernel.Structure):
+            yield from _numbers(value)
+        elif isinstance(value, np.ndarray | float):
+            yield np.ravel(value)
+
+
+def _table_arrays(
+    model: Model, force_patterns: ForcePatterns | None, options: ComponentOptions
+) -> tuple[dict[str, int], dict[str, np.ndarray]]:
+    """Return counts and arrays of a model with a friction table."""
     reduced, table, chosen = model.reduced, model.table, list(options.elastic)
     surface = response_surface(model, chosen) if options.contact else no_response(model)
     contacts, nodes = _contacts(model), (table.node_a.size, table.node_b.size)
-    layout = {
-        "format": FORMAT,
-        "modes": model.modes,
-        "contacts": reduced.n_contacts,
-        "elastic": len(chosen),
+    counts = {
         "law": contact_problem(reduced, model.law).law,
         "paper": reduced.formulation == "paper",
         "combinations": len(model.combinations),
@@ -107,16 +179,12 @@ def model_arrays(
         "sliders": len(contacts["contact_sliders"]),
         "orders": len(surface.orders),
         "steps_per_period": STEPS_PER_PERIOD,
-        "variables": len(variables),
     }
     combinations = [(term.mode, term.n, term.m) for term in model.combinations]
     nothing = np.empty((0, 0, 4, 0))
     by_modes = (len(chosen), model.modes, 2)
     by_nodes = (*nodes, len(surface.orders))
-    return {
-        "layout": np.array(list(layout.values()), dtype=np.int32),
-        "constants": _constants(model, force_patterns, variables),
-        "inputs": _with_starts(kernel.inputs(1).view(float).ravel(), variables, Kind.INPUT),
+    return counts, {
         "combinations": np.array(combinations, dtype=np.int32).reshape(-1, 3),
         "node_a": table.node_a,
         "node_b": table.node_b,
@@ -132,7 +200,7 @@ def model_arrays(
             *by_nodes, 2 * reduced.n_contacts
         ),
         "elastic_response": surface.elastic.view(float).reshape(*by_nodes, 2 * len(chosen)),
-        "variables": np.array([(v.type, v.kind, v.slot) for v in variables], dtype=np.int32),
+        "tone": np.empty(0),
     }
 
 
@@ -147,7 +215,7 @@ def _contacts(model: Model) -> dict[str, Floats]:
         "contact_damping": np.empty((0, 0)),
         "contact_mass": np.empty((0, 0)),
         "contact_coupling": coupling.reshape(model.modes, n, 2),
-        "contact_elements": np.empty((0, 3 + len(names) - 1)),
+        "contact_elements": np.empty((0, _ROW)),
         "contact_sliders": np.empty((0, 2)),
         "contact_reference": np.empty(0),
     }
@@ -165,14 +233,20 @@ def _contacts(model: Model) -> dict[str, Floats]:
 
 
 def _constants(
-    model: Model, force_patterns: ForcePatterns | None, variables: Sequence[Variable]
+    model: AnyModel, force_patterns: ForcePatterns | None, variables: Sequence[Variable]
 ) -> Floats:
     """Return the struct `fmu_constants` of fmu/src/resources/model.h."""
-    flow, nominal = slow_flow(model, force_patterns), np.zeros(3 * kernel.MODES + 1)
+    alpha, nominal = 0.0, np.zeros(3 * kernel.MODES + 1)
+    if isinstance(model, ToneModel):
+        flow = kernel.SlowFlow()
+        flow.natural[0] = model.middle
+    else:
+        flow = slow_flow(model, force_patterns)
+        alpha = contact_problem(model.reduced, model.law).alpha
     for k, state in enumerate(states(variables)):
         nominal[k] = state.nominal
     parts = (
-        [contact_problem(model.reduced, model.law).alpha, MEMORY_PERIODS],
+        [alpha, MEMORY_PERIODS],
         flow.natural,
         flow.carrier,
         flow.coupling_ratio,
@@ -183,7 +257,7 @@ def _constants(
         _with_starts(np.zeros(kernel.MODES + 2), variables, Kind.PARAMETER),
         nominal,
         _with_starts(np.zeros(1 + 2 * kernel.MODES), variables, Kind.START)[1:],
-        carrier_range(1.0),
+        relative_range(model),
         [flow.ratio],
     )
     return np.concatenate([np.array(part).ravel() for part in parts])

@@ -11,15 +11,17 @@ from string import Template
 import numpy as np
 
 from slipmode.fmu.description.xml_files import Fmi3Description, literal
+from slipmode.fmu.inputs import AnyModel
 from slipmode.fmu.variables.variable import Variable
-from slipmode.rom import Model
 from slipmode.rom.errors import Finding
 from slipmode.rom.laws.directions import law_words
 from slipmode.rom.short_repr import percentage
+from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.slow.transient import TransientError
+from slipmode.rom.table.local.tone_model import ToneModel
 
 
-def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding]) -> bytes:
+def index_html(model: AnyModel, given: Fmi3Description, findings: Sequence[Finding]) -> bytes:
     """Return the page that a tool opens as documentation; it lists findings as warnings."""
     warnings = [f"<li>{escape(each.line())}</li>" for each in findings if each.level != "info"]
     sections = []
@@ -27,27 +29,42 @@ def index_html(model: Model, given: Fmi3Description, findings: Sequence[Finding]
         rows = [_row(k, v) for k, v in enumerate(given.variables) if v.causality == causality]
         header = ("Reference", "Name", "Description", "Unit", "Start")
         sections += [f"<h3>{causality.capitalize()}</h3>", _table(rows, header)]
-    template = Template(Path(__file__).with_suffix(".html").read_text(encoding="utf-8"))
-    page = template.substitute(
+    use = _template(
+        "documentation_tone" if isinstance(model, ToneModel) else "documentation_tables"
+    )
+    page = _template("documentation").substitute(
         name=escape(given.options.name),
-        fmi=given.options.fmi,
-        version=version("slipmode"),
-        facts=_table(_facts(model)),
-        validity="\n".join(f"<li>{words}</li>" for words in _validity(model)),
+        use=use.substitute(
+            fmi=given.options.fmi,
+            version=version("slipmode"),
+            facts=_table(_facts(model)),
+            validity="\n".join(f"<li>{words}</li>" for words in _validity(model)),
+        ),
         warnings="\n".join(["<h2>Warnings</h2>\n<ul>", *warnings, "</ul>"]) if warnings else "",
         variables="\n".join(sections),
     )
     return page.encode()
 
 
-def contact_count(model: Model) -> int:
+def _template(name: str) -> Template:
+    return Template(Path(__file__).with_name(f"{name}.html").read_text(encoding="utf-8"))
+
+
+def contact_count(model: AnyModel) -> int:
     """Return the number of contacts, each with one to three contact DOFs."""
     elements = model.reduced.contacts
     return model.reduced.n_contacts if elements is None else len(elements.element)
 
 
-def _validity(model: Model) -> list[str]:
+def _validity(model: AnyModel) -> list[str]:
     """Return what the model assumes, and what a change of amplitudes within a cycle costs."""
+    if isinstance(model, ToneModel):
+        return [
+            "The modes are modes of the structure with stuck contacts. One force moves all of "
+            f"them, at frequencies within {percentage(SPAN)} of {model.middle:.6g} rad/s.",
+            "Contacts follow the present motion at the forcing frequency. Their action on each "
+            "other at higher harmonics is neglected.",
+        ]
     contacts = "Contact motion is small relative to modal motion. The contacts do not separate."
     if model.reduced.contacts is not None:
         contacts = (
@@ -66,16 +83,22 @@ def _validity(model: Model) -> list[str]:
     return [contacts, transients]
 
 
-def _facts(model: Model) -> list[tuple[str, ...]]:
-    reduced, accuracy = model.reduced, model.accuracy
-    combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
-    nodes = f"{model.table.node_a.size} x {model.table.node_b.size}"
-    ends = ", ".join(f"{value:g}" for value in model.table.amplitude_range)
-    return [
+def _facts(model: AnyModel) -> list[tuple[str, ...]]:
+    reduced = model.reduced
+    facts = [
         ("Formulation", reduced.formulation),
         ("Natural frequencies", ", ".join(f"{f:.6g}" for f in reduced.frequency) + " rad/s"),
         ("Contacts", str(contact_count(model))),
         ("Contact law", "; ".join(law_words(model.law, reduced.n_contacts)) or "none"),
+    ]
+    if isinstance(model, ToneModel):
+        return [*facts, ("Friction", "one table for each contact, over its own amplitude")]
+    accuracy = model.accuracy
+    combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
+    nodes = f"{model.table.node_a.size} x {model.table.node_b.size}"
+    ends = ", ".join(f"{value:g}" for value in model.table.amplitude_range)
+    return [
+        *facts,
         ("Combination resonances", combinations),
         (
             "Friction table",

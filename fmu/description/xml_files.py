@@ -70,6 +70,11 @@ class Fmi3Description:
         """Value references by name."""
         return {variable.name: k for k, variable in enumerate(self.variables)}
 
+    @cached_property
+    def _states(self) -> set[str]:
+        """Names of the continuous states; modes that share a tone have none."""
+        return {v.derivative_of for v in self.variables if v.derivative_of is not None}
+
     def _version(self) -> dict[str, str]:
         return {"fmiVersion": "3.0", "instantiationToken": self.token}
 
@@ -78,13 +83,13 @@ class Fmi3Description:
         return str(self.index[name])
 
     def _add_interfaces(self, root: Element) -> None:
-        common = {"modelIdentifier": MODEL_IDENTIFIER} | _true(
-            "canGetAndSetFMUState",
-            "canSerializeFMUState",
-            "providesDirectionalDerivatives",
-            "providesAdjointDerivatives",
-        )
-        SubElement(root, "ModelExchange", common)
+        common = {"modelIdentifier": MODEL_IDENTIFIER}
+        common |= _true("canGetAndSetFMUState", "canSerializeFMUState")
+        order = {}
+        if self._states:
+            common |= _true("providesDirectionalDerivatives", "providesAdjointDerivatives")
+            order = {"maxOutputDerivativeOrder": "1"}
+            SubElement(root, "ModelExchange", common)
         simulation = _true(
             "canHandleVariableCommunicationStepSize",
             "mightReturnEarlyFromDoStep",
@@ -92,7 +97,7 @@ class Fmi3Description:
             "canReturnEarlyAfterIntermediateUpdate",
             "hasEventMode",
         )
-        SubElement(root, "CoSimulation", common | simulation, maxOutputDerivativeOrder="1")
+        SubElement(root, "CoSimulation", common | simulation | order)
 
     def _add_type(self, types: Element, quantity: Quantity) -> None:
         named = {"name": quantity.type_name, "description": quantity.description}
@@ -156,7 +161,8 @@ class Fmi3Description:
             dependencies = " ".join(map(self._reference, ordered))
             return {key: self._reference(variable.name), "dependencies": dependencies}
 
-        running = {v.name for v in self.variables if v.kind is not Kind.PARAMETER}
+        inputs = {v.name for v in self.variables if v.kind is Kind.INPUT}
+        running = inputs | self._states
         exact = {v.name for v in self.variables if v.start is not None}
         return (
             [listed(v, running) for v in self.variables if v.causality == "output"],
@@ -176,15 +182,16 @@ class Fmi2Description(Fmi3Description):
 
     def _add_interfaces(self, root: Element) -> None:
         common = {"modelIdentifier": MODEL_IDENTIFIER} | _true(
-            "canNotUseMemoryManagementFunctions",
-            "canGetAndSetFMUstate",
-            "canSerializeFMUstate",
-            "providesDirectionalDerivative",
+            "canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate"
         )
+        interfaces = {}
         simulation = _true("canHandleVariableCommunicationStepSize", "canInterpolateInputs")
-        simulation["maxOutputDerivativeOrder"] = "1"
-        exchange = _true("completedIntegratorStepNotNeeded")
-        for tag, own in (("ModelExchange", exchange), ("CoSimulation", simulation)):
+        if self._states:
+            common |= _true("providesDirectionalDerivative")
+            interfaces["ModelExchange"] = _true("completedIntegratorStepNotNeeded")
+            simulation["maxOutputDerivativeOrder"] = "1"
+        interfaces["CoSimulation"] = simulation
+        for tag, own in interfaces.items():
             files = SubElement(SubElement(root, tag, common | own), "SourceFiles")
             for name in self.sources:
                 SubElement(files, "File", name=name)
@@ -204,7 +211,7 @@ class Fmi2Description(Fmi3Description):
     def _add_structure(self, structure: Element) -> None:
         groups = ("Outputs", "Derivatives", "InitialUnknowns")
         for group, unknowns in zip(groups, self._unknowns("index"), strict=True):
-            element = SubElement(structure, group)
+            element = SubElement(structure, group) if unknowns else structure
             for unknown in unknowns:
                 SubElement(element, "Unknown", unknown)
 
@@ -234,7 +241,7 @@ def _terminal(name: str) -> tuple[str, str, str]:
     """Return the terminal of a variable, its description, and the name there; else ""."""
     if force := re.fullmatch(r"((?:force|frequency|phase)(?:_rate)?)_([AB])", name):
         member, mode = force.groups()
-        return f"excitation_{mode}", f"Force on mode {mode}, its frequency and phase", member
+        return f"excitation_{mode}", f"Force {mode}, its frequency and phase", member
     if contact := re.fullmatch(r"(contact_(\d+))_([xvf])", name):
         terminal, dof, member = contact.groups()
         return terminal, f"Motion and force at contact DOF {dof}", member

@@ -7,19 +7,43 @@ finds its value; the other attributes go into modelDescription.xml and the docum
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import product
 from math import inf, isfinite
+from typing import Self
 
 from slipmode.fmu.description.options import ExportOptions
-from slipmode.fmu.inputs import place
+from slipmode.fmu.inputs import AnyModel, carried_frequencies, place, relative_range
 from slipmode.fmu.variables.variable import Kind, Quantity, Variable
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.laws.directions import ContactDirection, contact_directions
 from slipmode.rom.laws.friction import is_homogeneous
-from slipmode.rom.validity import carrier_range
+from slipmode.rom.table.local.tone_model import ToneModel
+
+_ANGLE = "the integral of its frequency, 0 to 2 pi"
+_ENERGY = "Energy dissipated at the contacts since the start"
 
 
-def list_variables(model: Model, newtons: bool, options: ExportOptions) -> list[Variable]:
+@dataclass(frozen=True)
+class _Slots:
+    """Slots of outputs, as sm_component_outputs or sm_tone_outputs packs them."""
+
+    amplitude: int
+    angle: int
+    power: int
+    energy: int
+    motion: int  # of contacts and DOFs
+
+    @classmethod
+    def of(cls, model: AnyModel) -> Self:
+        modes, angles = kernel.MODES, kernel.MODES
+        if isinstance(model, ToneModel):
+            modes, angles = model.modes, 1
+        power = 1 + 2 * modes + angles
+        return cls(1, 1 + 2 * modes, power, power + 2, power + 3)
+
+
+def list_variables(model: AnyModel, newtons: bool, options: ExportOptions) -> list[Variable]:
     """Return all variables, in the order of their value references.
 
     `newtons` is whether forces are in newtons, not modal; the mode names of the options are those
@@ -27,11 +51,16 @@ def list_variables(model: Model, newtons: bool, options: ExportOptions) -> list[
     is not finite.
     """
     inputs = list(_inputs(model, newtons, options))
+    modes, names = options.mode_names, tuple(v.name for v in inputs)
+    if isinstance(model, ToneModel):
+        outputs = [*_tone_states(model, modes, names), *_results(model, modes, names)]
+    else:
+        outputs = list(_outputs(model, modes, names))
     variables = [
         Variable("time", Kind.OUTPUT, 0, Quantity.TIME, "Simulated time"),
         *inputs,
         *_parameters(model, options),
-        *_outputs(model, options.mode_names, tuple(v.name for v in inputs)),
+        *outputs,
     ]
     if options.contact:
         variables += _motion(model, options, variables)
@@ -59,7 +88,7 @@ def _with_starts(variables: list[Variable], start: Mapping[str, float]) -> list[
     return [replace(v, start=start[v.name]) if v.name in start else v for v in variables]
 
 
-def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Variable]:
+def _inputs(model: AnyModel, newtons: bool, options: ExportOptions) -> Iterator[Variable]:
     force = (Quantity.FORCE, Quantity.FORCE_RATE)
     modal_force = (Quantity.MODAL_FORCE, Quantity.MODAL_FORCE_RATE)
     rows = (
@@ -68,16 +97,18 @@ def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Var
         ("phase", "Phase", Quantity.ANGLE, Quantity.FREQUENCY),
     )
     holds = "The input changes at this rate until it is set again"
+    range_of_modes = relative_range(model)
     for mode, letter in enumerate(options.mode_names[: model.reduced.tones]):
-        natural = float(model.reduced.frequency[mode])
+        natural = float(carried_frequencies(model)[mode])
+        moved = "all modes" if isinstance(model, ToneModel) else f"mode {letter}"
         for word, title, quantity, rate in rows:
             name = f"{word}_{letter}"
             start, least, most = 0.0, None, None
             if word == "frequency":
-                start, (least, most) = natural, carrier_range(natural)
+                start, (least, most) = natural, (natural * end for end in range_of_modes)
             if name in options.largest_force:
                 least, most = -options.largest_force[name], options.largest_force[name]
-            said = f"{title} of the force on mode {letter}"
+            said = f"{title} of the force on {moved}"
             yield Variable(name, Kind.INPUT, place(word, mode), quantity, said, start, least, most)
             slot = place(f"{word}_rate", mode)
             said = f"Rate of {name}. {holds}"
@@ -91,8 +122,9 @@ def _inputs(model: Model, newtons: bool, options: ExportOptions) -> Iterator[Var
         yield Variable("limit_scale_rate", Kind.INPUT, slot, Quantity.RATIO_RATE, said, 0.0)
 
 
-def _parameters(model: Model, options: ExportOptions) -> Iterator[Variable]:
-    for mode, letter in enumerate(options.mode_names):
+def _parameters(model: AnyModel, options: ExportOptions) -> Iterator[Variable]:
+    damped = () if isinstance(model, ToneModel) else options.mode_names
+    for mode, letter in enumerate(damped):
         said = f"Modal damping of mode {letter}, negative for a self-excited mode"
         damping = float(model.reduced.modal_damping[mode])
         name = f"damping_{letter}"
@@ -112,18 +144,17 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
     dampings = tuple(f"damping_{letter}" for letter in modes)
     # combination resonances follow the carrier angles
     needs = (*inputs, *amplitudes, *(angles if model.combinations else ()), *dampings)
-    largest = model.table.amplitude_range
+    largest, slots = model.table.amplitude_range, _Slots.of(model)
 
     for k, name in enumerate(amplitudes):
-        said = f"{('Real', 'Imaginary')[k % 2]} part of the amplitude of mode {modes[k // 2]}"
+        said, slot = _amplitude_words(modes[k // 2], k % 2), slots.amplitude + k
         size = float(largest[k // 2])
-        yield Variable(name, Kind.START, 1 + k, Quantity.AMPLITUDE, said, 0.0, nominal=size)
+        yield Variable(name, Kind.START, slot, Quantity.AMPLITUDE, said, 0.0, nominal=size)
     for mode, name in enumerate(angles):
-        said = f"Carrier phase of mode {modes[mode]}, the integral of its frequency, 0 to 2 pi"
-        yield Variable(name, Kind.OUTPUT, 5 + mode, Quantity.ANGLE, said, nominal=1.0)
-    said, energy = "Energy dissipated at the contacts since the start", "dissipated_energy"
-    nominal = float(max((model.reduced.frequency * largest) ** 2))
-    yield Variable(energy, Kind.OUTPUT, 9, Quantity.ENERGY, said, nominal=nominal)
+        said = f"Carrier phase of mode {modes[mode]}, {_ANGLE}"
+        yield Variable(name, Kind.OUTPUT, slots.angle + mode, Quantity.ANGLE, said, nominal=1.0)
+    energy, nominal = "dissipated_energy", float(max((model.reduced.frequency * largest) ** 2))
+    yield Variable(energy, Kind.OUTPUT, slots.energy, Quantity.ENERGY, _ENERGY, nominal=nominal)
 
     rates = [(name, Quantity.AMPLITUDE_RATE, needs) for name in amplitudes]
     driven = [modes[min(j, model.reduced.tones - 1)] for j in range(len(modes))]
@@ -136,23 +167,51 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
         name, said = f"der({state})", f"Rate of {state}"
         yield Variable(name, Kind.RATE, slot, quantity, said, derivative_of=state, needs=needed)
 
-    for mode, letter in enumerate(modes):
-        own = (f"{letter}_re", f"{letter}_im")
-        said = f"Modulus of the amplitude of mode {letter}"
-        yield Variable(f"{letter}_abs", Kind.MODULUS, mode, Quantity.AMPLITUDE, said, needs=own)
-        said = f"Phase of mode {letter} relative to its carrier"
-        yield Variable(f"{letter}_phase", Kind.PHASE, mode, Quantity.ANGLE, said, needs=own)
-    said = "Mean power of the forces"
-    yield Variable("input_power", Kind.OUTPUT, 7, Quantity.POWER, said, needs=needs)
-    said = "Mean power dissipated at the contacts"
-    yield Variable("dissipated_power", Kind.OUTPUT, 8, Quantity.POWER, said, needs=needs)
+    yield from _results(model, modes, needs)
     said = "Place of the amplitudes in the friction table: inside, or above 90 % of its range"
     needs = (*amplitudes, *(name for name in inputs if name == "limit_scale"))
     yield Variable("table_status", Kind.MARGIN, 0, Quantity.TABLE_STATUS, said, needs=needs)
 
 
+def _tone_states(
+    model: ToneModel, modes: Sequence[str], inputs: tuple[str, ...]
+) -> Iterator[Variable]:
+    """Yield amplitudes, carrier phase and energy of modes that share a tone.
+
+    The importer cannot set them. Amplitudes jump with the inputs, so that displacements do not.
+    """
+    slots, quantity = _Slots.of(model), Quantity.AMPLITUDE
+    for k, part in product(range(len(modes)), range(2)):
+        name, slot = f"{modes[k]}_{('re', 'im')[part]}", slots.amplitude + 2 * k + part
+        said = _amplitude_words(modes[k], part)
+        yield Variable(name, Kind.OUTPUT, slot, quantity, said, needs=inputs)
+    said = f"Carrier phase, {_ANGLE}"
+    yield Variable(f"theta_{modes[0]}", Kind.OUTPUT, slots.angle, Quantity.ANGLE, said)
+    yield Variable("dissipated_energy", Kind.OUTPUT, slots.energy, Quantity.ENERGY, _ENERGY)
+
+
+def _amplitude_words(mode: str, part: int) -> str:
+    return f"{('Real', 'Imaginary')[part]} part of the amplitude of mode {mode}"
+
+
+def _results(model: AnyModel, modes: Sequence[str], needs: tuple[str, ...]) -> Iterator[Variable]:
+    """Yield moduli, phases and powers; the powers depend on `needs`."""
+    slots, tone = _Slots.of(model), isinstance(model, ToneModel)
+    for mode, letter in enumerate(modes):
+        own = needs if tone else (f"{letter}_re", f"{letter}_im")
+        said = f"Modulus of the amplitude of mode {letter}"
+        yield Variable(f"{letter}_abs", Kind.MODULUS, mode, Quantity.AMPLITUDE, said, needs=own)
+        said = f"Phase of mode {letter} relative to its carrier"
+        yield Variable(f"{letter}_phase", Kind.PHASE, mode, Quantity.ANGLE, said, needs=own)
+    said = "Mean power of the forces"
+    yield Variable("input_power", Kind.OUTPUT, slots.power, Quantity.POWER, said, needs=needs)
+    said = "Mean power dissipated at the contacts"
+    slot = slots.power + 1
+    yield Variable("dissipated_power", Kind.OUTPUT, slot, Quantity.POWER, said, needs=needs)
+
+
 def _motion(
-    model: Model, options: ExportOptions, variables: Sequence[Variable]
+    model: AnyModel, options: ExportOptions, variables: Sequence[Variable]
 ) -> Iterator[Variable]:
     """Yield the motion of contact DOFs and DOFs, and all contact DOFs as arrays.
 
@@ -167,7 +226,7 @@ def _motion(
         ("v", "velocity", Quantity.VELOCITY),
         ("f", "force", Quantity.FORCE),
     )
-    slot = kernel.OUTPUTS_FIXED
+    slot = _Slots.of(model).motion
     arrays = []
     for letter, word, quantity in rows:
         said = f"{word.capitalize()} of all contact DOFs: contact_0_{letter}, ..."

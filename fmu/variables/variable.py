@@ -80,7 +80,7 @@ class Type(IntEnum):
 class Kind(IntEnum):
     """Kind of a variable, with the values of fmu/src/resources/model.h; what its slot counts."""
 
-    OUTPUT = 0  # outputs of sm_component_outputs; the first is the time
+    OUTPUT = 0  # outputs of sm_component_outputs or sm_tone_outputs; the first is the time
     START = 1  # the same outputs: an amplitude, which may be set before the start
     INPUT = 2  # doubles of sm_inputs
     PARAMETER = 3

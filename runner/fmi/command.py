@@ -63,6 +63,6 @@ def _fmu(options: Namespace) -> int:
         progress=True,
     )
     print(path)
-    if not options.ssp:
+    if not options.ssp and scene.tabulated:
         print_next("slipmode", "run", options.scene, "--fmu", path)
     return 0

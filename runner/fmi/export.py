@@ -19,6 +19,7 @@ from slipmode.rom.validity import warn
 from slipmode.runner.fmi.command import HEADROOM
 from slipmode.runner.plan.amplitude_range import shortened
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.scene.schedule import is_rate
 
@@ -39,7 +40,7 @@ def export_fmu(
     Contact motion is among the outputs if any part of the scene uses it. The declared step is the
     scene's, or a part of it that fixed-step integrators can take in Model Exchange. The FMU
     computes in slow time: a warning says so if the estimated transient error of the scene is above
-    the allowed one.
+    the allowed one. Of several modes on one tone, the FMU is for Co-Simulation only.
 
     Parameters
     ----------
@@ -50,7 +51,8 @@ def export_fmu(
         Version of the standard.
     headroom : float
         Range of the friction table relative to the range that the scene needs, 1 or more, rounded
-        up to eighths: for importers that force the model harder. A saved model keeps its range.
+        up to eighths: for importers that force the model harder. A saved model keeps its range,
+        and several modes on one tone have none.
     contacts : bool
         Adds the contacts to the outputs if the scene has no [[contact]] window.
     progress : bool
@@ -62,37 +64,45 @@ def export_fmu(
         raise SlipmodeError(f"range: must be a finite number >= 1, got {headroom:g}")
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
-    plan = make_plan(scene.in_slow_time(), progress=progress)
-    if scene.saved_model is not None and headroom not in (1.0, HEADROOM):
-        raise SlipmodeError("range: must be left out, because the model of model.file has its own")
-    if contacts and not plan.excited.reduced.n_contacts:
-        raise SlipmodeError("contacts: must be left out, because the model of model.file has none")
-    warn(each for each in plan.decisions if each.subject == "transients")
+    plan: Plan | SharedTonePlan
+    if scene.modes.others:
+        plan, fixed = plan_shared_tone(scene), "modes that share a tone have none"
+    else:
+        plan = make_plan(scene.in_slow_time(), progress=progress)
+        fixed = "the model of model.file has its own" if scene.saved_model is not None else ""
+    if fixed and headroom not in (1.0, HEADROOM):
+        raise SlipmodeError(f"range: must be left out, because {fixed}")
     elastic = plan.scene.output.elastic
-    contact = bool(scene.contact or elastic or contacts)
-    model, _ = plan.model(contact=contact, headroom=headroom, progress=progress)
     schedule, names = plan.schedule, plan.schedule.scripted
     inputs = schedule.inputs(names)
     first = zip(names, inputs[0].tolist(), strict=True)
     start = {name: value for name, value in first if not is_rate(name)}
-    return fmu.export(
-        model,
-        output or f"{scene.name}.fmu",
-        plan.excited.force_patterns,
-        fmi=fmi,
-        contact=contact,
-        elastic=elastic,
-        mode_names=plan.excited.modes,
-        name=scene.title,
-        start=start | plan.excited.start(),
-        largest_force=largest_forces(plan, model),
-        stop_time=scene.run.duration,
-        step_size=_euler_step(plan, model),
-        reference_step=scene.run.step,
-        stimuli=Stimuli(names, schedule.durations(), inputs),
-        tolerance=scene.run.tolerance,
-        **options,
-    )
+    shared = {
+        "fmi": fmi,
+        "contact": bool(scene.contact or elastic or contacts),
+        "elastic": elastic,
+        "name": scene.title,
+        "start": start,
+        "stop_time": scene.run.duration,
+        "step_size": scene.run.step,
+        "reference_step": scene.run.step,
+        "stimuli": Stimuli(names, schedule.durations(), inputs),
+        "tolerance": scene.run.tolerance,
+    }
+    path, options = output or f"{scene.name}.fmu", shared | options
+    if isinstance(plan, SharedTonePlan):
+        return fmu.export(plan.model, path, [plan.force], **options)
+    if contacts and not plan.excited.reduced.n_contacts:
+        raise SlipmodeError("contacts: must be left out, because the model of model.file has none")
+    warn(each for each in plan.decisions if each.subject == "transients")
+    model, _ = plan.model(contact=options["contact"], headroom=headroom, progress=progress)
+    options |= {
+        "mode_names": plan.excited.modes,
+        "start": start | plan.excited.start(),
+        "largest_force": largest_forces(plan, model),
+        "step_size": _euler_step(plan, model),
+    }
+    return fmu.export(model, path, plan.excited.force_patterns, **options)
 
 
 def largest_forces(plan: Plan, model: Model) -> dict[str, float]:

@@ -320,7 +320,7 @@ class Scene:
         if self.modes.others:
             raise SlipmodeError(
                 "modes.A: this needs one mode on each tone; give one mode, or use slipmode plan "
-                "(runner.plan_scene), run, curve or validate, rom.steady, or fmu.Component"
+                "(runner.plan_scene), run, curve, validate or fmu, rom.steady, or fmu.Component"
             )
         if self.mistuning:
             raise SlipmodeError(

@@ -2,8 +2,12 @@
 
 import ctypes
 import re
+import shutil
+import struct
+import zlib
 from urllib.parse import quote
 
+import fmpy
 import numpy as np
 import pytest
 from elastic import cantilever
@@ -46,7 +50,13 @@ def models(two_mode_model):
     shapes = [[1.2, 0.7], [0.4, -1.1], [0.9, 0.2]]
     of_rates = rom.model_of_rates(rates, (RANGE, RANGE), mode_shapes=shapes)
     beam = cantilever.model("mixed")
+    stiffness, law = np.diag([1.0, 1.06, 1.17, 12.0]), rom.Jenkins((0.02, 0.03), (0.05, 0.08))
+    contact = [[0.9, 0.2], [0.4, 0.8], [0.3, 0.5], [1.0, 1.0]]
+    structure = rom.Structure(np.eye(4), stiffness, 0.01 * np.eye(4), contact=contact)
+    tone = rom.tabulate(rom.reduce(structure, (0, 1, 2), law=law, tones=(0, 0, 0)), law)
+    forced = {"force_A": 1.0, "frequency_A": 1.02}
     return {
+        "tone": (tone, [{0: 0.06, 1: 0.03j, 2: 0.04}], (0, 3), forced),
         "friction": (two_mode_model, FORCE_PATTERNS, (0, 1), START),
         "elastic": (beam, cantilever.FORCE_PATTERNS, cantilever.DOFS, cantilever.FORCES),
         "rates": (of_rates, FORCE_PATTERNS, (0, 1, 2), {"force_A": 0.4, "force_B": 0.7}),
@@ -66,20 +76,27 @@ def exported(models, fmus, tmp_path_factory):
     return made
 
 
-@pytest.mark.parametrize("name", ["friction", "elastic", "rates"])
+def present(names, **values):
+    """The values of these names; modes on one tone have no inputs of B."""
+    return {name: value for name, value in values.items() if name in names}
+
+
+@pytest.mark.parametrize("name", ["friction", "elastic", "rates", "tone"])
 def test_co_simulation_has_the_bits_of_the_component(exported, models, fmi, name):
     """Steps of any length, inputs that move, and one input set while others go on moving."""
     model, patterns, dofs, inputs = models[name]
-    moving = {"frequency_rate_A": 1.3e-4, "force_rate_B": -7e-4, "phase_rate_A": 3e-3}
-    unit = 1.0 if name == "friction" else 0.05
+    unit = 1.0 if name in ("friction", "tone") else 0.05
     stepped = fmu.Component(model, patterns, contact=True, elastic=dofs)
+    known = stepped.input_names
+    moving = present(known, frequency_rate_A=1.3e-4, force_rate_B=-7e-4, phase_rate_A=3e-3)
     stepped.set_inputs(**inputs, **moving)
     names = stepped.output_names
     with instance(exported[name, fmi], fmi) as made:
         made.start(**moving)
         for k, duration in enumerate((3.7, 0.1, 11.3, 1 / 3, 20.0)):
-            stepped.set_inputs(phase_B=0.1 * k)
-            made.set(phase_B=0.1 * k)
+            jump = present(known, phase_B=0.1 * k, force_A=(1.0 + 0.1 * k) * inputs["force_A"])
+            stepped.set_inputs(**jump)
+            made.set(**jump)
             made.step(stepped.time, unit * duration)
             stepped.do_step(stepped.time, unit * duration)
             assert dict(zip(names, made.get(*names), strict=True)) == stepped.outputs()
@@ -138,27 +155,24 @@ def test_start_values_take_effect_and_reset_starts_anew(unzipped, fmi):
 # Saved states
 
 
-@pytest.mark.parametrize(
-    ("name", "phase"),
-    [("friction", 0.0), ("elastic", 0.1)],
-)
-def test_a_saved_state_continues_to_the_same_bits(exported, models, fmi, name, phase):
+@pytest.mark.parametrize("name", ["friction", "elastic", "tone"])
+def test_a_saved_state_continues_to_the_same_bits(exported, models, fmi, name):
     model, patterns, dofs, _ = models[name]
-    names = fmu.Component(model, patterns, contact=True, elastic=dofs).output_names
-    folder, time = exported[name, fmi], 0.0
-    with instance(folder, fmi) as made, instance(folder, fmi) as twin:
-        made.start(frequency_rate_A=1.3e-4, force_rate_B=-7e-4)
+    component = fmu.Component(model, patterns, contact=True, elastic=dofs)
+    names, known, time = component.output_names, component.input_names, 0.0
+    unit = 0.05 if name == "elastic" else 1.0
+    with instance(exported[name, fmi], fmi) as made, instance(exported[name, fmi], fmi) as twin:
+        made.start(**present(known, frequency_rate_A=1.3e-4, force_rate_B=-7e-4))
         for k, duration in enumerate((3.7, 0.1, 11.3, 1 / 3, 20.0)):
-            if phase:
-                made.set(phase_B=phase * k)
-            made.step(time, 0.05 * duration)
-            time += 0.05 * duration
+            made.set(**present(known, phase_B=0.1 * k, phase_rate_A=0.01 * k))
+            made.step(time, unit * duration)
+            time += unit * duration
         kept = made.serialize()
-        twin.start(A_re=1e-4).step(0.0, 0.05)  # a past to be forgotten
+        twin.start(force_A=1e-3).step(0.0, 0.05)  # a past to be forgotten
         twin.restore(kept)
-        assert twin.serialize() == kept
+        assert twin.serialize() == kept and made.get("dissipated_energy")[0] > 0.0
         for each in (made, twin):
-            each.step(time, 0.7)
+            each.step(time, 14.0 * unit)
         np.testing.assert_array_equal(made.get(*names), twin.get(*names))
 
 
@@ -248,23 +262,35 @@ def test_fmi2_resource_locations_are_uris(unzipped):
     made.free()
 
 
-def test_a_wrong_token_is_refused(unzipped, fmi):
-    (message,) = not_made(unzipped[fmi], fmi, token="{not-the-token}")
-    assert "the instantiation token is not that of this FMU's resources" in message
+def test_what_modes_on_one_tone_do_not_have_is_refused(exported, fmi):
+    folder = exported["tone", fmi]
+    assert fmpy.read_model_description(folder).modelExchange is None
+    (message,) = not_made(folder, fmi, exchange=True)
+    assert message == "modes that share a tone are not for Model Exchange"
+    with instance(folder, fmi) as made:
+        assert made.refused(made.start, frequency_A=1.3)[1].startswith("frequency_A: must be 0.95")
+    with instance(folder, fmi) as made:
+        before = made.start().serialize()
+        known = [made.reference["A_re"]], [made.reference["force_A"]]
+        _, message = made.refused(made.fmu.getDirectionalDerivative, *known, [1.0])
+        assert message == "derivative: modes that share a tone have none"
+        assert made.serialize() == before
+
+
+def test_numbers_that_are_not_finite_are_refused_although_their_checksum_fits(
+    exported, fmi, tmp_path
+):
+    resources = shutil.copytree(exported["tone", fmi], tmp_path / "damaged") / "resources"
+    content, sums = ((resources / f"{name}.npy").read_bytes() for name in ("tone", "checksums"))
+    damaged = content[:-8] + struct.pack("<d", np.nan)
+    before, after = (struct.pack("<I", zlib.crc32(each)) for each in (content, damaged))
+    (resources / "tone.npy").write_bytes(damaged)
+    assert "resources/tone.npy: damaged" in not_made(tmp_path / "damaged", fmi)[0]
+    (resources / "checksums.npy").write_bytes(sums.replace(before, after))
+    assert "the resources do not make a model: " in not_made(tmp_path / "damaged", fmi)[0]
 
 
 # The end of the table
-
-
-def test_a_step_beyond_the_table_is_discarded_with_what_would_help(unzipped, fmi):
-    with instance(unzipped[fmi], fmi) as made:
-        made.start(force_A=3.0).step(0.0, 1.0)
-        before = made.serialize()
-        status, message = made.refused(made.step, 1.0, 100.0)
-        assert status == DISCARD and made.serialize() == before
-        assert "outside the friction table" in message
-        assert "lower force_A, now 3, or export" in message and "--range" in message
-        made.step(1.0, 1.0)
 
 
 def test_halved_steps_reach_the_end_of_the_table_and_the_fmu_then_asks_for_the_end(unzipped):
@@ -272,7 +298,8 @@ def test_halved_steps_reach_the_end_of_the_table_and_the_fmu_then_asks_for_the_e
     with instance(unzipped[2], 2) as made:
         made.start(force_A=3.0).step(0.0, 1.0)
         for ended in (False, True):
-            assert made.refused(made.step, 1.0, 100.0)[0] == DISCARD
+            status, message = made.refused(made.step, 1.0, 100.0)
+            assert status == DISCARD and "lower force_A, now 3, or export" in message
             assert made.fmu.getRealStatus(fmi2LastSuccessfulTime) == 1.0 == made.get("time")[0]
             assert made.fmu.getBooleanStatus(fmi2Terminated) is ended
         time, step = 1.0, 50.0

@@ -6,7 +6,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmu_exchange import AMPLITUDES, Master
-from fmu_fixtures import FMI_ERRORS, instance
+from fmu_fixtures import DISCARD, FMI_ERRORS, instance
 
 READ = ("A_re", "B_im", "A_abs", "dissipated_energy", "contact_0_x", "contact_1_f")
 END = 200.0
@@ -86,7 +86,8 @@ def test_a_discarded_step_leaves_no_trace_though_internal_steps_were_shown(scala
     seen = []
     with observed(scalable[3], lambda made, time, _: seen.append(time), ("A_re",)) as made:
         before = made.start(force_A=2.0).serialize()
-        made.refused(made.step, 0.0, 400.0)
+        status, message = made.refused(made.step, 0.0, 400.0)
+        assert status == DISCARD and "outside the friction table" in message
         assert len(seen) > 2 and made.serialize() == before
 
 

@@ -146,21 +146,26 @@ def test_fmpy_comes_from_the_stimuli_of_an_fmu_to_its_reference_results(tmp_path
 # The command
 
 
-def test_the_command_writes_a_valid_fmu_that_runs_without_inputs_as_the_scene(
-    fmi, tmp_path, capsys, shipped_scene
+@pytest.mark.parametrize(
+    ("name", "sweep", "tolerance"), [("one-mode", 0.0, 1e-12), ("square-plate", 5.0 * np.pi, 1e-5)]
+)
+def test_the_command_writes_a_valid_fmu_that_starts_and_runs_as_the_scene(
+    fmi, tmp_path, capsys, shipped_scene, name, sweep, tolerance
 ):
-    path = tmp_path / "one mode.fmu"
-    arguments = ["fmu", "one-mode", "-o", str(path), "--fmi", str(fmi), "--range", "1"]
-    assert main(arguments) == 0
+    """With rates of inputs alone; contacts of the plate have another reference frequency there."""
+    path = tmp_path / "one scene.fmu"
+    assert main(["fmu", name, "-o", str(path), "--fmi", str(fmi), "--range", "1"]) == 0
     assert capsys.readouterr().out.splitlines()[0] == str(path)
     assert validate_fmu(str(path)) == []
-    time, expected = channels(shipped_scene("one-mode"))["/modes"]
+    time, expected = channels(shipped_scene(name))["/modes"]
+    modes = ("A", "A2")[: expected.shape[1] // 3]
     with instance(unpacked(path, tmp_path / "unpacked"), fmi) as made:
-        made.start()
+        made.start(frequency_rate_A=sweep)
         for start, end in pairwise(time):
             made.step(start, end - start)
-        found = made.get("A_re", "A_im", "A_abs")
-    np.testing.assert_allclose(found, expected[-1], rtol=1e-12)
+        parts = [f"{mode}_{part}" for mode in modes for part in ("re", "im")]
+        found = made.get(*parts, *(f"{mode}_abs" for mode in modes))
+    np.testing.assert_allclose(found, expected[-1], rtol=tolerance)
 
 
 @pytest.mark.slow

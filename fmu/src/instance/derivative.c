@@ -75,7 +75,7 @@ static sm_status motion_at(fmu_instance *instance, const direction *along, doubl
     const sm_status status =
         sm_slow_flow_rate(&instance->flow, &inputs, 0.0, amplitude, rate, power);
     if (status != SM_OK) return status;
-    return sm_component_recent_motion(instance->component, &inputs, amplitude, rate, 1, motion);
+    return sm_component_recent_motion(instance->core->component, &inputs, amplitude, rate, 1, motion);
 }
 
 /* Finds the change of the motion by central differences of marches that have the same steps. Their
@@ -158,10 +158,16 @@ static fmu_status follow(fmu_instance *instance, const fmu_derivative *d, direct
     return status;
 }
 
+/* Brings the outputs up to date; refuses models that have no derivatives. */
+static fmu_status prepare(fmu_instance *instance) {
+    if (!instance->model->shares_tone) return fmu_evaluate_outputs(instance);
+    return fmu_say(instance, FMU_ERROR, "derivative: modes that share a tone have none");
+}
+
 fmu_status fmu_directional(fmu_instance *instance, const fmu_derivative *d) {
     direction along;
     memset(&along, 0, sizeof along);
-    const fmu_status status = fmu_evaluate_outputs(instance);
+    const fmu_status status = prepare(instance);
     if (status != FMU_OK) return status;
     for (size_t k = 0; k < d->knowns; k++) {
         const fmu_variable *v = find(instance, d->known[k]);
@@ -200,7 +206,7 @@ fmu_status fmu_output_derivatives(fmu_instance *instance, const fmu_derivative *
     direction along;
     memset(&along, 0, sizeof along);
     along.from_rest = 1;
-    fmu_status status = fmu_evaluate_outputs(instance);
+    fmu_status status = prepare(instance);
     if (status == FMU_OK) status = fmu_evaluate_rates(instance);
     if (status != FMU_OK) return status;
     for (size_t k = 0; k < fmu_state_count(instance); k++)
@@ -227,7 +233,7 @@ static uint32_t output_of(const fmu_model *model, int32_t slot) {
 }
 
 uint32_t *fmu_scalars(const fmu_instance *instance, fmu_derivative *d) {
-    const int32_t size = instance->model->contact.contacts;
+    const int32_t size = instance->model->contacts;
     size_t count = 0;
     for (size_t k = 0; k < d->unknowns; k++)
         count += is_array(instance, d->unknown[k]) ? (size_t)size : 1;

@@ -76,13 +76,15 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
     char hint[64];
     for (int j = 0; j < model->tones; j++) {
         const double natural = model->flow.natural[j], frequency = inputs->frequency[j];
-        if (frequency * FARTHEST_FORCING >= natural && frequency <= FARTHEST_FORCING * natural)
-            continue;
-        const char *name = fmu_name_of(instance, FMU_INPUT, FMU_INPUT_SLOT(frequency) + j);
         const double low = model->constants->carrier_range[0] * natural;
         const double high = model->constants->carrier_range[1] * natural;
+        const int is_allowed = frequency >= low && frequency <= high;
+        if (is_allowed && frequency * FARTHEST_FORCING >= natural &&
+            frequency <= FARTHEST_FORCING * natural)
+            continue;
+        const char *name = fmu_name_of(instance, FMU_INPUT, FMU_INPUT_SLOT(frequency) + j);
         unit_hint(frequency, natural, hint);
-        if (!(frequency >= low && frequency <= high))
+        if (!is_allowed)
             return fmu_say(instance, too_far(instance, inputs),
                            "%s: must be %.6g to %.6g rad/s, got %g%s", name, low, high, frequency,
                            hint);
@@ -97,29 +99,28 @@ static fmu_status check_carriers(fmu_instance *instance, const sm_inputs *inputs
     return check_apart(instance, inputs, inputs);
 }
 
-/* Replaces the component by one with these parameters, unless it has them, and sets its state unless
+/* Replaces the core by one with these parameters, unless it has them, and sets its state unless
  * that is NULL. If this fails, the instance is unchanged. */
 static sm_status build(fmu_instance *instance, const double *parameters, const double *state) {
     const size_t size = sizeof instance->built_with;
     const int same =
-        instance->component && memcmp(instance->built_with, parameters, size) == 0;
+        instance->core && memcmp(instance->built_with, parameters, size) == 0;
     sm_slow_flow flow = instance->flow;
     sm_motion motion = instance->motion;
-    sm_component *built = instance->component;
+    fmu_core *built = instance->core;
     sm_status status = SM_OK;
     memcpy(flow.damping, parameters + FMU_DAMPING, sizeof flow.damping);
     motion.wanted = parameters[FMU_CONTACT_WANTED] != 0.0;
     if (!same)
-        status = sm_component_checked_create(&flow, &instance->model->contact, &motion,
-                                             parameters[FMU_TOLERANCE], &built);
+        status = fmu_core_create(instance->model, &flow, &motion, parameters[FMU_TOLERANCE], &built);
     if (status != SM_OK) return status;
-    if (state) status = sm_component_set_state(built, state);
-    sm_component *unused = status == SM_OK ? instance->component : built;
-    if (!same) sm_component_free(unused);
+    if (state) status = fmu_core_set_state(built, state);
+    fmu_core *unused = status == SM_OK ? instance->core : built;
+    if (!same) fmu_core_free(unused);
     if (status != SM_OK) return status;
     instance->flow = flow;
     instance->motion = motion;
-    instance->component = built;
+    instance->core = built;
     memcpy(instance->built_with, parameters, size);
     return SM_OK;
 }
@@ -128,7 +129,7 @@ static sm_status pass_inputs(fmu_instance *instance) {
     if (instance->inputs_current) return SM_OK;
     sm_inputs inputs = instance->run.inputs;
     fmu_modal_inputs(instance, &inputs);
-    const sm_status status = sm_component_set_inputs(instance->component, &inputs);
+    const sm_status status = fmu_core_set_inputs(instance->core, &inputs);
     instance->inputs_current = status == SM_OK;
     return status;
 }
@@ -148,7 +149,7 @@ static fmu_status start(fmu_instance *instance) {
     instance->inputs_current = 0;
     status = pass_inputs(instance);
     if (status == SM_OK)
-        status = sm_component_reset(instance->component, instance->run.start, amplitude);
+        status = fmu_core_reset(instance->core, instance->run.start, amplitude);
     if (status != SM_OK) return fmu_status_of(instance, status, "start values");
     instance->run.started = 1;
     fmu_outdate(instance);
@@ -156,8 +157,7 @@ static fmu_status start(fmu_instance *instance) {
 }
 
 fmu_status fmu_read_outputs(fmu_instance *instance) {
-    return fmu_status_of(instance,
-                         sm_component_slow_outputs(instance->component, instance->outputs),
+    return fmu_status_of(instance, fmu_core_slow_outputs(instance->core, instance->outputs),
                          "outputs");
 }
 
@@ -205,15 +205,16 @@ fmu_status fmu_evaluate_motion(fmu_instance *instance, fmu_motion_known needed) 
     const fmu_status status = fmu_evaluate_outputs(instance);
     if (status != FMU_OK || instance->motion_current >= needed || !instance->motion.wanted)
         return status;
-    double *outputs = instance->outputs, *motion = outputs + SM_OUTPUTS_FIXED;
+    double *outputs = instance->outputs;
     sm_status marched;
     if (instance->interface == FMU_CO_SIMULATION) {
-        marched = sm_component_motion(instance->component, needed == FMU_ALL_MOTION, motion);
+        marched = fmu_core_motion(instance->core, needed == FMU_ALL_MOTION, outputs);
     } else {
         const sm_inputs inputs = fmu_inputs_now(instance);
         needed = FMU_ALL_MOTION;
-        marched = sm_component_recent_motion(instance->component, &inputs, outputs + FMU_AMPLITUDE,
-                                             instance->rates, 0, motion);
+        marched = sm_component_recent_motion(instance->core->component, &inputs,
+                                             outputs + FMU_AMPLITUDE, instance->rates, 0,
+                                             outputs + SM_OUTPUTS_FIXED);
     }
     instance->motion_current = marched == SM_OK ? needed : FMU_NO_MOTION;
     return fmu_status_of(instance, marched, "contact motion");
@@ -233,18 +234,18 @@ fmu_status fmu_evaluate_inputs(fmu_instance *instance) {
 }
 
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters) {
-    double *state = calloc(sm_component_state_count(instance->component), sizeof *state);
+    double *state = calloc(fmu_core_state_count(instance->core), sizeof *state);
     if (!state) return fmu_say(instance, FMU_ERROR, "parameters: out of memory");
     fmu_status status = fmu_evaluate_inputs(instance);
-    sm_component_get_state(instance->component, state);
+    fmu_core_get_state(instance->core, state);
     if (status == FMU_OK) status = fmu_evaluate_restore(instance, parameters, state, "parameters");
     free(state);
     return status;
 }
 
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
-                                const double *component_state, const char *doing) {
-    const sm_status status = build(instance, parameters, component_state);
+                                const double *core_state, const char *doing) {
+    const sm_status status = build(instance, parameters, core_state);
     if (status != SM_OK) {
         fmu_status_of(instance, status, doing);
         return FMU_ERROR;

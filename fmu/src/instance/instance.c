@@ -98,7 +98,7 @@ void fmu_outdate(fmu_instance *instance) {
 }
 
 size_t fmu_state_count(const fmu_instance *instance) {
-    return 3 * (size_t)instance->model->modes + 1;
+    return instance->model->shares_tone ? 0 : 3 * (size_t)instance->model->modes + 1;
 }
 
 size_t fmu_state_place(const fmu_instance *instance, size_t k) {

@@ -74,6 +74,12 @@ typedef struct {
     sm_held_force held;             /* within an event: the force before it */
 } fmu_run;
 
+/* What is stepped; one of both, the other is NULL. */
+typedef struct {
+    sm_component *component;
+    sm_tone_flow *tone;
+} fmu_core;
+
 typedef struct {
     fmu_logger logger;
     fmu_observer observer;
@@ -83,12 +89,12 @@ typedef struct {
     const fmu_model *model;  /* shared with other instances */
     sm_slow_flow flow;       /* the model's, with the parameters of this instance; */
     sm_motion motion;        /* likewise */
-    sm_component *component; /* in Model Exchange for contact motion alone */
-    double built_with[FMU_PARAMETERS]; /* parameters of the component */
+    fmu_core *core;          /* in Model Exchange for contact motion alone */
+    double built_with[FMU_PARAMETERS]; /* parameters of the core */
 
     fmu_run run;
     double rates[FMU_STATES];           /* derivatives, the modes that are not there left out */
-    double *outputs;                    /* as sm_component_outputs packs them */
+    double *outputs;                    /* as sm_component_outputs or sm_tone_outputs packs them */
     size_t output_count;
     double refused_at, refused;         /* time and duration of the last step that was discarded */
     int event_mode, early_return;       /* Co-Simulation: what the importer allows */
@@ -120,6 +126,23 @@ void fmu_outdate(fmu_instance *instance);
 size_t fmu_state_count(const fmu_instance *instance);
 /* Returns the place of state k among the outputs. */
 size_t fmu_state_place(const fmu_instance *instance, size_t k);
+
+/* ---- core.c: the functions sm_component_... or sm_tone_... of what is stepped -------------- */
+
+sm_status fmu_core_create(const fmu_model *model, const sm_slow_flow *flow,
+                          const sm_motion *motion, double tolerance, fmu_core **core);
+void fmu_core_free(fmu_core *core);
+sm_status fmu_core_reset(fmu_core *core, double time, const double *amplitude);
+sm_status fmu_core_set_inputs(fmu_core *core, const sm_inputs *inputs);
+sm_status fmu_core_step(fmu_core *core, double duration);
+/* Advances by one internal step, at most by `most`. */
+sm_status fmu_core_advance(fmu_core *core, double most);
+sm_status fmu_core_slow_outputs(fmu_core *core, double *outputs);
+/* Adds the motion of the contacts, and of DOFs where `elastic`, to the slow outputs. */
+sm_status fmu_core_motion(fmu_core *core, int elastic, double *outputs);
+size_t fmu_core_state_count(const fmu_core *core);
+sm_status fmu_core_get_state(const fmu_core *core, double *state);
+sm_status fmu_core_set_state(fmu_core *core, const double *state);
 
 /* ---- inputs.c: inputs, which move at their rates until they are set again ---------------- */
 
@@ -158,7 +181,7 @@ fmu_status fmu_evaluate_inputs(fmu_instance *instance);
 fmu_status fmu_retune(fmu_instance *instance, const double *parameters);
 /* Gives the component other parameters and a state. If that fails, the instance is unchanged. */
 fmu_status fmu_evaluate_restore(fmu_instance *instance, const double *parameters,
-                                const double *component_state, const char *doing);
+                                const double *core_state, const char *doing);
 /* Returns the core's status as an FMI status, logged unless it is OK. */
 fmu_status fmu_status_of(const fmu_instance *instance, sm_status status, const char *doing);
 /* Logs that an amplitude of these outputs is outside the friction table; returns FMU_DISCARD. */

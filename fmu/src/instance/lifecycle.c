@@ -34,10 +34,13 @@ static int create(fmu_instance *instance, const char *token, const char *locatio
     free(folder);
     const fmu_model *model = instance->model;
     if (!model) return 0;
+    if (model->shares_tone && instance->interface == FMU_MODEL_EXCHANGE) {
+        snprintf(reason, FMU_REASON, "modes that share a tone are not for Model Exchange");
+        return 0;
+    }
     instance->flow = model->flow;
     instance->motion = model->motion;
-    instance->output_count = SM_OUTPUTS_FIXED + 3 * (size_t)model->contact.contacts
-                             + (size_t)model->motion.elastic;
+    instance->output_count = (size_t)model->outputs;
     instance->outputs = calloc(instance->output_count, sizeof *instance->outputs);
     if (!instance->outputs) return 0;
     fmu_reset(instance);
@@ -73,7 +76,7 @@ fmu_instance *fmu_instantiate(fmu_interface interface, const char *name, const c
 
 void fmu_free(fmu_instance *instance) {
     if (!instance) return;
-    sm_component_free(instance->component);
+    fmu_core_free(instance->core);
     fmu_model_release(instance->model);
     free(instance->outputs);
     free(instance->observer.wanted);

@@ -15,14 +15,14 @@ typedef struct {
 
 struct fmu_snapshot {
     header head;
-    double content[]; /* the run, the outputs, the state of the component */
+    double content[]; /* the run, the outputs, the state of the core */
 };
 
 enum { RUN = sizeof(fmu_run) / sizeof(double) };
 #define CHECKED_FROM offsetof(header, count)
 
 static size_t content_count(const fmu_instance *instance) {
-    return RUN + instance->output_count + sm_component_state_count(instance->component);
+    return RUN + instance->output_count + fmu_core_state_count(instance->core);
 }
 
 static size_t bytes_of(size_t count) { return sizeof(header) + count * sizeof(double); }
@@ -46,7 +46,7 @@ fmu_status fmu_snapshot_take(fmu_instance *instance, fmu_snapshot **snapshot) {
     memcpy(taken->content, &instance->run, sizeof instance->run);
     memcpy(taken->content + RUN, instance->outputs,
            instance->output_count * sizeof *instance->outputs);
-    sm_component_get_state(instance->component, taken->content + RUN + instance->output_count);
+    fmu_core_get_state(instance->core, taken->content + RUN + instance->output_count);
     taken->head = (header){.magic = MAGIC,
                            .model = instance->model->checksum,
                            .interface = (uint32_t)instance->interface,

@@ -69,19 +69,21 @@ static fmu_status refuse(fmu_instance *instance, double duration, sm_status stat
  * the integrator shortens its steps to 1e-3 rad of mode A and stops there. If the step fails, or
  * stops before LEAST_REACH, the instance is unchanged. */
 static fmu_status march(fmu_instance *instance, double *duration) {
-    sm_component *component = instance->component;
+    fmu_core *core = instance->core;
     const sm_inputs begun = instance->run.inputs;
-    double before[SM_OUTPUTS_FIXED], *now = instance->outputs;
+    const size_t slow = (size_t)instance->model->slow_outputs;
+    double *now = instance->outputs;
     const double start = now[0], whole = start + *duration;
-    double end = whole, taken;
-    double *state = calloc(sm_component_state_count(component), sizeof *state);
+    double end = whole;
+    double *state = calloc(fmu_core_state_count(core) + 2 * slow, sizeof *state);
     if (!state) return fmu_say(instance, FMU_ERROR, "step: out of memory");
-    sm_component_get_state(component, state);
-    memcpy(before, now, sizeof before);
+    double *before = state + fmu_core_state_count(core), *reached = before + slow;
+    fmu_core_get_state(core, state);
+    memcpy(before, now, slow * sizeof *now);
     sm_status marched = SM_OK;
     while (marched == SM_OK && now[0] < end) {
-        marched = sm_component_advance(component, end - now[0], &taken);
-        if (marched == SM_OK) marched = sm_component_slow_outputs(component, now);
+        marched = fmu_core_advance(core, end - now[0]);
+        if (marched == SM_OK) marched = fmu_core_slow_outputs(core, now);
         if (marched != SM_OK || !instance->observer.update) continue;
         sm_inputs moved = begun;
         fmu_advance_inputs(&moved, now[0] - start);
@@ -97,10 +99,9 @@ static fmu_status march(fmu_instance *instance, double *duration) {
                 whole - now[0]);
         *duration = now[0] - start;
     } else {
-        double reached[SM_OUTPUTS_FIXED];
-        memcpy(reached, now, sizeof reached);
-        memcpy(now, before, sizeof before);
-        sm_component_set_state(component, state);
+        memcpy(reached, now, slow * sizeof *now);
+        memcpy(now, before, slow * sizeof *now);
+        fmu_core_set_state(core, state);
         instance->rates_current = 0;
         instance->motion_current = FMU_NO_MOTION;
         status = refuse(instance, *duration, marched, reached);
@@ -134,7 +135,7 @@ fmu_status fmu_step(fmu_instance *instance, double time, double duration) {
     const int observed = instance->observer.update != NULL;
     double taken = duration;
     const sm_status stepped =
-        observed ? SM_OK : sm_component_step(instance->component, duration);
+        observed ? SM_OK : fmu_core_step(instance->core, duration);
     if (observed || stepped == SM_OUTSIDE_TABLE)
         status = march(instance, &taken);
     else if (stepped != SM_OK)

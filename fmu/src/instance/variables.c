@@ -37,8 +37,9 @@ static const fmu_variable *find(const fmu_instance *instance, int32_t type, uint
 /* Brings the value of a variable up to date. */
 static fmu_status evaluate_for(fmu_instance *instance, const fmu_variable *variable) {
     if (variable->kind == FMU_INPUT || variable->kind == FMU_PARAMETER) return FMU_OK;
-    const int32_t elastic = SM_OUTPUTS_FIXED + 3 * instance->model->contact.contacts;
-    if (variable->kind == FMU_OUTPUT && variable->slot >= SM_OUTPUTS_FIXED)
+    const fmu_model *model = instance->model;
+    const int32_t elastic = model->slow_outputs + 3 * model->contacts;
+    if (variable->kind == FMU_OUTPUT && variable->slot >= model->slow_outputs)
         return fmu_evaluate_motion(
             instance, variable->slot < elastic ? FMU_CONTACT_MOTION : FMU_ALL_MOTION);
     const fmu_status status = fmu_evaluate_outputs(instance);
@@ -83,7 +84,7 @@ static double present_value(const fmu_instance *instance, const fmu_variable *va
 fmu_status fmu_get_reals(fmu_instance *instance, const uint32_t *reference, size_t count,
                          double *value, size_t values, int arrays) {
     const fmu_model *model = instance->model;
-    size_t needed = 0, size = (size_t)model->contact.contacts;
+    size_t needed = 0, size = (size_t)model->contacts;
     for (size_t k = 0; k < count; k++) {
         const int array = arrays && reference[k] < (uint32_t)model->variables &&
                           model->variable[reference[k]].type == FMU_ARRAY;

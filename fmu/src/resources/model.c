@@ -22,10 +22,10 @@ enum {
 enum {
     END, TWO, THREE, FOUR, ROW_FIELDS, LAYOUT_FIELDS, CONSTANT_FIELDS, INPUT_FIELDS, MODES,
     COMBINATIONS, NODES_A, NODES_B, FIELDS, CORRECTIONS, CONTACTS, ELEMENTS, SLIDERS, OUTPUTS,
-    ORDERS, REACTIONS, RESPONSES, VARIABLES, EXTENTS
+    ORDERS, REACTIONS, RESPONSES, TONE_NUMBERS, VARIABLES, EXTENTS
 };
 /* Which models have an array. In the others its file is empty: extents from MODES on are 0. */
-enum { ALL, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, CONDITIONS };
+enum { ALL, TABLE, CORRECTED, DETUNED, INERTIA, RIGID, ELASTIC, TONE, CONDITIONS };
 
 #define FIELD(field) offsetof(fmu_model, field)
 /* The arrays, in the order of checksums.npy, and the pointers to them in the model. */
@@ -39,30 +39,31 @@ static const struct {
     {"layout.npy", NPY_INT32, {LAYOUT_FIELDS}, FIELD(layout), ALL},
     {"constants.npy", NPY_FLOAT64, {CONSTANT_FIELDS}, FIELD(constants), ALL},
     {"inputs.npy", NPY_FLOAT64, {INPUT_FIELDS}, FIELD(inputs), ALL},
-    {"combinations.npy", NPY_INT32, {COMBINATIONS, THREE}, FIELD(combinations), ALL},
-    {"node_a.npy", NPY_FLOAT64, {NODES_A}, FIELD(flow.table.node_a), ALL},
-    {"node_b.npy", NPY_FLOAT64, {NODES_B}, FIELD(flow.table.node_b), ALL},
-    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}, FIELD(flow.table.values), ALL},
+    {"combinations.npy", NPY_INT32, {COMBINATIONS, THREE}, FIELD(combinations), TABLE},
+    {"node_a.npy", NPY_FLOAT64, {NODES_A}, FIELD(flow.table.node_a), TABLE},
+    {"node_b.npy", NPY_FLOAT64, {NODES_B}, FIELD(flow.table.node_b), TABLE},
+    {"table.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, FIELDS}, FIELD(flow.table.values), TABLE},
     {"rate_correction.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS},
      FIELD(flow.table.rate_correction), CORRECTED},
     {"detuning.npy", NPY_FLOAT64, {NODES_A, NODES_B, FOUR, CORRECTIONS},
      FIELD(flow.table.detuning), DETUNED},
     {"contact_limit.npy", NPY_FLOAT64, {CONTACTS}, FIELD(contact.limit), RIGID},
-    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.stiffness), ALL},
+    {"contact_stiffness.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.stiffness), TABLE},
     {"contact_damping.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.damping), RIGID},
     {"contact_mass.npy", NPY_FLOAT64, {CONTACTS, CONTACTS}, FIELD(contact.mass), INERTIA},
-    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}, FIELD(contact.coupling), ALL},
-    {"contact_elements.npy", NPY_FLOAT64, {ELEMENTS, ROW_FIELDS}, FIELD(elements), ALL},
-    {"contact_sliders.npy", NPY_FLOAT64, {SLIDERS, TWO}, FIELD(elastic.slider), ALL},
+    {"contact_coupling.npy", NPY_FLOAT64, {MODES, CONTACTS, TWO}, FIELD(contact.coupling), TABLE},
+    {"contact_elements.npy", NPY_FLOAT64, {ELEMENTS, ROW_FIELDS}, FIELD(elements), TABLE},
+    {"contact_sliders.npy", NPY_FLOAT64, {SLIDERS, TWO}, FIELD(elastic.slider), TABLE},
     {"contact_reference.npy", NPY_FLOAT64, {CONTACTS}, FIELD(elastic.reference), ELASTIC},
-    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.modes_out), ALL},
-    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.forces_out), ALL},
-    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}, FIELD(motion.contacts_out), ALL},
-    {"orders.npy", NPY_INT32, {ORDERS, TWO}, FIELD(motion.orders), ALL},
+    {"elastic_modes.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.modes_out), TABLE},
+    {"elastic_forces.npy", NPY_FLOAT64, {OUTPUTS, MODES, TWO}, FIELD(motion.forces_out), TABLE},
+    {"elastic_contacts.npy", NPY_FLOAT64, {OUTPUTS, CONTACTS}, FIELD(motion.contacts_out), TABLE},
+    {"orders.npy", NPY_INT32, {ORDERS, TWO}, FIELD(motion.orders), TABLE},
     {"contact_reaction.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, REACTIONS},
-     FIELD(motion.reaction), ALL},
+     FIELD(motion.reaction), TABLE},
     {"elastic_response.npy", NPY_FLOAT64, {NODES_A, NODES_B, ORDERS, RESPONSES},
-     FIELD(motion.response), ALL},
+     FIELD(motion.response), TABLE},
+    {"tone.npy", NPY_FLOAT64, {TONE_NUMBERS}, FIELD(tone_numbers), TONE},
     {"variables.npy", NPY_INT32, {VARIABLES, THREE}, FIELD(variable), ALL},
 };
 enum { ARRAYS = sizeof FILES / sizeof *FILES, NAMES = ARRAYS, NAME_STARTS, ELEMENT_RECORDS };
@@ -162,11 +163,14 @@ static int layout_is_possible(loader *l, const fmu_layout *shape) {
                       (long)shape->format, FMU_FORMAT);
     const int32_t counts[] = {shape->contacts, shape->elastic,  shape->combinations,
                               shape->elements, shape->sliders,  shape->orders,
-                              shape->count_a,  shape->count_b,  shape->variables};
+                              shape->count_a,  shape->count_b,  shape->variables,
+                              shape->modes,    shape->slow,     shape->fast,
+                              shape->kinds,    shape->nodes};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
             return refuse(l, "resources/layout.npy: damaged, has a count of %ld", (long)counts[k]);
-    if (shape->modes < 1 || shape->modes > SM_MODES || shape->combinations > SM_COMBINATIONS)
+    const int32_t most = shape->slow > 0 ? MOST : SM_MODES;
+    if (shape->modes < 1 || shape->modes > most || shape->combinations > SM_COMBINATIONS)
         return refuse(l, "resources/layout.npy: damaged, has %ld modes and %ld combinations",
                       (long)shape->modes, (long)shape->combinations);
     return 1;
@@ -188,12 +192,16 @@ static void count(const fmu_layout *shape, size_t extent[EXTENTS], int has[CONDI
     extent[ORDERS] = (size_t)shape->orders;
     extent[REACTIONS] = 2 * contacts;
     extent[RESPONSES] = 2 * (size_t)shape->elastic;
+    sm_tone tone;
+    extent[TONE_NUMBERS] = fmu_tone_numbers(shape, NULL, &tone);
     extent[VARIABLES] = (size_t)shape->variables;
-    has[CORRECTED] = shape->corrected;
-    has[DETUNED] = shape->detuned;
-    has[INERTIA] = shape->inertia;
-    has[ELASTIC] = shape->law == SM_ELASTIC;
-    has[RIGID] = !has[ELASTIC];
+    has[TONE] = shape->slow > 0;
+    has[TABLE] = !has[TONE];
+    has[CORRECTED] = has[TABLE] && shape->corrected;
+    has[DETUNED] = has[TABLE] && shape->detuned;
+    has[INERTIA] = has[TABLE] && shape->inertia;
+    has[ELASTIC] = has[TABLE] && shape->law == SM_ELASTIC;
+    has[RIGID] = has[TABLE] && !has[ELASTIC];
 }
 
 static void set_flow(fmu_model *model, const fmu_layout *shape, const fmu_constants *given) {
@@ -267,15 +275,14 @@ static int set_contact(loader *l, fmu_model *model, const fmu_layout *shape) {
 /* Returns the first slot that a variable of this kind does not have. */
 static int32_t slots(const fmu_model *model, int32_t kind) {
     switch (kind) {
-    case FMU_OUTPUT:
-        return SM_OUTPUTS_FIXED + 3 * model->contact.contacts + model->motion.elastic;
-    case FMU_START: return FMU_AMPLITUDE + 2 * SM_MODES;
+    case FMU_OUTPUT: return model->outputs;
+    case FMU_START: return model->shares_tone ? 0 : FMU_AMPLITUDE + 2 * SM_MODES;
     case FMU_INPUT: return (int32_t)(sizeof(sm_inputs) / sizeof(double));
     case FMU_PARAMETER: return FMU_PARAMETERS;
-    case FMU_RATE: return FMU_STATES;
+    case FMU_RATE: return model->shares_tone ? 0 : FMU_STATES;
     case FMU_MODULUS:
-    case FMU_PHASE: return SM_MODES;
-    default: return 1;
+    case FMU_PHASE: return model->shares_tone ? model->modes : SM_MODES;
+    default: return model->shares_tone ? 0 : 1;
     }
 }
 
@@ -284,8 +291,9 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
     for (int32_t k = 0; k < count; k++) {
         const fmu_variable v = variable[k];
         const int array = v.type == FMU_ARRAY;
-        const int32_t size = array ? model->contact.contacts : 1;
-        const int32_t first = array ? SM_OUTPUTS_FIXED : v.kind == FMU_START ? FMU_AMPLITUDE : 0;
+        const int32_t size = array ? model->contacts : 1;
+        const int32_t first =
+            array ? model->slow_outputs : v.kind == FMU_START ? FMU_AMPLITUDE : 0;
         if (v.type < FMU_REAL || v.type > FMU_ARRAY || v.kind < FMU_OUTPUT ||
             v.kind >= FMU_KINDS || (array && v.kind != FMU_OUTPUT) || v.slot < first ||
             v.slot > slots(model, v.kind) - size)
@@ -310,6 +318,40 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
     return 1;
 }
 
+/* Sets the counts of outputs, as sm_component_outputs or sm_tone_outputs packs them. */
+static void set_outputs(fmu_model *model, const fmu_layout *shape) {
+    model->shares_tone = shape->slow > 0;
+    model->modes = shape->modes;
+    model->contacts = shape->contacts;
+    model->slow_outputs = model->shares_tone ? 2 * shape->modes + 5 : SM_OUTPUTS_FIXED;
+    model->outputs = model->slow_outputs + 3 * shape->contacts + shape->elastic;
+}
+
+static int is_model(loader *l, sm_status status) {
+    return status == SM_OK
+           || refuse(l, "the resources do not make a model: %s", sm_message(status));
+}
+
+static int set_tone(loader *l, fmu_model *model, const fmu_layout *shape) {
+    memcpy(model->flow.natural, model->constants->natural, sizeof model->flow.natural);
+    model->tones = 1;
+    fmu_tone_numbers(shape, model->tone_numbers, &model->tone);
+    sm_tone_flow *made = NULL;
+    const sm_status status =
+        sm_tone_create(&model->tone, model->constants->parameters[FMU_TOLERANCE], &made);
+    sm_tone_free(made);
+    return is_model(l, status);
+}
+
+static int set_table(loader *l, fmu_model *model, const fmu_layout *shape) {
+    set_flow(model, shape, model->constants);
+    model->tones = model->flow.ratio != 0.0 ? 1 : shape->modes;
+    if (!set_contact(l, model, shape)) return 0;
+    sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */
+    motion.wanted = 1;
+    return is_model(l, sm_component_check(&model->flow, &model->contact, &motion));
+}
+
 static int load_all(loader *l, fmu_model *model, const char *token) {
     if (!token_fits(l, token) || !read_checksums(l)) return 0;
     model->checksum = l->crc;
@@ -317,15 +359,9 @@ static int load_all(loader *l, fmu_model *model, const char *token) {
     const fmu_layout *shape = model->layout;
     count(shape, l->extent, l->has);
     if (!load_arrays(l, model, 1, ARRAYS)) return 0;
-    model->modes = shape->modes;
-    set_flow(model, shape, model->constants);
-    model->tones = model->flow.ratio != 0.0 ? 1 : shape->modes;
-    if (!set_contact(l, model, shape) || !set_variables(l, model, shape->variables)) return 0;
-    sm_motion motion = model->motion; /* checked for any parameters, so that instances need not */
-    motion.wanted = 1;
-    const sm_status status = sm_component_check(&model->flow, &model->contact, &motion);
-    return status == SM_OK
-           || refuse(l, "the resources do not make a model: %s", sm_message(status));
+    set_outputs(model, shape);
+    if (!(model->shares_tone ? set_tone(l, model, shape) : set_table(l, model, shape))) return 0;
+    return set_variables(l, model, shape->variables);
 }
 
 int fmu_model_load(fmu_model *model, const char *folder, const char *token,

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 11  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 12  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -15,7 +15,7 @@
 /* Slots of parameters. */
 enum { FMU_DAMPING = 0, FMU_TOLERANCE = SM_MODES, FMU_CONTACT_WANTED, FMU_PARAMETERS };
 
-/* Slots of outputs, as sm_component_outputs packs them: the time, (Re, Im) of the amplitudes, the
+/* Slots of outputs of one or two modes, as sm_component_outputs packs them: the time, (Re, Im) of the amplitudes, the
  * carrier angles, input and dissipated power, dissipated energy. */
 enum { FMU_AMPLITUDE = 1, FMU_ANGLE = 5, FMU_POWER = 7, FMU_ENERGY = 9 };
 
@@ -27,7 +27,7 @@ enum {
 
 /* Kind of a variable, and what its slot counts: fmu/variables/variable.py has the same. */
 enum {
-    FMU_OUTPUT = 0, /* outputs of sm_component_outputs; the time is the first of them */
+    FMU_OUTPUT = 0, /* outputs of sm_component_outputs or sm_tone_outputs; first the time */
     FMU_START,      /* likewise, an amplitude, which may be set before the start */
     FMU_INPUT,      /* doubles of sm_inputs */
     FMU_PARAMETER,
@@ -42,10 +42,12 @@ typedef struct {
     int32_t type, kind, slot;
 } fmu_variable;
 
-/* layout.npy */
+/* layout.npy; `slow` and what follows are counts of sm_tone, and 0 in models with a friction table:
+ * `slow` modes, `fast` modes, kinds of contacts, nodes. */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
     int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
+    int32_t slow, fast, kinds, nodes;
 } fmu_layout;
 
 /* constants.npy */
@@ -66,18 +68,26 @@ typedef struct {
     const fmu_layout *layout;
     const fmu_constants *constants;
     const sm_inputs *inputs;           /* start values */
-    int32_t modes, tones, variables;
+    int32_t modes, tones, contacts, variables;
+    int32_t slow_outputs, outputs;     /* those before the motion of contacts and DOFs, and all */
+    int shares_tone;                   /* whether it has `tone` instead of what follows */
+    sm_tone tone;
     sm_slow_flow flow;
     sm_contact contact;
     sm_elastic elastic;                /* of the contact, if its law is elastic */
     sm_motion motion;
     const int32_t *combinations;       /* (combinations, 3) mode, n, m */
     const double *elements;            /* sm_element in doubles */
+    const double *tone_numbers;
     const fmu_variable *variable;      /* (variables), by value reference */
     const char **name;                 /* (variables), likewise */
     uint32_t checksum;                 /* of all files */
     void *memory[32];                  /* what the pointers above point into */
 } fmu_model;
+
+/* Returns how many numbers a tone has. Its counts are set, and its pointers and numbers from `number`
+ * unless that is NULL. */
+size_t fmu_tone_numbers(const fmu_layout *shape, const double *number, sm_tone *tone);
 
 /* Loads the model of the FMU with this token from its resource folder; 0: `reason` says why not,
  * and there is nothing to free. */

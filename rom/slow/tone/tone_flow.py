@@ -7,9 +7,10 @@ import numpy as np
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.short_repr import percentage
-from slipmode.rom.slow.tone.tone_handle import tone_handle
+from slipmode.rom.slow.tone.core_tone import core_tone
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.table.local.local_contacts import LocalContacts
 
@@ -61,7 +62,8 @@ class ToneFlow:
         tolerance: float,
     ) -> None:
         self._modes, self._reference = modes, frequency
-        self._handle = tone_handle(modes, contacts, own, frequency, tolerance)
+        tone = core_tone(modes, contacts, own, frequency)
+        self._handle = Handle("tone", tone, tolerance=tolerance)
         self._amplitude: Floats = np.zeros((2, modes.slow.pole.size))
         self._deficit: Floats = np.zeros((2, own.size))
         self._inputs = kernel.inputs(1)

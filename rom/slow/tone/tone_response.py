@@ -17,8 +17,8 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.interaction.internal_resonance import mode_gains
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
+from slipmode.rom.slow.tone.core_tone import ToneOutputs
 from slipmode.rom.slow.tone.coupled_contacts import FastModes
-from slipmode.rom.slow.tone.tone_handle import ToneOutputs
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.table.local.local_contacts import HIGHEST
 

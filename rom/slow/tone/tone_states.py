@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
-from slipmode.rom.kernel.handle import Handle
+from slipmode.rom.kernel import Structure
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.reduction.force_vector import force_vectors
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
+from slipmode.rom.slow.tone.core_tone import core_tone
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
-from slipmode.rom.slow.tone.tone_handle import tone_handle
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.table.local.local_contacts import STEPS, LocalContacts
@@ -116,12 +116,10 @@ class ForcedTone:
         """Return the structure at rest, near a reference frequency [rad/s]."""
         return ToneFlow(*self._parts(frequency), frequency, tolerance)
 
-    def handle(
-        self, frequency: float, tolerance: float, elastic: Sequence[int], contact: bool
-    ) -> Handle:
-        """Return the core's flow near a reference frequency [rad/s], with outputs."""
+    def core(self, frequency: float, elastic: Sequence[int], contact: bool) -> Structure:
+        """Return the core's structure near a reference frequency [rad/s], with outputs."""
         outputs = self.response.outputs(elastic, contact_motion=contact)
-        return tone_handle(*self._parts(frequency), frequency, tolerance, outputs)
+        return core_tone(*self._parts(frequency), frequency, outputs)
 
     def _parts(self, frequency: float) -> tuple[ToneModes, LocalContacts, Complexes]:
         """Return modes, contacts and the own flexibilities of the contacts."""

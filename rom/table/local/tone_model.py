@@ -17,7 +17,7 @@ from slipmode.rom.table.local.local_contacts import LocalContacts
 
 _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
-    "rom.steady, rom.response_curve, rom.tone_flow or fmu.Component"
+    "rom.steady, rom.response_curve, rom.tone_flow, fmu.Component or fmu.export"
 )
 
 
@@ -26,7 +26,7 @@ class ToneModel:
     """Represent several modes on one tone. They act on each other through all contacts.
 
     `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
-    `rom.response_curve`, `rom.tone_flow` and `fmu.Component` take it.
+    `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it.
 
     Attributes
     ----------

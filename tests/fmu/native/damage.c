@@ -10,7 +10,7 @@ static const char *const FILES[] = {
     "contact_stiffness.npy", "contact_damping.npy", "contact_mass.npy", "contact_coupling.npy",
     "contact_elements.npy", "contact_sliders.npy", "contact_reference.npy",
     "elastic_modes.npy", "elastic_contacts.npy", "elastic_response.npy", "contact_reaction.npy",
-    "orders.npy", "variables.npy", "names.txt"};
+    "orders.npy", "tone.npy", "variables.npy", "names.txt"};
 
 static void write_file(const char *path, const unsigned char *bytes, size_t size) {
     FILE *file = fopen(path, "wb");

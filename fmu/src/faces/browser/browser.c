@@ -62,7 +62,7 @@ static int read_token(const char *location, char token[65]) {
 
 static int allocate(browser *b, const fmu_instance *instance) {
     const size_t unknowns = 2 * (size_t)instance->model->modes, row = unknowns + 1;
-    b->state = calloc(sm_component_state_count(instance->component) + 1, sizeof(double));
+    b->state = calloc(sm_component_state_count(instance->core->component) + 1, sizeof(double));
     b->starts = calloc(MOST_STARTS * row, sizeof(double));
     b->branch = calloc((2 * MOST_POINTS - 1) * (2 * row + unknowns * unknowns), sizeof(double));
     if (b->state && b->starts && b->branch) return 1;
@@ -139,7 +139,7 @@ static int moved(browser *b, sm_status status, const char *doing) {
 /* Back to t = 0 and the amplitudes there, under the present inputs. */
 int EXPORT(browser_restart)(browser *b) {
     const double *amplitude = b->instance->model->constants->amplitude;
-    return moved(b, sm_component_reset(b->instance->component, 0.0, amplitude), "reset");
+    return moved(b, sm_component_reset(b->instance->core->component, 0.0, amplitude), "reset");
 }
 
 /* Moves the amplitude of each mode by a part of its range in the friction table. */
@@ -150,7 +150,7 @@ int EXPORT(browser_perturb)(browser *b, double part) {
     memcpy(amplitude, instance->outputs + FMU_AMPLITUDE, sizeof amplitude);
     for (int j = 0; j < instance->model->modes; j++)
         amplitude[2 * j] += part * range[j] * instance->run.inputs.limit_scale;
-    return moved(b, sm_component_set_amplitude(instance->component, amplitude), "perturb");
+    return moved(b, sm_component_set_amplitude(instance->core->component, amplitude), "perturb");
 }
 
 /* ---- motion over a beat ------------------------------------------------------------------ */
@@ -174,15 +174,15 @@ size_t EXPORT(browser_beat)(browser *b, size_t per_cycle, size_t most, double *r
     const size_t samples = wanted < (double)most ? (size_t)wanted : most;
     if (samples < 2 || fmu_evaluate_outputs(instance) != FMU_OK) return 0;
     const double step = cycles * TURN / slower / (double)(samples - 1);
-    sm_component_get_state(instance->component, b->state);
+    sm_component_get_state(instance->core->component, b->state);
     sm_status status = SM_OK;
     size_t count = 0;
     for (; status == SM_OK && count < samples; rows += instance->output_count) {
-        if (count > 0) status = sm_component_step(instance->component, step);
-        if (status == SM_OK) status = sm_component_outputs(instance->component, rows);
+        if (count > 0) status = sm_component_step(instance->core->component, step);
+        if (status == SM_OK) status = sm_component_outputs(instance->core->component, rows);
         count += status == SM_OK;
     }
-    sm_component_set_state(instance->component, b->state);
+    sm_component_set_state(instance->core->component, b->state);
     fmu_status_of(instance, status, "motion");
     return count;
 }

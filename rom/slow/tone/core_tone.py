@@ -1,4 +1,4 @@
-"""The core's flow of a tone, and its outputs."""
+"""The structure of the core that a flow of a tone is made of, and its outputs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.tone_modes import DampedModes, ToneModes
 from slipmode.rom.table.local.local_contacts import LocalContacts
@@ -42,19 +41,18 @@ class ToneOutputs:
     stiffness: Floats
 
 
-def tone_handle(
+def core_tone(
     modes: ToneModes,
     contacts: LocalContacts,
     own: Complexes,
     frequency: float,
-    tolerance: float,
     outputs: ToneOutputs | None = None,
-) -> Handle:
-    """Return the core's flow of a tone at rest.
+) -> kernel.Structure:
+    """Return the core's structure of a tone.
 
     Parameters
     ----------
-    modes, contacts, own, frequency, tolerance
+    modes, contacts, own, frequency
         See `ToneFlow`.
     outputs : ToneOutputs, optional
         Default: the core has no outputs.
@@ -86,7 +84,7 @@ def tone_handle(
         for name in ("amplitudes", "elastic", "contact_motion"):
             setattr(tone, name, int(getattr(outputs, name)))
         tone.output = split(np.vstack((outputs.deficit.T, outputs.force)))
-    return Handle("tone", tone, tolerance=tolerance)
+    return tone
 
 
 def split(values: Complexes) -> Floats:
