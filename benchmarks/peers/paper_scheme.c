@@ -10,7 +10,7 @@
  */
 #include <stdlib.h>
 
-#include "contact/stage/chebyshev.h"
+#include "contact/stage/solve.h"
 
 #define HARMONICS 2 /* P_10 and P_01 */
 #define PI 3.14159265358979323846

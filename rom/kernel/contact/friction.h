@@ -1,7 +1,8 @@
-/* Friction laws as resolvents: v(y) that solves s v + g(v) = y for one contact.
+/* Friction laws, eq. (28): the force g(v) of a contact and its slope, and the velocity v(y) of a
+ * contact on its own that solves s v + g(v) = y.
  *
- * y is the well-scaled unknown of the contact problem: v(y) is Lipschitz with constant 1/s
- * whatever the regularisation, so exact Coulomb friction is the limit alpha = 0 of the same solve.
+ * Coulomb friction is the limit alpha = 0 of tanh friction: its slope is infinite where the contact
+ * sticks. stage/newton.h calls these functions for each contact.
  */
 #ifndef SLIPMODE_FRICTION_H
 #define SLIPMODE_FRICTION_H
@@ -17,6 +18,8 @@ typedef struct {
     double c;     /* s alpha / limit: scaled form c w + tanh w = eta */
     double slip, stick; /* 1 / c and 1 / (1 + c): dw / deta where it slips, and where it sticks */
     double knee;  /* 1 - tanh w at eta = 1: width of the stick-slip transition */
+    double per_alpha, steepest, per_steepest; /* 1 / alpha, limit / alpha; 0: not of tanh friction */
+    double per_limit; /* 1 / limit; 0: without friction */
 } sm_resolvent;
 
 sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha);
@@ -49,70 +52,36 @@ SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     return raised > high ? high : raised;
 }
 
-/* s v + limit tanh(v / alpha) = y, by Halley's method inside a bracket; d = dv/dy.
- * In scaled form F(w) = c w + tanh w - eta is increasing and concave for w > 0, so from the lower
- * end of the bracket the iteration converges whatever the data. */
-SM_INLINE void sm_resolve_tanh(const int lanes, const sm_resolvent *f, const double *restrict y,
-                               double *restrict v, double *restrict d) {
-    const double c = f->c, inv_limit = 1.0 / f->limit;
-    double eta[SM_LANES], w[SM_LANES], low[SM_LANES], high[SM_LANES], slope[SM_LANES];
-    SM_SIMD
-    for (int l = 0; l < lanes; l++) {
-        const double e = fabs(y[l]) * inv_limit;
-        low[l] = sm_tanh_low(f, e);
-        high[l] = sm_tanh_high(f, e);
-        w[l] = sm_tanh_guess(f, e);
-        eta[l] = e;
-    }
-    for (int iteration = 0; iteration < 60; iteration++) {
-        double worst = 0.0;
-        SM_SIMD_MAX(worst)
+/* About the v where s v + g(v) = y: exactly under Coulomb friction, and without friction. */
+SM_INLINE double sm_velocity_guess(const sm_resolvent *f, double y) {
+    if (f->per_alpha > 0.0)
+        return copysign(f->alpha * sm_tanh_guess(f, fabs(y) * f->per_limit), y);
+    const double excess = fabs(y) - f->limit;
+    return excess > 0.0 ? copysign(excess / f->s, y) : 0.0;
+}
+
+/* Friction g at velocities v and its slope dg/dv, in lanes. `load` is the force without friction: a
+ * Coulomb contact at rest resists it up to the limit, and its slope is infinite up to there. */
+SM_INLINE void sm_friction_force(const int lanes, const sm_resolvent *f,
+                                 const double *restrict v, const double *restrict load,
+                                 double *restrict g, double *restrict slope) {
+    const double limit = f->limit, per_alpha = f->per_alpha, steepest = 4.0 * f->steepest;
+    if (per_alpha > 0.0) {
+        SM_SIMD
         for (int l = 0; l < lanes; l++) {
-            const double e = sm_exp_negative(-2.0 * w[l]);
-            const double inv = 1.0 / (1.0 + e);
-            const double t = sm_tanh_from(w[l], e, inv), sech2 = 4.0 * e * inv * inv;
-            const double value = c * w[l] + t - eta[l];
-            const double first = c + sech2, second = -2.0 * t * sech2;
-            low[l] = value < 0.0 ? w[l] : low[l];
-            high[l] = value < 0.0 ? high[l] : w[l];
-            double next =
-                w[l] - 2.0 * value * first / (2.0 * first * first - value * second);
-            next = next < low[l] ? low[l] : next;
-            next = next > high[l] ? high[l] : next;
-            const double change = fabs(next - w[l]) / (1.0 + w[l]);
-            worst = change > worst ? change : worst;
-            w[l] = next;
-            slope[l] = first;
+            const double w = v[l] * per_alpha;
+            const double e = sm_exp_negative(-2.0 * fabs(w)), inv = 1.0 / (1.0 + e);
+            g[l] = limit * sm_tanh_from(w, e, inv);
+            slope[l] = steepest * e * inv * inv;
         }
-        if (worst < 1e-5) break; /* cubic convergence: the next change is of the order 1e-15 */
+        return;
     }
-    const double scale = f->alpha * inv_limit;
     SM_SIMD
-    for (int l = 0; l < lanes; l++) {
-        v[l] = copysign(f->alpha * w[l], y[l]);
-        d[l] = scale / slope[l];
+    for (int l = 0; l < lanes; l++) { /* also the frictionless contact, limit = 0 */
+        const double held = fabs(load[l]) <= limit ? load[l] : copysign(limit, load[l]);
+        g[l] = v[l] == 0.0 ? held : copysign(limit, v[l]);
+        slope[l] = v[l] == 0.0 && fabs(load[l]) <= limit && limit > 0.0 ? INFINITY : 0.0;
     }
-}
-
-/* s v + limit sign(v) = y, set-valued at v = 0; d = dv/dy. */
-SM_INLINE void sm_resolve_coulomb(const int lanes, const sm_resolvent *f,
-                                  const double *restrict y, double *restrict v,
-                                  double *restrict d) {
-    const double inv_s = 1.0 / f->s, limit = f->limit;
-    SM_SIMD
-    for (int l = 0; l < lanes; l++) {
-        const double excess = fabs(y[l]) - limit;
-        v[l] = excess > 0.0 ? copysign(excess * inv_s, y[l]) : 0.0;
-        d[l] = excess > 0.0 ? inv_s : 0.0;
-    }
-}
-
-SM_INLINE void sm_resolve(const int lanes, const sm_resolvent *f, const double *restrict y,
-                          double *restrict v, double *restrict d) {
-    if (f->law == SM_TANH && f->limit > 0.0)
-        sm_resolve_tanh(lanes, f, y, v, d);
-    else
-        sm_resolve_coulomb(lanes, f, y, v, d); /* also the frictionless contact, limit = 0 */
 }
 
 #endif

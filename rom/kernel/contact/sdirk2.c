@@ -1,7 +1,6 @@
 #include "contact/sdirk2.h"
 
 #include "base/check.h"
-#include "contact/stage/active_set.h"
 
 /* An estimate of 1 - tanh w at c w + tanh w = 1, for the initial guess of the resolvent only. */
 static double transition_width(double c) {
@@ -11,8 +10,12 @@ static double transition_width(double c) {
 }
 
 sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha) {
-    sm_resolvent f = {law, s, limit, alpha, 0.0, 0.0, 0.0, 0.0};
+    sm_resolvent f = {.law = law, .s = s, .limit = limit, .alpha = alpha};
+    if (limit > 0.0) f.per_limit = 1.0 / limit;
     if (law == SM_TANH && limit > 0.0) {
+        f.per_alpha = 1.0 / alpha;
+        f.steepest = limit * f.per_alpha;
+        f.per_steepest = alpha * f.per_limit;
         f.c = s * alpha / limit;
         f.slip = 1.0 / f.c;
         f.stick = 1.0 / (1.0 + f.c);
@@ -71,8 +74,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
                                  + SM_GAMMA * h * contact->stiffness[low];
         }
     stepper->massless = !contact->mass;
-    stepper->smooth = contact->law == SM_TANH;
-    for (int i = 0; i < n; i++) stepper->smooth &= contact->limit[i] > 0.0;
+    stepper->sticks = contact->law == SM_COULOMB;
     stepper->tolerance = SM_SMOOTH_TOLERANCE;
     for (int i = 0; i < n; i++) set_law(stepper, contact, i);
     if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
@@ -82,25 +84,12 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
     const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
-    double **arrays[] = {&m->x, &m->base, &m->u, &m->y, &m->v, &m->d,
-                         &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual};
+    double **arrays[] = {&m->x,          &m->base, &m->u,        &m->v,    &m->g,      &m->slope,
+                         &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual, &m->step, &m->before};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
     m->factor = sm_take(block, size * n);
-    if (contacts > 1) {
-        m->slipping = sm_take(block, sm_slipping_counts(n) * (size_t)lanes);
-        m->packed = sm_take(block, n);
-        m->conjugate = sm_take(block, 3 * size);
-    }
+    if (lanes == 1) m->last_r = sm_take(block, n);
     m->lanes = lanes;
+    m->rows = 0;
     m->size = block->taken - before;
-    if (block->memory) sm_lanes_forget(m, contacts, lanes);
-}
-
-void sm_lanes_forget(sm_lanes *m, int contacts, int lanes) {
-    m->factored = NULL;
-    m->factors_for = 0;
-    for (int l = 0; l < lanes && contacts > 1; l++) {
-        const sm_slipping a = sm_slipping_of(contacts, l, m->slipping, m->factor);
-        sm_slipping_forget(&a, contacts);
-    }
 }

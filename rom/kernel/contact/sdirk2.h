@@ -3,9 +3,7 @@
  * Two-stage L-stable SDIRK of second order (Alexander 1977, gamma = 1 - 1/sqrt 2): stages at
  * t + gamma h and t + h, so that a stuck contact stays exactly where it is. Each stage is
  *   S v + g(v) = r,   S = [M / (gamma h) +] D + gamma h K,
- * the minimum of a strictly convex potential. With y_i = S_ii v_i + g_i(v_i) it reads
- *   y + (S - diag S) v(y) = r,
- * which the solvers in stage/ solve.
+ * the minimum of a strictly convex potential, which stage/newton.h finds.
  */
 #ifndef SLIPMODE_SDIRK2_H
 #define SLIPMODE_SDIRK2_H
@@ -25,8 +23,8 @@ typedef struct {
     double *stiffness;   /* (N_c, N_c) K */
     double *inertia;     /* (N_c, N_c) M / (gamma h) */
     int massless;
-    int smooth;          /* tanh friction at every contact */
-    double tolerance;    /* of the friction limits: what may be left of a smooth residual */
+    int sticks;          /* Coulomb friction, which has a jump at zero velocity */
+    double tolerance;    /* of the friction limits: what may be left of the residual of tanh friction */
     double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
@@ -37,15 +35,14 @@ typedef struct {
     size_t size;         /* doubles from x on: all of them */
     double *x, *base;    /* displacement; stage base x + h (1 - gamma) v_1 */
     double *u;           /* forcing of the stage */
-    double *y, *v, *d;   /* unknown, velocity, dv/dy */
+    double *v;           /* velocity */
+    double *g, *slope;   /* friction and dg/dv, infinite where a contact sticks */
     double *stage_v[2];  /* last velocity of each stage: the first guess of the next step */
-    double *r, *residual;
-    double *factor;      /* (N_c, N_c) per lane, two contacts or more */
-    double *slipping;    /* integers of sm_slipping per lane, likewise */
-    double *conjugate;   /* (3, N_c, lanes) of conjugate gradients, likewise */
-    int factors_for;     /* stages yet to come without them */
-    double *packed;      /* (N_c) of the slipping contacts of a lane */
-    const double *factored; /* the matrix S of these factors */
+    double *r, *residual; /* right-hand side of the stage, r - S v - g */
+    double *step, *before; /* last Newton step, velocity before it */
+    double *factor;      /* (N_c, N_c) per lane, of S + diag slope */
+    double *last_r;      /* of one lane: right-hand side of the stage before */
+    int rows;            /* of one lane: rows of the factor that are valid */
 } sm_lanes;
 
 void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block);
@@ -53,9 +50,6 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block);
  * tolerance is SM_SMOOTH_TOLERANCE. */
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, sm_block *block);
-/* To be called where the stepper's matrix changes, and where a march begins anew: from then on it
- * gives the bits of a fresh one. */
-void sm_lanes_forget(sm_lanes *lane, int contacts, int lanes);
 
 /* `n`, the number of contacts, may be a literal in what follows. */
 

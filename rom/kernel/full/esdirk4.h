@@ -13,7 +13,7 @@
 #define SLIPMODE_ESDIRK4_H
 
 #include "full/carrier.h"
-#include "contact/stage/chebyshev.h"
+#include "contact/stage/solve.h"
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
 #define SM_FULL_BLOCK \
@@ -31,7 +31,6 @@ typedef struct {
     sm_carrier carrier;
     sm_stepper stepper;        /* of the contacts: its matrix is S */
     sm_lanes lane;
-    sm_warm warm;
     double *q, *v;             /* state */
     double *x_c, *force;       /* (N_c) contact displacement, friction force */
     const double *v_c;         /* (N_c) contact velocity */
@@ -133,11 +132,11 @@ SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
     const size_t width = m->width;
     for (int i = 0; i < contacts; i++)
         m->lane.r[i] = sm_full_dot(m->gather + (size_t)i * width, v, width);
-    const sm_status status = sm_warm_solve(&m->stepper, &m->warm, &m->lane);
+    const sm_status status = sm_solve_one(&m->stepper, &m->lane);
     for (int i = 0; i < contacts; i++) {
         double force = m->lane.r[i];
         for (int j = 0; j < contacts; j++)
-            force -= m->stepper.matrix[i * contacts + j] * m->warm.v[j];
+            force -= m->stepper.matrix[i * contacts + j] * m->lane.v[j];
         m->force[i] = force;
         const double *restrict response = m->response + (size_t)i * width;
         SM_EACH(k, width) v[k] -= response[k] * force;

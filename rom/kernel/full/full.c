@@ -7,6 +7,9 @@
 #include "base/check.h"
 #include "slow/slow_flow.h"
 
+/* Residual of a stage in friction limits: far below the error of the time steps. */
+#define STAGE_TOLERANCE 1e-9
+
 size_t sm_full_state_count(const sm_full *full) {
     const size_t remembered = full->law == SM_ELASTIC ? sm_elastic_memory(full->elastic) : 0;
     return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1 + remembered;
@@ -79,10 +82,9 @@ static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, 
         return;
     }
     m->gather = sm_take(block, contacts * width);
-    sm_warm_place(&m->warm, full->contacts, block);
     sm_lanes_place(&m->lane, full->contacts, 1, block);
     sm_stepper_place(&m->stepper, full->contacts, block);
-    m->v_c = m->warm.v;
+    m->v_c = m->lane.v;
 }
 
 /* to = A^-1 from, for one row of n values. */
@@ -124,7 +126,9 @@ static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full 
                                 .limit = full->limit,
                                 .stiffness = m->stepper.stiffness, /* zeros: S is all there is */
                                 .damping = full->resistance};
-    return sm_stepper_set(&m->stepper, &contact, full->step);
+    const sm_status status = sm_stepper_set(&m->stepper, &contact, full->step);
+    m->stepper.tolerance = STAGE_TOLERANCE;
+    return status;
 }
 
 /* stage_dv[0] = f - Lambda q - C v - W g, times gamma h where friction is rigid */
@@ -156,8 +160,8 @@ static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
         memcpy(elastic->v_c, v_c, contacts * sizeof(double));
         memcpy(elastic->memory, force_c + contacts + 1, elastic->remembered * sizeof(double));
     } else {
-        sm_lanes_forget(&m->lane, full->contacts, 1);
-        sm_warm_start(&m->stepper, &m->warm, v_c, force_c);
+        memcpy(m->lane.v, v_c, contacts * sizeof(double));
+        m->lane.rows = 0;
     }
     m->carrier.modes = full->modes;
     m->carrier.inputs = inputs;

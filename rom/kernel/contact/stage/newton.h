@@ -1,187 +1,276 @@
-/* The stage problem S v + g(v) = r of any law, by semismooth Newton in y, see sdirk2.h.
+/* The stage problem S v + g(v) = r of sdirk2.h: semismooth Newton with a line search, in lanes.
  *
- * If Newton does not converge, a method that descends on the potential from anywhere takes over:
- * active_set.h, or under tanh friction Gauss-Seidel sweeps. So the step cannot fail.
+ * The solution is the minimum of the strictly convex potential
+ *   v.S v / 2 - r.v + sum_i integral_0^v_i g_i,
+ * whose gradient is minus the residual r - S v - g(v). Each step solves J u = residual with
+ * J = S + diag g'(v); a contact that sticks under Coulomb friction has the slope g' = infinity. A
+ * contact whose velocity would change its sign stops at zero. A step at whose end the potential
+ * rises is shortened: so the method converges from anywhere. Called by lanes.c and one.c.
  */
 #ifndef SLIPMODE_NEWTON_H
 #define SLIPMODE_NEWTON_H
 
-#include "contact/stage/active_set.h"
+#include "contact/sdirk2.h"
+#include "contact/stage/factor.h"
 
-/* Largest residual of each lane into norm, relative to the forces that meet at the contact,
- * limit_i + |r_i| + sum_j |S_ij v_j|: without the last, rounding alone could exceed the tolerance
- * where there is no friction and r_i passes through zero. Infinite if one is NaN. */
-SM_INLINE void sm_residual(const int lanes, const sm_stepper *s, sm_lanes *m,
-                           double *restrict norm) {
-    const int n = s->contacts;
-    for (int l = 0; l < lanes; l++) norm[l] = 0.0;
+/* Steps at the most, many times what was ever seen. */
+#define SM_NEWTON_STEPS 1000
+/* Steps until the line search becomes strict, and what it admits of the slope of the potential at
+ * the end of a step, as a part of the slope at its start: first much, for steps that pass the
+ * minimum a little are good ones; then only rounding, for a potential that never rises has an end. */
+#define SM_LENIENT_STEPS 10
+#define SM_LENIENT_RISE 0.5
+#define SM_STRICT_RISE 1e-6
+/* Parts of a step in a line search at the most: each but the first is half of the one before. */
+#define SM_SHORTER_STEPS 50
+/* Velocity in alpha beyond which tanh is 1 to rounding. */
+#define SM_TANH_FLAT 20.0
+/* Change of velocity in alpha up to which a Newton step cannot raise the potential: the slope of tanh
+ * changes by a factor of exp(2 x) at most in x, and (exp(2 x) - 1 - 2 x) / (2 x)^2 is below 1. */
+#define SM_SHORT_STEP 0.8
+/* Change of velocity in alpha from which a change of sign is a passage through zero from slip to
+ * slip: inside, where tanh is nearly linear, a step may change the sign. */
+#define SM_TANH_KINK 2.0
+
+/* Sets m->v to a rough solution by sweeps of Gauss-Seidel over the contacts. Under tanh friction
+ * after two of them nearly all contacts that stick or slip are known. */
+SM_INLINE void sm_guess(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    const int sweeps = s->sticks ? 1 : 2;
+    for (int sweep = 0; sweep < sweeps; sweep++)
+        for (int i = 0; i < n - sweep; i++) { /* the last contact of the first sweep is up to date */
+            const sm_resolvent *f = &s->laws[i];
+            const double *restrict r = m->r + i * lanes;
+            double *restrict v = m->v + i * lanes;
+            double others[SM_LANES];
+            sm_row_times(n, lanes, s->matrix + (size_t)i * n, m->v, others);
+            SM_SIMD
+            for (int l = 0; l < lanes; l++)
+                v[l] = sm_velocity_guess(f, r[l] - (others[l] - f->s * v[l]));
+        }
+}
+
+/* Computes friction g(v), its slope and the residual at m->v. The factor of a lane on its own stays
+ * valid in the rows before the first contact whose slope has changed. */
+SM_INLINE void sm_linearise(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    int rows = lanes == 1 ? m->rows : 0;
+    sm_times(n, lanes, s->matrix, m->v, m->residual);
     for (int i = 0; i < n; i++) {
-        double *restrict res = m->residual + (size_t)i * lanes;
-        const double *restrict y = m->y + (size_t)i * lanes, *restrict r = m->r + (size_t)i * lanes;
+        const double *restrict r = m->r + i * lanes;
+        double *restrict residual = m->residual + i * lanes, *restrict g = m->g + i * lanes;
+        double *restrict slope = m->slope + i * lanes;
+        const double before = slope[0];
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) residual[l] = r[l] - residual[l];
+        sm_friction_force(lanes, &s->laws[i], m->v + i * lanes, residual, g, slope);
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) residual[l] -= g[l];
+        if (slope[0] != before && i < rows) rows = i;
+    }
+    m->rows = rows;
+}
+
+/* Closes the lanes whose residual is below SM_STAGE_TOLERANCE of the forces that meet at the contact,
+ * limit_i + |r_i| + sum_j |S_ij v_j|: without the last, rounding alone could exceed the tolerance
+ * where there is no friction and r_i passes through zero. SM_OK if that closes the last one. */
+SM_INLINE sm_status sm_close_balanced(const int n, const int lanes, const sm_stepper *s,
+                                const sm_lanes *m, double *restrict open) {
+    double norm[SM_LANES] = {0.0};
+    double largest = 0.0, left = 0.0;
+    for (int i = 0; i < n; i++) {
+        const double *restrict r = m->r + i * lanes, *restrict residual = m->residual + i * lanes;
         const double limit = s->laws[i].limit;
         double force[SM_LANES];
         SM_SIMD
-        for (int l = 0; l < lanes; l++) {
-            res[l] = y[l] - r[l];
-            force[l] = limit + fabs(r[l]) + 1e-300;
-        }
+        for (int l = 0; l < lanes; l++) force[l] = limit + fabs(r[l]) + 1e-300;
         for (int j = 0; j < n; j++) {
-            if (j == i) continue;
-            const double s_ij = s->matrix[i * n + j];
-            const double *restrict v = m->v + (size_t)j * lanes;
+            const double s_ij = s->matrix[(size_t)i * n + j];
+            const double *restrict v = m->v + j * lanes;
             SM_SIMD
-            for (int l = 0; l < lanes; l++) {
-                const double from_j = s_ij * v[l];
-                res[l] += from_j;
-                force[l] += fabs(from_j);
-            }
+            for (int l = 0; l < lanes; l++) force[l] += fabs(s_ij * v[l]);
         }
         SM_SIMD
         for (int l = 0; l < lanes; l++) {
-            const double relative = fabs(res[l]) / force[l];
+            const double relative = fabs(residual[l]) / force[l];
             const double ordered = relative < INFINITY ? relative : INFINITY;
             norm[l] = ordered > norm[l] ? ordered : norm[l];
         }
     }
+    for (int l = 0; l < lanes; l++) {
+        open[l] = norm[l] <= SM_STAGE_TOLERANCE ? 0.0 : open[l];
+        largest = norm[l] > largest ? norm[l] : largest;
+        left += open[l];
+    }
+    return left == 0.0       ? SM_OK
+           : largest < INFINITY ? SM_NOT_CONVERGED
+                             : SM_NOT_FINITE;
 }
 
-/* dy = -residual + S_off z, z being what the update of y changes v by. */
-SM_INLINE void sm_newton_move(const int lanes, const sm_stepper *s, sm_lanes *m,
-                              const double *z) {
-    const int n = s->contacts;
-    for (int i = 0; i < n; i++) {
-        double *restrict y = m->y + (size_t)i * lanes;
-        const double *restrict res = m->residual + (size_t)i * lanes;
-        SM_SIMD
-        for (int l = 0; l < lanes; l++) y[l] -= res[l];
-        for (int j = 0; j < n; j++) {
-            if (j == i) continue;
-            const double s_ij = s->matrix[i * n + j];
-            const double *restrict from = z + (size_t)j * lanes;
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) y[l] += s_ij * from[l];
+/* Lets contacts stick that begin to slip in m->step against the force on them. Not all contacts of a
+ * step do so: it descends. */
+SM_INLINE void sm_hold_back(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    for (int i = n - 1; i >= 0; i--) {
+        if (!(s->laws[i].limit > 0.0)) continue;
+        for (int k = i * lanes; k < (i + 1) * lanes; k++) {
+            if (m->v[k] != 0.0 || !(m->step[k] * m->residual[k] < 0.0)) continue;
+            m->slope[k] = INFINITY;
+            m->rows = i;
         }
     }
 }
 
-/* Newton update of y. With v = D y (D = dv/dy, diagonal) the symmetric form is
- *   (I + D^1/2 S_off D^1/2) w = D^1/2 residual,   dy = -residual + S_off D^1/2 w. */
-SM_INLINE void sm_newton(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int n = s->contacts;
-    if (n == 2) {
-        const double off = s->matrix[1];
-        double *restrict y0 = m->y, *restrict y1 = m->y + lanes;
-        const double *restrict d0 = m->d, *restrict d1 = m->d + lanes;
-        const double *restrict r0 = m->residual, *restrict r1 = m->residual + lanes;
+/* Adds J^-1 (-g'' step^2 / 2) to the step, -g'' being 2 tanh(v / alpha) g' / alpha. */
+SM_INLINE void sm_correct(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    double *restrict bend = m->before; /* free until the step is made */
+    for (int i = 0; i < n; i++) {
+        const double per_alpha = s->laws[i].per_alpha, per_steepest = s->laws[i].per_steepest;
+        const double *restrict g = m->g + i * lanes, *restrict slope = m->slope + i * lanes;
+        const double *restrict step = m->step + i * lanes;
         SM_SIMD
         for (int l = 0; l < lanes; l++) {
-            const double inv = 1.0 / (1.0 - off * off * d0[l] * d1[l]);
-            y0[l] -= (r0[l] - off * d1[l] * r1[l]) * inv;
-            y1[l] -= (r1[l] - off * d0[l] * r0[l]) * inv;
-        }
-        return;
-    }
-    double *restrict f = m->factor;
-    for (size_t k = 0; k < (size_t)n * (size_t)lanes; k++) m->d[k] = sqrt(m->d[k]);
-    /* Cholesky factor, unit diagonal plus the coupling between sliding contacts */
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j <= i; j++) {
-            double *restrict a = f + ((size_t)i * n + j) * lanes;
-            const double *restrict row_i = f + (size_t)i * n * lanes;
-            const double *restrict row_j = f + (size_t)j * n * lanes;
-            const double *restrict d_i = m->d + (size_t)i * lanes;
-            const double *restrict d_j = m->d + (size_t)j * lanes;
-            const double s_ij = i == j ? 0.0 : s->matrix[i * n + j];
-            double sum[SM_LANES];
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) sum[l] = i == j ? 1.0 : s_ij * d_i[l] * d_j[l];
-            for (int k = 0; k < j; k++) {
-                SM_SIMD
-                for (int l = 0; l < lanes; l++)
-                    sum[l] -= row_i[(size_t)k * lanes + l] * row_j[(size_t)k * lanes + l];
-            }
-            SM_SIMD
-            for (int l = 0; l < lanes; l++)
-                a[l] = i == j ? sqrt(sum[l]) : sum[l] / row_j[(size_t)j * lanes + l];
-        }
-    double *restrict w = m->u; /* free between the forcing and the next stage */
-    for (int l = 0; l < lanes; l++) {
-        for (int i = 0; i < n; i++) {
-            double sum = m->d[i * lanes + l] * m->residual[i * lanes + l];
-            for (int k = 0; k < i; k++) sum -= f[((size_t)i * n + k) * lanes + l] * w[k * lanes + l];
-            w[i * lanes + l] = sum / f[((size_t)i * n + i) * lanes + l];
-        }
-        for (int i = n - 1; i >= 0; i--) {
-            double sum = w[i * lanes + l];
-            for (int k = i + 1; k < n; k++)
-                sum -= f[((size_t)k * n + i) * lanes + l] * w[k * lanes + l];
-            w[i * lanes + l] = sum / f[((size_t)i * n + i) * lanes + l];
+            const double x = step[l] * per_alpha, bent = g[l] * slope[l] * per_steepest * x * x;
+            bend[i * lanes + l] = fabs(x) < SM_SHORT_STEP ? bent : 0.0;
         }
     }
-    for (size_t k = 0; k < (size_t)n * (size_t)lanes; k++) w[k] *= m->d[k];
-    sm_newton_move(lanes, s, m, w);
+    sm_divide(n, lanes, m->factor, bend);
+    for (int k = 0; k < n * lanes; k++) m->step[k] += bend[k];
 }
 
-SM_INLINE void sm_resolve_all(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    for (int i = 0; i < s->contacts; i++)
-        sm_resolve(lanes, &s->laws[i], m->y + (size_t)i * lanes, m->v + (size_t)i * lanes,
-                   m->d + (size_t)i * lanes);
+/* Solves J step = residual; under tanh friction, corrects the step by the curvature of g there where
+ * it is short: Chebyshev's iteration, which takes three steps where Newton's takes four. */
+SM_INLINE void sm_find_step(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
+                            int corrected) {
+    const size_t size = (size_t)n * (size_t)lanes;
+    do {
+        sm_factorise(n, lanes, s->matrix, m->slope, m->rows, m->factor);
+        m->rows = n;
+        memcpy(m->step, m->residual, size * sizeof(double));
+        sm_divide(n, lanes, m->factor, m->step);
+        if (s->sticks) sm_hold_back(n, lanes, s, m);
+    } while (m->rows < n);
+    if (corrected) sm_correct(n, lanes, s, m);
 }
 
-/* One sweep of coordinate descent on the potential: never ascends, converges from anywhere. */
-SM_INLINE void sm_gauss_seidel(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int n = s->contacts;
+/* Moves the velocities of open lanes by m->step; contacts stop where they would pass through zero.
+ * `rest`: the largest residual after it, in limits, which tanh friction leaves by its curvature; 1
+ * where no expansion holds. Returns whether a step is long enough for the potential to rise. */
+SM_INLINE int sm_move(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
+                      const double *restrict open, double *restrict rest) {
+    double longest = s->sticks ? INFINITY : 0.0;
+    for (int l = 0; l < lanes; l++) rest[l] = s->sticks ? 1.0 : 0.0;
     for (int i = 0; i < n; i++) {
-        double *restrict y = m->y + (size_t)i * lanes;
-        const double *restrict r = m->r + (size_t)i * lanes;
-        SM_SIMD
-        for (int l = 0; l < lanes; l++) y[l] = r[l];
-        for (int j = 0; j < n; j++) {
-            if (j == i) continue;
-            const double s_ij = s->matrix[i * n + j];
-            const double *restrict v = m->v + (size_t)j * lanes;
-            SM_SIMD
-            for (int l = 0; l < lanes; l++) y[l] -= s_ij * v[l];
+        const sm_resolvent *f = &s->laws[i];
+        const double kink = f->limit > 0.0 ? SM_TANH_KINK * f->alpha * !s->sticks : INFINITY;
+        const double per_alpha = f->per_alpha, per_steepest = f->per_steepest;
+        double *restrict v = m->v + i * lanes, *restrict before = m->before + i * lanes;
+        double *restrict step = m->step + i * lanes;
+        const double *restrict slope = m->slope + i * lanes;
+        SM_SIMD_MAX(longest)
+        for (int l = 0; l < lanes; l++) {
+            const double start = v[l], u = open[l] > 0.0 ? step[l] : 0.0, end = start + u;
+            const double x = fabs(u) * per_alpha, bent = slope[l] * per_steepest * x * x * x;
+            const double least = fabs(start) < fabs(end) ? fabs(start) : fabs(end);
+            const int flat = (least * per_alpha > SM_TANH_FLAT) & (start * end > 0.0);
+            const double left = (x < SM_SHORT_STEP) | flat ? bent : 1.0;
+            step[l] = u;
+            before[l] = start;
+            v[l] = (start * end < 0.0) & (fabs(u) > kink) ? 0.0 : end;
+            rest[l] = left > rest[l] ? left : rest[l];
+            longest = x > longest ? x : longest;
         }
-        sm_resolve(lanes, &s->laws[i], y, m->v + (size_t)i * lanes, m->d + (size_t)i * lanes);
+    }
+    return longest > SM_SHORT_STEP;
+}
+
+/* Slope of the potential, with opposite sign, where the last step begins: `work` along the step,
+ * `gain` along the motion, in which contacts stop. */
+SM_INLINE void sm_descent(const int n, const int lanes, const sm_lanes *m, double *restrict work,
+                          double *restrict gain) {
+    for (int l = 0; l < lanes; l++) work[l] = gain[l] = 0.0;
+    for (int i = 0; i < n * lanes; i += lanes) {
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) {
+            work[l] += m->step[i + l] * m->residual[i + l];
+            gain[l] += (m->v[i + l] - m->before[i + l]) * m->residual[i + l];
+        }
     }
 }
 
-/* Solve S v + g(v) = r for the lanes; v holds the initial guess.
- *
- * Coulomb friction: the active set, which is the fastest for one lane; side by side in lanes a
- * Gauss-Seidel sweep solves most stages before it at a fraction of the cost. Two contacts, whose
- * Newton steps are two lines, take half the time by these (benchmarks/contact_solves.py). */
-SM_INLINE sm_status sm_newton_solve(const int lanes, const sm_stepper *s, sm_lanes *m) {
-    const int n = s->contacts, coulomb = s->laws[0].law == SM_COULOMB;
-    const int newton_only = !coulomb ? 8 : n == 2 ? 3 : 0, mixed = 40, sweeps = 20000;
-    int newton_works = 1, by_newton = 0;
-    double norm[SM_LANES];
-    if (coulomb && lanes == 1 && n > 2) {
-        norm[0] = 1.0;
-        return sm_active_set_all(lanes, s, m, norm);
+/* Shortens the steps of lanes at whose end the potential rises by more than a part of `gain`, its slope
+ * at the start of the motion: the first time to the first contact that stopped, where `gain` is not
+ * `work`, then by halves. Returns whether there are such lanes. */
+SM_INLINE int sm_shorten(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
+                         double *work, const double *gain, int strict) {
+    const double allowed = strict ? SM_STRICT_RISE : SM_LENIENT_RISE;
+    double end[SM_LANES] = {0.0};
+    int shorter = 0;
+    for (int i = 0; i < n; i++) {
+        /* where friction jumps, the slope is the one before the jump; a steep tanh is like a jump, and
+         * the next step finds the place in it */
+        const double limit = s->sticks || !strict ? s->laws[i].limit : 0.0;
+        const double *restrict v = m->v + i * lanes, *restrict before = m->before + i * lanes;
+        const double *restrict residual = m->residual + i * lanes, *restrict g = m->g + i * lanes;
+        SM_SIMD
+        for (int l = 0; l < lanes; l++) {
+            const double moved = v[l] - before[l];
+            const double jump = (v[l] == 0.0) & (limit > 0.0) ? g[l] * moved + limit * fabs(moved)
+                                                              : 0.0;
+            end[l] += residual[l] * moved + jump;
+        }
     }
-    for (int iteration = 0; iteration < sweeps; iteration++) {
-        if (by_newton) {
-            sm_newton(lanes, s, m);
-            sm_resolve_all(lanes, s, m);
-        } else {
-            sm_gauss_seidel(lanes, s, m);
+    for (int l = 0; l < lanes; l++) shorter |= end[l] < -allowed * gain[l];
+    if (!shorter) return 0;
+    for (int l = 0; l < lanes; l++) {
+        if (!(end[l] < -allowed * gain[l])) continue;
+        double part = 1.0;
+        for (int k = l; gain != work && k < n * lanes; k += lanes)
+            if (m->v[k] == 0.0 && m->before[k] != 0.0)
+                part = fmin(part, -m->before[k] / m->step[k]);
+        if (part == 1.0) part = 0.5;
+        work[l] *= part;
+        for (int k = l; k < n * lanes; k += lanes) {
+            m->step[k] *= part;
+            const double moved = m->before[k] + m->step[k];
+            m->v[k] = fabs(moved) > 1e-15 * fabs(m->before[k]) ? moved : 0.0; /* a kink is at 0 */
         }
-        if (n == 1) return SM_OK; /* a sweep is exact for one contact */
-        double worst = 0.0;
-        sm_residual(lanes, s, m, norm);
-        for (int l = 0; l < lanes; l++) worst = norm[l] > worst ? norm[l] : worst;
-        if (worst <= SM_STAGE_TOLERANCE) return SM_OK;
-        if (coulomb && (iteration == newton_only || !(worst < INFINITY)))
-            return sm_active_set_all(lanes, s, m, norm);
-        if (!(worst < INFINITY)) { /* Newton met a singular matrix, or the data overflow */
-            if (!newton_works) return SM_NOT_FINITE;
-            newton_works = 0;
-            memset(m->v, 0, (size_t)n * (size_t)lanes * sizeof(double));
+    }
+    return 1;
+}
+
+/* Solves S v + g(v) = r from the initial guess m->v.
+ *
+ * A lane on its own whose factor is valid has the solution m->v for the right-hand side m->last_r:
+ * under tanh friction the first step is made with the J of it. Tanh friction has converged where the
+ * curvature of the last step leaves less than s->tolerance, without another evaluation. */
+SM_INLINE sm_status sm_newton(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    double open[SM_LANES], work[SM_LANES], gain[SM_LANES], rest[SM_LANES];
+    const double tolerance = s->tolerance;
+    int is_long = 0;
+    for (int l = 0; l < lanes; l++) open[l] = 1.0;
+    if (lanes == 1 && m->rows == n && !s->sticks) {
+        for (int i = 0; i < n; i++) m->step[i] = m->residual[i] = m->r[i] - m->last_r[i];
+        sm_divide(n, lanes, m->factor, m->step);
+        is_long = sm_move(n, lanes, s, m, open, rest);
+    }
+    for (int k = 0; k < SM_NEWTON_STEPS; k++) {
+        const int strict = k >= SM_LENIENT_STEPS;
+        if (is_long) sm_descent(n, lanes, m, work, gain);
+        sm_linearise(n, lanes, s, m);
+        for (int part = 0; is_long && part < SM_SHORTER_STEPS; part++) {
+            is_long = sm_shorten(n, lanes, s, m, work, part == 0 ? gain : work, strict);
+            if (is_long) sm_linearise(n, lanes, s, m);
         }
-        by_newton = newton_works && (iteration < newton_only ||
-                                     (iteration < mixed && iteration % 2 == 0));
+        if (s->sticks || strict) {
+            const sm_status status = sm_close_balanced(n, lanes, s, m, open);
+            if (status != SM_NOT_CONVERGED) return status;
+        }
+        sm_find_step(n, lanes, s, m, !s->sticks && !strict);
+        is_long = sm_move(n, lanes, s, m, open, rest);
+        double left = 0.0;
+        for (int l = 0; l < lanes; l++) {
+            open[l] = rest[l] < tolerance ? 0.0 : open[l];
+            left += open[l];
+        }
+        if (left == 0.0) return SM_OK;
     }
     return SM_NOT_CONVERGED;
 }

@@ -34,11 +34,10 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
                                 block);
         return;
     }
-    march->before = sm_take(block, 6 * n); /* rows of keep_rigid */
+    march->before = sm_take(block, 4 * n); /* rows of keep_rigid */
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts, block);
     sm_lanes_place(&march->lane, contacts, 1, block);
-    sm_warm_place(&march->warm, contacts, block);
     march->x = march->lane.x;
     march->v = march->lane.v;
 }
@@ -87,8 +86,8 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
 SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     for (int i = 0; i < n; i++) {
         const double limit = s->laws[i].limit;
-        double g = march->warm.r[i];
-        for (int j = 0; j < n; j++) g -= s->matrix[i * n + j] * march->warm.v[j];
+        double g = march->lane.r[i];
+        for (int j = 0; j < n; j++) g -= s->matrix[i * n + j] * march->lane.v[j];
         march->force[i] = g > limit ? limit : g < -limit ? -limit : g;
     }
 }
@@ -119,24 +118,19 @@ static sm_status set_level(sm_march *march, const sm_contact *contact, int level
     sm_stepper *stepper = &march->stepper[level];
     const sm_status status = sm_stepper_set(stepper, contact, h);
     if (status != SM_OK) return status;
-    sm_lanes_forget(&march->lane, contact->contacts, 1);
-    if (march->level >= 0)
-        sm_warm_resume(stepper, &march->warm, march->force);
-    else
-        sm_warm_start(stepper, &march->warm, march->lane.v, march->force);
+    march->lane.rows = 0;
     march->level = level;
     return SM_OK;
 }
 
 /* Keeps the numbers that a rigid step changes, or restores them. */
 SM_INLINE void keep_rigid(const int n, sm_march *march, int restores) {
-    sm_warm *warm = &march->warm;
-    double *row[] = {march->x, march->v, march->force, march->inertia, warm->tanh, warm->sech2};
+    double *row[] = {march->x, march->v, march->force, march->inertia};
     double *kept = march->before;
     for (size_t k = 0; k < sizeof row / sizeof *row; k++, kept += n)
         memcpy(restores ? row[k] : kept, restores ? kept : row[k], (size_t)n * sizeof *kept);
     for (int i = 0; restores && i < n; i++)
-        warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
+        march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
 /* Returns the largest deviation of velocities v from straight lines, h seconds after the step
@@ -160,14 +154,14 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
         const sm_status status = set_level(march, march->forcing.contact, level, h);
         if (status != SM_OK) return status;
     }
-    const sm_stepper *stepper = &march->stepper[level];
+    sm_stepper *stepper = &march->stepper[level];
     sm_lanes *lane = &march->lane;
-    march->warm.tolerance = tolerance;
+    stepper->tolerance = tolerance;
     keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_TR_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
-        const sm_status status = sm_stage_one(stepper, &march->warm, lane, march->inertia, stage);
+        const sm_status status = sm_stage_one(stepper, lane, march->inertia, stage);
         if (status != SM_OK) return status;
         *bent = bend(n, march, lane->v, end * h);
         if (*bent > allowed) return SM_OK;
@@ -282,7 +276,7 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
         const int finest = at < steps->lasting ? 0 : steps->finest;
         /* a velocity that is read is resolved further */
         const double allowed = last && steps->to_be_read ? 0.3 * steps->bend : steps->bend;
-        /* of v / alpha; at the end S magnifies the error of v in the force that is read */
+        /* of the limits; at the end S magnifies the error of v in the force that is read */
         const double tolerance = last ? 1e-10 : 1e-5;
         double bent;
         const sm_status status =

@@ -4,7 +4,8 @@
 
 #include "slow/motion/forcing.h"
 #include "contact/elastic/solve.h"
-#include "contact/stage/chebyshev.h"
+#include "contact/stage/solve.h"
+#include "contact/tr_bdf2.h"
 
 /* Step sizes of rigid contacts, each half the one before. */
 #define SM_RIGID_LEVELS 4
@@ -14,13 +15,12 @@ typedef struct {
     sm_forcing forcing;
     sm_stepper stepper[SM_RIGID_LEVELS]; /* by step size, set when they are needed */
     sm_lanes lane;
-    sm_warm warm;
     double *force; /* (N_c) friction force at the end of the last step */
     double *acceleration; /* (N_c) of rigid contacts: mean of the last step */
     double *inertia;      /* (N_c) of rigid contacts: M dv/dt at its end */
     double *before;       /* state of the rigid contacts at the start of the step */
-    int level;            /* step size that lane and warm are set for; -1: none */
-    /* elastic contacts have these instead of stepper, lane and warm: */
+    int level;            /* step size that lane is set for; -1: none */
+    /* elastic contacts have these instead of stepper and lane: */
     sm_elastic_solver solver;
     double *flexibility;      /* (N_c, N_c) */
     double *u, *last_u, *x, *v; /* (N_c) */

@@ -1,7 +1,7 @@
 #include "torus/rigid/group.h"
 
 #include "base/check.h"
-#include "contact/stage/chebyshev.h"
+#include "contact/stage/solve.h"
 
 /* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
