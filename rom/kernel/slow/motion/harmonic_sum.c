@@ -40,6 +40,7 @@ SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const
     }
 }
 
+/* Checks the arrays of the sum for a number of segments. */
 static sm_status check_sum(const sm_harmonic_sum *sum, size_t segments) {
     if (!sum || sum->modes < 1 || sum->modes > SM_MODES) return SM_BAD_ARGUMENT;
     const size_t orders = (size_t)sum->orders_count;

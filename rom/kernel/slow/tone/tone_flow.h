@@ -53,12 +53,12 @@ double sm_tone_edge(const sm_tone *tone, double band, int way);
 /* Lets the fast modes respond as in the middle of a band. */
 void sm_tone_enter_band(sm_tone_flow *flow, double band);
 
-/* b G + l y, (2, M), `elapsed` seconds after the inputs' start. The deficits are found from the last
- * ones; the dissipated power follows. */
+/* b G + l y, (2, M), `elapsed` seconds after the inputs' start. The deficits are found from the
+ * last ones; the dissipated power follows. */
 sm_status sm_tone_load(sm_tone_flow *flow, double elapsed, const double *amplitude, double *load);
 
-/* Integrates from one time after the inputs' start to another [s], within a band. The load is that at
- * the start, and at the end. */
+/* Integrates from one time after the inputs' start to another [s], within a band. The load is that
+ * at the start, and at the end. */
 sm_status sm_tone_march(sm_tone_flow *flow, double from, double to);
 
 #endif

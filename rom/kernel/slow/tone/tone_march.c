@@ -79,8 +79,8 @@ static void weigh(const sm_tone_flow *f, int weight, const double *x, int add, d
 
 enum { HALF, WHOLE, TO_HALF, LAST_PART, FIRST, MIDDLE, LAST };
 
-/* `next` and the load there, from a and its load, between times after the inputs' start [s]. `power`
- * is that dissipated in the middle. */
+/* `next` and the load there, from a and its load, between times after the inputs' start [s].
+ * `power` is that dissipated in the middle. */
 static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
     const int size = 2 * f->tone.slow.count;
     const double middle = 0.5 * (from + to);
