@@ -225,8 +225,8 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
     return status;
 }
 
-/* Returns the slow state with time and angles `duration` later, and present amplitudes and energy.
- * */
+/* Returns the slow state with time and angles `duration` later, and present amplitudes and
+ * energy. */
 static slow_state state_after(const sm_component *c, double duration) {
     slow_state fresh = c->slow;
     sm_add(&fresh.time, duration);

@@ -57,7 +57,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
                                 block);
         return;
     }
-    march->before = sm_take(block, 6 * n); /* the rows of save_rigid */
+    march->before = sm_take(block, 6 * n); /* rows of keep_rigid */
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts, block);
     sm_lanes_place(&march->lane, contacts, 1, block);
@@ -151,13 +151,13 @@ static sm_status set_level(sm_march *march, const sm_contact *contact, int level
     return SM_OK;
 }
 
-/* Saves the state of rigid contacts before a step, or restores it. */
-SM_INLINE void save_rigid(const int n, sm_march *march, int restores) {
+/* Keeps the numbers that a rigid step changes, or restores them. */
+SM_INLINE void keep_rigid(const int n, sm_march *march, int restores) {
     sm_warm *warm = &march->warm;
     double *row[] = {march->x, march->v, march->force, march->inertia, warm->tanh, warm->sech2};
-    double *saved = march->before;
-    for (size_t k = 0; k < sizeof row / sizeof *row; k++, saved += n)
-        memcpy(restores ? row[k] : saved, restores ? saved : row[k], (size_t)n * sizeof *saved);
+    double *kept = march->before;
+    for (size_t k = 0; k < sizeof row / sizeof *row; k++, kept += n)
+        memcpy(restores ? row[k] : kept, restores ? kept : row[k], (size_t)n * sizeof *kept);
     for (int i = 0; restores && i < n; i++)
         warm->v[i] = march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
@@ -186,7 +186,7 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     const sm_stepper *stepper = &march->stepper[level];
     sm_lanes *lane = &march->lane;
     march->warm.tolerance = tolerance;
-    save_rigid(n, march, 0);
+    keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
         const double end = stage == 0 ? SM_TR_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
@@ -220,9 +220,9 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Returns the time in which the slowest vibration of the rigid contacts decays, estimated from the
- * diagonals of M and D [s]; infinity without damping. Vibrations that decay need not be resolved.
- * */
+/* Returns the time in which the slowest vibration of the rigid contacts decays, estimated from
+ * the diagonals of M and D [s]; infinity without damping. Vibrations that decay need not be
+ * resolved. */
 static double decay_time(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
@@ -312,7 +312,7 @@ SM_INLINE sm_status integrate_rigid(const int n, sm_march *march, const sm_steps
                        level < finest ? allowed : INFINITY, &curved);
         if (status != SM_OK) return status;
         if (level < finest && curved > allowed) {
-            save_rigid(n, march, 1);
+            keep_rigid(n, march, 1);
             level += curved > VERY_CURVED * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }

@@ -17,28 +17,27 @@
 typedef struct {
     sm_forcing forcing;
     sm_stepper stepper[SM_RIGID_LEVELS]; /* matrices by step size, computed when needed */
-    sm_lanes lane;        /* rigid contacts: displacements and velocities */
-    sm_warm warm;         /* rigid contacts: the stage problem and its initial guess */
-    double *force;        /* (N_c) friction force at the end of the last step [N] */
-    double *acceleration; /* (N_c) rigid contacts: mean of the last step [m/s^2] */
-    double *inertia;      /* (N_c) rigid contacts: M dv/dt at the end of the last step [N] */
-    double *before;       /* rigid contacts: state at the start of the step */
-    int level;            /* index of the present step size; -1: none yet */
+    sm_lanes lane;
+    sm_warm warm;
+    double *force; /* (N_c) friction force at the end of the last step */
+    double *acceleration; /* (N_c) of rigid contacts: mean of the last step */
+    double *inertia;      /* (N_c) of rigid contacts: M dv/dt at its end */
+    double *before;       /* state of the rigid contacts at the start of the step */
+    int level;            /* step size that lane and warm are set for; -1: none */
     /* elastic contacts have these instead of stepper, lane and warm: */
     sm_elastic_solver solver;
-    double *flexibility;  /* (N_c, N_c) of the structure to force deficits [m/N] */
-    double *u, *last_u;   /* (N_c) displacements if all contacts stuck [m]: present, last step */
-    double *x, *v;        /* (N_c) displacements [m], velocities [m/s] */
-    double *memory;       /* of the contact laws, see sm_elastic_memory */
+    double *flexibility;      /* (N_c, N_c) */
+    double *u, *last_u, *x, *v; /* (N_c) */
+    double *memory;           /* of the sliders */
 } sm_march;
 
-/* Places the arrays of an integration with up to `orders` harmonics of the response of the modes.
- * */
+/* Places the arrays of an integration with up to `orders` harmonics of the response of the
+ * modes. */
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_block *block);
 
 /* Returns the number of doubles of the state: x_c, v_c, f_c; then accelerations and M dv/dt of
- * rigid contacts, or displacements of elastic contacts if all stuck, and the memory of their laws.
- * */
+ * rigid contacts, or displacements of elastic contacts if all stuck, and the memory of their
+ * laws. */
 size_t sm_march_state_count(const sm_contact *contact);
 /* Starts from a state; NULL: at rest. */
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state);
