@@ -37,8 +37,8 @@ SM_HOT void sm_respond(const sm_contact *contact, const double *Y, double *R) {
     const sm_modal_response *response = contact->response;
     const double *H = response->dynamic_stiffness;
     const size_t orders = (size_t)response->orders_count, n = (size_t)contact->contacts;
-    if (response->held)
-        memcpy(R, response->held, 2 * orders * n * sizeof(double));
+    if (response->prescribed)
+        memcpy(R, response->prescribed, 2 * orders * n * sizeof(double));
     else
         memset(R, 0, 2 * orders * n * sizeof(double));
     for (size_t q = 0; q < orders; q++, Y += 2 * n)

@@ -1,11 +1,8 @@
 /* A march along phase lines, eq. (13): the functions of a contact law, and the data of a march.
- *
  * The modes act on the contacts with forces (elastic contacts: displacements)
  *   2 Re (-sum_j L_j a_j exp(i t_j) + sum_nm R_nm exp(i (n t_A + m t_B))).
  * A march of one period of mode A under the response R gives the harmonics Y of the motion
- * (elastic contacts: of the force deficit). Periodic motion has R = H Y + held, with the prescribed
- * force `held` of sm_modal_response.
- */
+ * (elastic contacts: of the force deficit). Periodic motion has R = H Y + prescribed force. */
 #ifndef SLIPMODE_MARCH_H
 #define SLIPMODE_MARCH_H
 
@@ -99,12 +96,13 @@ double sm_relative_distance(const sm_march *march, const sm_scales *scales, cons
  * determines the other half, with opposite sign. */
 int sm_is_odd(const sm_discretisation *grid);
 
-/* Computes the response R = H Y + held of the modes to harmonics Y (orders, N_c, 2). */
+/* Computes the response R = H Y + prescribed force of the modes to harmonics Y (orders, N_c, 2). */
 void sm_respond(const sm_contact *contact, const double *Y, double *R);
 
-/* Make the march of a law: `points`, `memory`, `requested` and the arrays. The caller releases it
- * also after a failure. */
+/* Makes the march of rigid contacts: `points`, `memory`, `requested` and the arrays. The caller
+ * releases it also after a failure. */
 sm_status sm_rigid_make(sm_march *march);
+/* Makes the march of elastic contacts in the same way. */
 sm_status sm_elastic_make(sm_march *march);
 
 /* Finds the periodic motion at all points of the task. */

@@ -85,8 +85,8 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
     if (points->count == 0 || status != SM_OK) return status;
     const sm_modal_response *response = contact->response;
     const size_t all = 2 * (size_t)contact->contacts * (size_t)orders_count * points->count;
-    if (points->near && !sm_all_finite(points->near, all)) return SM_NOT_FINITE;
-    if (response && (response->start || points->near) && response->marched > 0
+    if (points->guess && !sm_all_finite(points->guess, all)) return SM_NOT_FINITE;
+    if (response && (response->start || points->guess) && response->marched > 0
         && !response->periodic)
         return SM_BAD_ARGUMENT;
     return motion->harmonics && motion->mean_square && motion->residual && motion->marched

@@ -1,9 +1,7 @@
-/* The search for periodic motion on the torus, eqs. (13), (14), with any contact law; torus.c
- * calls it.
- *
+/* The search for periodic motion on the torus, eqs. (13), (14), for all laws; torus.c calls it.
  * Unknowns are the response R of the modes and, if contacts converge slowly, their memory. A march
- * under R gives harmonics Y and the next R = H Y + held. Weak responses to rigid contacts are
- * iterated with relaxation after each half period (periodicity.c), others by Anderson's method. */
+ * under R gives harmonics Y and the next R = H Y + prescribed force. Weak responses to rigid
+ * contacts are iterated with relaxation after each half period, others by Anderson's method. */
 #include "torus/march.h"
 
 #include <math.h>
@@ -233,13 +231,13 @@ static int any_open(const search *s, double residual) {
 static sm_status iterate_from_guesses(search *s) {
     const sm_march *m = s->march;
     const sm_modal_response *response = m->contact->response;
-    const double *near = m->task->points->near;
+    const double *guess = m->task->points->guess;
     sm_status status = SM_OK;
-    if (near)
-        start(s, near + m->first * s->harmonics, s->harmonics);
+    if (guess)
+        start(s, guess + m->first * s->harmonics, s->harmonics);
     else if (s->follows)
         m->law->start(s->march, NULL);
-    if (near || s->follows) status = iterate(s, 1, 1.0);
+    if (guess || s->follows) status = iterate(s, 1, 1.0);
     if (status != SM_OK || !any_open(s, NEAR_SOLUTION)) return status;
     start(s, response ? response->start : NULL, 0);
     return iterate(s, 1, 1.0);
