@@ -36,7 +36,7 @@ typedef struct {
 
 /* Returns the number of doubles of the state: q and q' (n each), contact displacement, velocity
  * and force (N_c each), the work done on the contacts, and the memory of elastic contacts. Rigid
- * contacts dissipate the work; elastic ones store a part of it. */
+ * contacts dissipate the work; elastic ones store a part. */
 SM_API size_t sm_full_state_count(const sm_full *full);
 
 /* Results of an integration: `count` samples, one after every `every` steps. */

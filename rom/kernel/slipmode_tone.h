@@ -53,7 +53,7 @@ SM_API sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_f
 SM_API void sm_tone_free(sm_tone_flow *flow);
 /* Sets the flow to rest at `time`, with the present inputs. */
 SM_API sm_status sm_tone_reset(sm_tone_flow *flow, double time);
-/* Sets the inputs from now on; those of mode A are used, `force` is F. If they are discontinuous,
+/* Sets the inputs from now on; only inputs of mode A are used. If they are discontinuous,
  * the displacements are continuous. On any status but SM_OK the state is as before the call, here
  * and below: SM_NOT_CONVERGED if no force deficits were found. */
 SM_API sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs);

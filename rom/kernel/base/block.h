@@ -1,9 +1,7 @@
-/* One block of memory for all work arrays of a computation, allocated once.
- *
- * A function that places arrays is called twice: the first call counts the doubles, the second one,
- * after sm_allocate, sets the pointers. Contact steps, the torus, full order, components and tones
- * place their arrays in this way.
- */
+/* One block of memory for all work arrays of a computation, allocated once. A function that
+ * places arrays is called twice: the first call counts the doubles, the second one, after
+ * sm_allocate, sets the pointers. Contact steps, the torus, full order, components and tones
+ * place arrays so. */
 #ifndef SLIPMODE_BLOCK_H
 #define SLIPMODE_BLOCK_H
 

@@ -1,4 +1,4 @@
-/* Complex numbers as a structure, because some compilers lack the complex type of C99; and phasors
+/* Complex numbers as a structure, because some compilers have no complex type of C99; and phasors
  * of the harmonics (n, m), eq. (14) (harmonics.c). All rooms use them. */
 #ifndef SLIPMODE_CNUMBER_H
 #define SLIPMODE_CNUMBER_H

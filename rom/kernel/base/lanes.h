@@ -1,5 +1,4 @@
 /* Lanes: up to SM_LANES independent contact problems side by side, one per vector element.
- *
  * Lane arrays are [contact][lane]. Loops over lanes have no calls and no branches that differ
  * between lanes, so that the compiler can vectorise them. `lanes` is a literal (1, SM_FEW_LANES or
  * SM_LANES) in the outermost callers, and each loop is compiled for its width. Contact steps and

@@ -1,9 +1,8 @@
-/* Free vibrations after discontinuities of the forces.
- *
- * The amplitudes of eqs. (18), (19) follow the forced response of the modes. At a discontinuity
- * of the force, displacement and velocity of the modes are continuous: free vibrations with the
- * amplitudes in the header are the difference of both forced responses. The component calls it at
- * the start of a step, the FMU in an event. */
+/* Free vibrations after discontinuities of the forces. The amplitudes of eqs. (18), (19)
+ * follow the forced response of the modes. At a discontinuity of the force, displacement and
+ * velocity of the modes are continuous: free vibrations with the amplitudes in the header are
+ * the difference of both forced responses. The component calls it at the start of a step, the
+ * FMU in an event. */
 #include "slow/discontinuity.h"
 
 #include <math.h>

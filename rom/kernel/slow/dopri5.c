@@ -1,5 +1,4 @@
-/* A time step of the slow flow: the pair 5(4) of Dormand and Prince (1980).
- *
+/* A time step of the slow flow: the pair 5(4) of Dormand and Prince (1980),
  *   k_p = f(t + c_p h, y + h sum_q w_pq k_q),  y_new = y + h sum_q w_7q k_q,
  * with the error estimate h sum_p e_p k_p. The last stage is the first stage of the next step. The
  * component (component.c) calls it and chooses the step size.

@@ -1,9 +1,7 @@
-/* The slow flow, eqs. (18), (19), at given points, with checks of the arguments.
- *
- * Computes the rates with all terms, the terms that balance in steady motion with their Jacobian,
- * and directional derivatives of the rates. Python, the FMU and the explorer call it; the equations
- * are in slow_flow.c.
- */
+/* The slow flow, eqs. (18), (19), at given points, with checks of the arguments: rates with
+ * all terms, the terms that balance in steady motion with their Jacobian, and directional
+ * derivatives of the rates. Python, the FMU and the explorer call it; the equations are in
+ * slow_flow.c. */
 #include <math.h>
 #include <string.h>
 

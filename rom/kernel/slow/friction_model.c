@@ -1,9 +1,8 @@
-/* Friction terms from the friction table, eq. (20).
- *
- * The table has S_j over the moduli, and T_k for each combination resonance (n, m) of a mode j:
+/* Friction terms from the friction table, eq. (20), with S_j over the moduli and T_k for each
+ * combination resonance (n, m) of a mode j:
  *   G_j = S_j u_j + sum_k T_k exp(i (n theta_A + m theta_B - theta_j)) u_A^n u_B^m,  u = e / |e|.
- * At forcing frequencies off the carriers of the table, S_j changes by sum_k dS_j/dOmega_k
- * detuning_k. The slow flow (slow_flow.c) is the only caller. */
+ * At forcing frequencies off the carriers of the table, sum_k dS_j/dOmega_k detuning_k is added to
+ * S_j. The slow flow (slow_flow.c) calls it. */
 #include "slow/friction_model.h"
 
 #include <math.h>

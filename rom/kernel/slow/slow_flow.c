@@ -1,19 +1,20 @@
-/* The slow flow: amplitude equations (18), (19) in the frame of the forcing.
- *
- * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
+/* The slow flow: amplitude equations (18), (19) in the frame of the forcing (docs/theory.md,
+ * "Amplitude equations" and "Rate correction"). Time steps (dopri5.c), entries.c and branches/ call
+ * it. */
+#include "slow/slow_flow.h"
+
+#include <math.h>
+
+#include "base/lanes.h"
+
+/* With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
  *   (d/dt + mass) (d/dt - slow) a = load = force / 2 + c s G(e),  e = c (a + shift force) / s,
  * with the coefficients of coefficients.c and the friction terms G of friction_model.c. To first
  * order in the rate of the load, (d/dt - slow) a = load / mass - (load / mass)' / mass, which is
  * integrated:
  *   mass a' + stiffness a = load - load' / mass + mass' load / mass^2 + lag.
  * The lag is the friction force less the friction force of steady motion. The paper neglects load',
- * mass' and the lag. Time steps (dopri5.c) and the entries (entries.c, branches/) call this file.
- */
-#include "slow/slow_flow.h"
-
-#include <math.h>
-
-#include "base/lanes.h"
+ * mass' and the lag. */
 
 /* Returns x a + y b. */
 SM_INLINE sm_complex scaled_sum(sm_complex a, double x, sm_complex b, double y) {

@@ -1,6 +1,5 @@
 /* Contact motion on the torus under growing amplitudes, for the rate correction R_jk of S_j
  * (docs/theory.md, "Rate correction"); called by Python.
- *
  * With a(t) = a + r t the contacts move by x0(t_A, t_B; a + r t) + r x1(t_A, t_B). In a mean over
  * two periods of mode A around t = 0 with the hat 1 - |t| / period as weight, the change of x0
  * cancels, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1. */

@@ -13,7 +13,7 @@
 /* Shortest step, and smallest distance of two different points, in units of z. */
 #define SHORTEST_STEP 1e-7
 /* Shortest step / error of z (curve->noise) on which the direction of the tangent is significant;
- * the shortest step is a quarter of it. */
+ * the shortest step is a quarter. */
 #define SIGNIFICANT_STEP 50.0
 #define FIRST_STEP 0.25 /* relative to the largest step */
 /* Largest angle between successive tangents [rad]: 0.15 = 8.6 degrees. */

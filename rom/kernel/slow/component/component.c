@@ -1,11 +1,8 @@
-/* The step-able component: slow flow and contact motion under inputs that change linearly over a
- * step.
- *
- * A step jumps the amplitudes where the forces are discontinuous (discontinuity.c), integrates the
- * amplitude equations (dopri5.c) with step size control, and hands each internal step to the
- * contact motion (contact_output.c), which is integrated when it is read. Python, the FMU and the
- * explorer call the entries.
- */
+/* The component: slow flow, eqs. (18), (19), and contact motion, eq. (12), under inputs that
+ * change linearly over a step. A step adds free vibrations where forces are discontinuous
+ * (discontinuity.c) and integrates the amplitude equations (dopri5.c) with step size control.
+ * The contact motion (contact_output.c) is integrated when it is read. Python, the FMU and the
+ * explorer call it. */
 #include <stdlib.h>
 
 #include "base/check.h"

@@ -1,10 +1,7 @@
-/* The contact motion of a component at its communication points.
- *
- * Contacts are integrated, eq. (12), when they are read. Until then a queue stores the slow motion
- * over the memory of the contacts, so that motion which is not read costs little.
- * Elastic displacements are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j exp(i phase_j))
- * exp(i theta_j) + contacts_out x_c + response. The component (component.c) calls the entries.
- */
+/* The contact motion of a component at its communication points. Contacts are integrated, eq. (12),
+ * when they are read. Until then a queue stores the slow motion over the memory of the contacts, so
+ * that motion which is not read costs little. sm_motion defines the elastic displacements. The
+ * component (component.c) calls it. */
 #include "slow/component/contact_output.h"
 
 #include "base/check.h"

@@ -1,18 +1,15 @@
 /* Time integration of the contacts along a slow trajectory: eq. (12) with slowly varying
- * amplitudes.
- *
- * The steps follow the carriers; rigid contacts use sdirk2.c, elastic contacts are quasi-static. A
- * rigid contact that begins to slip vibrates with its mass on the stiffness of the structure, for a
- * fraction of a period: steps that do not resolve this vibration are halved. sm_contact_motion
- * (contact_motion.c) and the component (contact_output.c) call it.
- */
+ * amplitudes. Steps are parts of a carrier period; elastic contacts are quasi-static. A rigid
+ * contact that begins to slip vibrates with its mass on the stiffness of the structure, for a
+ * fraction of a period: steps that do not resolve this vibration are halved. contact_motion.c
+ * and the component (contact_output.c) call it. */
 #include "slow/motion/contact_march.h"
 
 #include "base/check.h"
 #include "base/exact_sum.h"
 
-/* Divisions of the last step of elastic contacts: its short part is 2^-6 of it. Elastic contacts
- * have no inertia, so that later steps do not depend on the motion between two steps. */
+/* Divisions of the last step of elastic contacts: its short part is 2^-6 of the step. Elastic
+ * contacts have no inertia, so that later steps do not depend on the motion between two steps. */
 #define ELASTIC_HALVINGS 6
 /* Steps below this part of the longest step allowed need fewer halvings [-]. */
 #define SHORT_STEP 0.6

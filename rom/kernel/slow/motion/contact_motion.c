@@ -1,10 +1,7 @@
-/* Contact motion at given times along a slow trajectory, eq. (12).
- *
- * The contacts are integrated (contact_march.c) over segments of slow motion. Their initial state
- * decays within a few periods, so that segments need to start only a few periods before the first
- * sample.
- * rom/slow/motion.py and rom/cyclic call it.
- */
+/* Contact motion at given times along a slow trajectory, eq. (12). The contacts are integrated
+ * (contact_march.c) over segments of slow motion. Their initial state decays within a few
+ * periods, so that segments need to start only a few periods before the first sample.
+ * rom/slow/motion.py and rom/cyclic call it. */
 #include <stdlib.h>
 
 #include "base/check.h"

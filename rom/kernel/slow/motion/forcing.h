@@ -1,13 +1,7 @@
-/* Forces on the contacts along a segment of slow motion:
- *
+/* Forces on the contacts along a segment of slow motion, eq. (12):
  *   u(t) = -2 Re sum_j L_j a_j exp(i theta_j) + Re sum_nm G_nm exp(i (n theta_A + m theta_B)),
- *
- * with cubic amplitudes a_j and linear coefficients G_nm of the response of the modes. At instants
- * that are a step h apart u and its rate are exact. Between them, where the stages of shorter steps
- * lie, u is a cubic, with the error (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40
- * steps a period. At constant frequencies the phasors are advanced by constant factors. The time
- * integration of the contacts (contact_march.c) is the only caller.
- */
+ * with cubic amplitudes a_j and linear coefficients G_nm of the response of the modes. The time
+ * integration of the contacts (contact_march.c) calls it. */
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
@@ -17,7 +11,10 @@
 
 #define SM_ROW 4 /* rows of harmonics have a multiple of 4 numbers, for vectors; the rest is 0 */
 
-/* The forces on the contacts during an integration. */
+/* The forces on the contacts during an integration. At instants that are a step h apart, u and its
+ * rate are exact. Between them, at the stages of shorter steps, u is a cubic, with the error
+ * (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40 steps per period. At constant
+ * frequencies the phasors are advanced by constant factors. */
 typedef struct {
     const sm_contact *contact;
     const sm_segment *segment;

@@ -1,5 +1,4 @@
-/* Fast motion at given times as a sum of harmonics with slowly varying coefficients, eq. (14).
- *
+/* Fast motion at given times as a sum of harmonics with slowly varying coefficients, eq. (14),
  * x(t) = 2 Re (sum_j shape_j a_j exp(i theta_j) + sum_nm c_nm exp(i (n theta_A + m theta_B))), with
  * the amplitudes of the segments and coefficients that are linear between their ends.
  * rom/slow/motion.py calls it for contacts, modes and loads.

@@ -1,8 +1,7 @@
-/* A stretch of slow time with linear inputs: its carriers and amplitudes.
- *
- * Amplitudes are cubic Hermite polynomials in time, angles theta_j are quadratic. The contact
- * motion (contact_march.c) and the sum of harmonics (harmonic_sum.c) evaluate segments from Python
- * or from the queue of a component.
+/* A segment of slow time with linear inputs: its carriers and amplitudes. Amplitudes are cubic
+ * Hermite polynomials in time, angles theta_j are quadratic. The contact motion (contact_march.c)
+ * and the sum of harmonics (harmonic_sum.c) evaluate segments from Python or from the queue of a
+ * component.
  */
 #include "slow/motion/segment.h"
 

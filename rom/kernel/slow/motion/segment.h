@@ -1,4 +1,4 @@
-/* A stretch of slow time with linear inputs: its carriers and amplitudes. */
+/* A segment of slow time with linear inputs: its carriers and amplitudes. */
 #ifndef SLIPMODE_SEGMENT_H
 #define SLIPMODE_SEGMENT_H
 

@@ -72,7 +72,7 @@ static sm_status check(const sm_tone *tone, double tolerance) {
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
-/* Places the arrays; those of the state come first. */
+/* Places the arrays; the arrays of the state are first. */
 static void place(sm_tone_flow *flow, sm_block *block) {
     const sm_tone *tone = &flow->tone;
     const size_t M = 2 * (size_t)tone->slow.count, n = 2 * (size_t)tone->contacts;

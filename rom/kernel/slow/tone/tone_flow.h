@@ -1,5 +1,5 @@
 /* Several modes on one tone (docs/theory.md, "Several modes on one tone"): state, work arrays, and
- * the functions that tone_entries.c, tone_march.c and tone_flow.c share. Names are those of
+ * the functions that tone_entries.c, tone_march.c and tone_flow.c share. The symbols are defined at
  * sm_tone: amplitudes a, force deficits y, drives c, poles s, complex force G. */
 #ifndef SLIPMODE_TONE_FLOW_H
 #define SLIPMODE_TONE_FLOW_H

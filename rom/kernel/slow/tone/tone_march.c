@@ -7,8 +7,8 @@
 #include "base/exact_sum.h"
 #include "slow/tone/tone_flow.h"
 
-/* Longest and shortest step [periods]. Longer steps than four periods could miss beats between the
- * modes. */
+/* Longest and shortest step [periods]. Longer steps than four periods would not resolve beats
+ * between the modes. */
 #define LONGEST 4.0
 #define SHORTEST 1e-3
 

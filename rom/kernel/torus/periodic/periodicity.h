@@ -1,5 +1,4 @@
 /* The test of periodicity of rigid contacts on the torus, eq. (13), after each half period.
- *
  * Friction is odd: the motion of a half period repeats with opposite sign, except where contacts
  * stick at an offset. The harmonics of each half period are therefore compared with the half period
  * before, and means of two half periods with the means one period before. The march ends when one
