@@ -1,4 +1,5 @@
-/* Full order: the reference. */
+/* Time integration of eq. (1) at full order, the reference for the slow flow. rom/full/ calls
+ * it. */
 #ifndef SLIPMODE_FULL_H
 #define SLIPMODE_FULL_H
 
@@ -21,23 +22,24 @@ typedef struct {
     const double *damping;    /* C, (n) if diagonal, else (n, n) */
     const double *directions; /* (N_c, n) W^T */
     const double *patterns;   /* (modes, n) */
-    const double *output;     /* (outputs, n): displacements wanted */
+    const double *output;     /* (outputs, n): outputs per coordinate */
     const double *inverse;    /* of A = I / g + C + g diag(stiffness), as damping; g = gamma h */
     const double *resistance; /* (N_c, N_c) S = (W^T A^-1 W)^-1; not of elastic contacts */
-    const sm_elastic *elastic; /* of elastic contacts, and what follows */
+    /* elastic contacts only: */
+    const sm_elastic *elastic;
     const double *own, *ahead; /* (n) g and b, weights of a step: see full/elastic_step.h [s] */
     /* (N_c, N_c) R = D (I + diag(reference) D)^-1, D = W^T diag(g) A^-1 W */
     const double *flexibility;
 } sm_full;
 
-#define SM_FULL_GAMMA 0.25
+#define SM_FULL_GAMMA 0.25 /* diagonal coefficient of the ESDIRK4 method, full/esdirk4.h */
 
-/* State: q and q' (n each), contact displacement, velocity and force (N_c each), the work done on
- * the contacts, and what elastic contacts remember. Rigid contacts dissipate that work; elastic
- * ones store some of it. */
+/* Returns the number of doubles of the state: q and q' (n each), contact displacement, velocity
+ * and force (N_c each), the work done on the contacts, and the memory of elastic contacts. Rigid
+ * contacts dissipate the work; elastic ones store a part. */
 SM_API size_t sm_full_state_count(const sm_full *full);
 
-/* What a run is sampled for: `count` samples, one after every `every` steps. */
+/* Results of an integration: `count` samples, one after every `every` steps. */
 typedef struct {
     size_t count, every;             /* both 1 or more */
     double *displacement, *velocity; /* (count, outputs) */

@@ -91,7 +91,7 @@ def export_fmu(
     }
     path, options = output or f"{scene.name}.fmu", shared | options
     if isinstance(plan, SharedTonePlan):
-        return fmu.export(plan.model, path, [plan.force], **options)
+        return fmu.export(plan.model, path, plan.excited.force_patterns, **options)
     if contacts and not plan.excited.reduced.n_contacts:
         raise SlipmodeError("contacts: must be left out, because the model of model.file has none")
     warn(each for each in plan.decisions if each.subject == "transients")

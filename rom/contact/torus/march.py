@@ -95,7 +95,7 @@ class TorusMarch:
         distinguishable = np.ones(len(orders), dtype=bool)
         reaction, stiffness = forces.reaction, reduced.stiffness
         response = _modal_response(orders)
-        response.asked = problem.requested
+        response.requested = problem.requested
         if reduced.contacts is not None and rates.size == 2:
             # Relative error of Omega_B / Omega_A on closed phase lines, over the march
             # tolerance: it changes S by about a third of that.
@@ -116,11 +116,11 @@ class TorusMarch:
             periodic = np.where(known, motion, 0.0)
             stiffness = -marched.flexibility(reduced)
             response.marched = len(marched.drawn)
-            _give(response, drawn=marched.drawn, advance=marched.advance, periodic=periodic)
+            _give(response, projection=marched.drawn, advance=marched.advance, periodic=periodic)
         _give(
             response,
             dynamic_stiffness=reaction,
-            held=forces.constant,
+            prescribed=forces.constant,
             start=forces.first_guess,
         )
         contact = _contact(reduced, problem.law, forces.coupling, stiffness, response)

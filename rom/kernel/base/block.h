@@ -1,4 +1,7 @@
-/* Arrays one after the other in a block of memory: what takes them is also what counts them. */
+/* One block of memory for all work arrays of a computation, allocated once. A function that
+ * places arrays is called twice: the first call counts the doubles, the second one, after
+ * sm_allocate, sets the pointers. Contact steps, the torus, full order, components and tones
+ * place arrays so. */
 #ifndef SLIPMODE_BLOCK_H
 #define SLIPMODE_BLOCK_H
 
@@ -8,33 +11,32 @@
 
 #include "base/lanes.h"
 
-/* Without memory it counts what is taken: what takes arrays is called twice, and sm_allocate in
- * between. */
 typedef struct {
-    double *memory;
-    size_t taken; /* doubles */
+    double *memory; /* NULL while the doubles are counted */
+    size_t taken;   /* doubles counted or placed so far */
 } sm_block;
 
-/* Takes the memory that was counted, zeros; returns whether there is so much. It is the caller's. */
+/* Allocates the counted doubles, set to zero, which the caller frees; returns 0 if memory is
+ * exhausted. */
 static inline int sm_allocate(sm_block *block) {
     block->memory = calloc(block->taken, sizeof(double));
     block->taken = 0;
     return block->memory != NULL;
 }
 
-/* Takes `count` doubles; NULL where they are only counted. */
+/* Returns the place of the next `count` doubles; NULL while they are counted. */
 static inline double *sm_take(sm_block *block, size_t count) {
     double *place = block->memory ? block->memory + block->taken : NULL;
     block->taken += count;
     return place;
 }
 
-/* So many doubles, filled up to whole cache lines and vectors. */
+/* Returns a number of doubles rounded up to whole cache lines and vectors. */
 static inline size_t sm_whole_lines(size_t doubles) {
     return (doubles + SM_VECTOR - 1) & ~(size_t)(SM_VECTOR - 1);
 }
 
-/* Doubles that hold so many bytes. */
+/* Returns the number of doubles that have room for a number of bytes. */
 static inline size_t sm_doubles(size_t bytes) {
     return (bytes + sizeof(double) - 1) / sizeof(double);
 }

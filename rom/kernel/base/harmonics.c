@@ -1,8 +1,11 @@
+/* Phasors exp(i (n theta_A + m theta_B)) of harmonics, eq. (14), as products of powers of the two
+ * carriers. Called for the motion along a trajectory (slow/motion/) and the response of the modes
+ * (slow/component/response_surface.c). */
 #include "base/cnumber.h"
 
-#define MOST_ORDER 128 /* |n| and |m| of a harmonic */
+#define MOST_ORDER 128 /* limit of |n| and |m|: powers are on the stack; tables have up to 15 */
 
-/* z^k for k = -highest ... highest, z on the unit circle; power points at k = 0. */
+/* Computes z^k for k = -highest ... highest, |z| = 1; `power` points at k = 0. */
 static void fill_powers(sm_complex z, int highest, sm_complex *power) {
     power[0] = sm_cx(1.0, 0.0);
     for (int k = 1; k <= highest; k++) {
@@ -11,7 +14,7 @@ static void fill_powers(sm_complex z, int highest, sm_complex *power) {
     }
 }
 
-/* The highest |n| and |m|. */
+/* Finds the highest |n| and the highest |m|. */
 static void highest_orders(int count, const int32_t *orders, int highest[SM_MODES]) {
     int32_t a = 0, b = 0;
     for (int q = 0; q < count; q++) {

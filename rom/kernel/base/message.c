@@ -1,6 +1,8 @@
-/* Messages of the status codes. */
+/* Messages of the status codes, for Python and the FMU; and the fingerprint of the headers that
+ * the library was compiled with. */
 #include "slipmode.h"
 
+/* Returns what a status means in words. */
 const char *sm_message(sm_status status) {
     switch (status) {
     case SM_OK: return "ok";
@@ -14,8 +16,9 @@ const char *sm_message(sm_status status) {
     return "unknown status";
 }
 
-#ifdef SM_HEADERS /* defined by CMakeLists.txt: what Python compares with its own */
+#ifdef SM_HEADERS /* defined by CMakeLists.txt */
 SM_API const char *sm_compiled_headers(void);
 
+/* Returns the fingerprint of the headers, which Python compares with its own. */
 const char *sm_compiled_headers(void) { return SM_HEADERS; }
 #endif

@@ -1,14 +1,14 @@
-/* Products of the symmetric matrix S with lane arrays: sums stay in registers, and none waits for
- * the one before it. */
+/* Products of a symmetric matrix with lane arrays. Independent partial sums stay in registers, so
+ * that no addition waits for the result of the one before. Contact steps call them (contact/). */
 #ifndef SLIPMODE_PRODUCTS_H
 #define SLIPMODE_PRODUCTS_H
 
 #include "base/lanes.h"
 
-#define SM_SUMS (4 * SM_LANES) /* side by side */
+#define SM_SUMS (4 * SM_LANES) /* partial sums at the same time, which fit in the registers */
 
-/* to = S x for `rows` (a literal) neighbouring rows of S, from `column` on: their entries lie side
- * by side, for S is symmetric. */
+/* Computes to = S x for `rows` (a literal) successive rows of S. `column` points at their entries
+ * in the first column, which are next to each other in memory because S is symmetric. */
 SM_INLINE void sm_rows_times(const int rows, const int n, const int lanes,
                              const double *restrict column, const double *restrict x,
                              double *restrict to) {
@@ -27,7 +27,7 @@ SM_INLINE void sm_rows_times(const int rows, const int n, const int lanes,
     for (int k = 0; k < rows * lanes; k++) to[k] = sum[k];
 }
 
-/* to = S x */
+/* Computes to = S x. */
 SM_INLINE void sm_times(const int n, const int lanes, const double *restrict matrix,
                         const double *restrict x, double *restrict to) {
     const int rows = lanes == 1 ? 16 : SM_SUMS / SM_LANES;
@@ -37,7 +37,7 @@ SM_INLINE void sm_times(const int n, const int lanes, const double *restrict mat
     for (; i < n; i++) sm_rows_times(1, n, lanes, matrix + i, x, to + i * lanes);
 }
 
-/* to = sum_j row_j x_j in every lane */
+/* Computes to = sum_j row_j x_j in each lane. */
 SM_INLINE void sm_row_times(const int n, const int lanes, const double *restrict row,
                             const double *restrict x, double *restrict to) {
     const int terms = lanes == 1 ? 16 : 2;

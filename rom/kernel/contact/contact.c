@@ -15,9 +15,9 @@ static int symmetric(const double *matrix, size_t n) {
 static sm_status check_marched(const sm_modal_response *response, size_t contacts) {
     if (response->marched < 0 || response->marched > 4096) return SM_BAD_ARGUMENT;
     if (response->marched == 0) return SM_OK;
-    if (!response->drawn || !response->advance) return SM_BAD_ARGUMENT;
+    if (!response->projection || !response->advance) return SM_BAD_ARGUMENT;
     const size_t modes = (size_t)response->marched;
-    return sm_all_finite(response->drawn, modes * contacts) &&
+    return sm_all_finite(response->projection, modes * contacts) &&
                    sm_all_finite(response->advance, 8 * modes)
                ? SM_OK : SM_NOT_FINITE;
 }
@@ -27,13 +27,13 @@ static sm_status check_response(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     const sm_status status = sm_orders_check(response->orders_count, response->orders);
     if (status != SM_OK || !response->dynamic_stiffness) return status;
-    if (response->asked < 0 || response->asked > response->orders_count) return SM_BAD_ARGUMENT;
+    if (response->requested < 0 || response->requested > response->orders_count) return SM_BAD_ARGUMENT;
     const sm_status marched = check_marched(response, n);
     if (marched != SM_OK) return marched;
     const size_t harmonics = (size_t)response->orders_count * n * 2;
     return sm_all_finite(response->dynamic_stiffness, harmonics * n) &&
                    (!response->start || sm_all_finite(response->start, harmonics)) &&
-                   (!response->held || sm_all_finite(response->held, harmonics))
+                   (!response->prescribed || sm_all_finite(response->prescribed, harmonics))
                ? SM_OK : SM_NOT_FINITE;
 }
 

@@ -1,20 +1,20 @@
-/* Coefficients of the amplitude equations at given inputs.
- *
- * Consistent formulation, carrier at the forcing: q'' + gamma q' + omega^2 q is
- * (d/dt + mass) (d/dt - slow) a with root^2 = gamma^2 / 4 - omega^2 and
- *   mass = gamma / 2 + root + i Omega,  slow = -gamma / 2 + root - i Omega,
- *   stiffness = -mass slow = omega^2 - Omega^2 + i gamma Omega.
- * Paper, carrier at the natural frequency, to first order in the detuning:
- *   mass = 2 i omega,  stiffness = 2 omega (omega - Omega) + i gamma omega.
- * The slow flow (slow_flow.c) evaluates them at each stage of a time step.
- */
+/* Coefficients of the amplitude equations (18), (19) at given inputs (docs/theory.md, "Amplitude
+ * equations"). The slow flow (slow_flow.c) evaluates them in each stage of a time step. */
 #include "slow/coefficients.h"
 
 #include <math.h>
 #include <string.h>
 
+/* Consistent formulation, carrier at the forcing: q'' + gamma q' + omega^2 q is
+ * (d/dt + mass) (d/dt - slow) a with root^2 = gamma^2 / 4 - omega^2 and
+ *   mass = gamma / 2 + root + i Omega,  slow = -gamma / 2 + root - i Omega,
+ *   stiffness = -mass slow = omega^2 - Omega^2 + i gamma Omega.
+ * Paper, carrier at the natural frequency, to first order in the detuning:
+ *   mass = 2 i omega,  stiffness = 2 omega (omega - Omega) + i gamma omega. */
+
 /* Largest distance from the carrier of the table at which dS/dOmega is used, relative to the
- * carrier: farther away S stays constant. */
+ * carrier [-]; farther away S stays constant. The slope is measured 2 % from the carrier, and its
+ * error 5 % from the carrier (rom/contact/detuning.py). */
 #define LARGEST_DETUNING 0.05
 
 double sm_detuning(const sm_slow_flow *flow, int j, double Omega) {
@@ -22,6 +22,7 @@ double sm_detuning(const sm_slow_flow *flow, int j, double Omega) {
     return fmax(-most, fmin(most, Omega - flow->carrier[j]));
 }
 
+/* Computes the coefficients of mode j at the inputs, and their products. */
 static void evaluate(sm_instant *instant, const sm_slow_flow *flow, int j, const sm_inputs *in) {
     const double omega = flow->natural[j], Omega = in->frequency[j], gamma = flow->damping[j];
     sm_coefficients *now = &instant->now;

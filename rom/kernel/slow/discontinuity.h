@@ -1,11 +1,11 @@
-/* Free vibrations that discontinuities of the forces leave behind. */
+/* Free vibrations after discontinuities of the forces. */
 #ifndef SLIPMODE_DISCONTINUITY_H
 #define SLIPMODE_DISCONTINUITY_H
 
 #include "slipmode.h"
 
-/* The forces until the present time; `known` 0: not known, so that the next forces are no
- * discontinuity. */
+/* The forces up to the present time. `known` is 0 if they are unknown: the next forces are then not
+ * treated as a discontinuity. */
 typedef struct {
     double force[SM_MODES], phase[SM_MODES], known;
 } sm_held_force;
@@ -13,8 +13,8 @@ typedef struct {
 /* Returns the forces of the inputs. */
 sm_held_force sm_hold_force(const sm_inputs *inputs);
 
-/* Adds the free vibrations to the amplitudes (SM_MODES complex) that keep displacement and velocity
- * of the modes continuous where the forces change from `held` to the forces of `now`. Returns 1 if
+/* Adds free vibrations to the amplitudes (SM_MODES complex), which keep displacement and velocity
+ * of the modes continuous if the forces change from `previous` to the forces of `now`. Returns 1 if
  * the forces are discontinuous.
  *
  * A slow amplitude vibrates freely as exp((-gamma / 2 + i omega_d) t). After a discontinuity F of
@@ -22,7 +22,7 @@ sm_held_force sm_hold_force(const sm_inputs *inputs);
  *   a = i exp(-i theta) Re(F exp(i theta) / (gamma + 2 i (Omega + omega_d))) / omega_d.
  * After a discontinuity of another force, to which it responds by q exp(i theta_j), its free
  * vibration cancels displacement and velocity of this response. */
-int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *held,
+int sm_force_discontinuity(const sm_slow_flow *flow, const sm_held_force *previous,
                            const sm_inputs *now, double *amplitude);
 
 #endif

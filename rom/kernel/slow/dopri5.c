@@ -1,5 +1,4 @@
-/* A time step of the slow flow: the pair 5(4) of Dormand and Prince (1980).
- *
+/* A time step of the slow flow: the pair 5(4) of Dormand and Prince (1980),
  *   k_p = f(t + c_p h, y + h sum_q w_pq k_q),  y_new = y + h sum_q w_7q k_q,
  * with the error estimate h sum_p e_p k_p. The last stage is the first stage of the next step. The
  * component (component.c) calls it and chooses the step size.
@@ -25,10 +24,11 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
                                      -17253.0 / 339200.0, 22.0 / 525.0,
                                      -1.0 / 40.0};
 
-/* Amplitudes below it become 0 [kg^1/2 m]: the square of a smaller one is a denormal, which is
- * slow. */
+/* Smaller amplitudes become 0 [kg^1/2 m]: products of their squares would be denormal numbers, with
+ * which processors compute slowly. */
 #define SMALLEST_AMPLITUDE 1e-140
-/* Absolute tolerance of an amplitude, relative to the tolerance times the range of the table. */
+/* Absolute tolerance of an amplitude / (tolerance * range of the table) [-]: the table has a
+ * relative error from this part of the range on (docs/theory.md, "Friction functions"). */
 #define ABSOLUTE_TOLERANCE 1e-3
 
 /* Returns the estimated error of the amplitudes after the step, relative to the tolerance. The
@@ -61,8 +61,8 @@ SM_INLINE sm_status add_stage(const sm_time_step *step, int stage, sm_instant *i
         double sum = 0.0;
         for (int p = 0; p < stage; p++)
             if (WEIGHT[stage][p] != 0.0) sum += WEIGHT[stage][p] * k[p][u];
-        const double moved = y[u] + step->h * sum;
-        y_new[u] = last && u < SM_AMPLITUDES && fabs(moved) < SMALLEST_AMPLITUDE ? 0.0 : moved;
+        const double value = y[u] + step->h * sum;
+        y_new[u] = last && u < SM_AMPLITUDES && fabs(value) < SMALLEST_AMPLITUDE ? 0.0 : value;
     }
     if (NODE[stage] == 1.0)
         sm_instant_set(instant, step->flow, &step->end);

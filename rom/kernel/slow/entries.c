@@ -1,9 +1,7 @@
-/* Checked entries of the slow flow at given points.
- *
- * Rates with all terms, the terms that balance in steady motion with their Jacobian, and
- * directional derivatives of the rates. Python, the FMU and the explorer call them; the equations
- * are in slow_flow.c.
- */
+/* The slow flow, eqs. (18), (19), at given points, with checks of the arguments: rates with
+ * all terms, the terms that balance in steady motion with their Jacobian, and directional
+ * derivatives of the rates. Python, the FMU and the explorer call it; the equations are in
+ * slow_flow.c. */
 #include <math.h>
 #include <string.h>
 
@@ -11,14 +9,16 @@
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
-#define MAX_ORDER 1000 /* of a combination resonance */
+#define MAX_ORDER 1000 /* |n| and |m| of a combination resonance: models have up to 15 */
 
+/* Returns whether mode and orders of a combination resonance are valid. */
 static int combination_is_valid(const sm_combination *c, int modes) {
     const int most_m = modes == SM_MODES ? MAX_ORDER : 0;
     return c->mode >= 0 && c->mode < modes && c->n >= -MAX_ORDER && c->n <= MAX_ORDER
            && c->m >= -most_m && c->m <= most_m;
 }
 
+/* Returns whether all doubles of an array are finite. */
 #define ALL_FINITE(array) \
     sm_all_finite((const double *)(const void *)&(array), sizeof(array) / sizeof(double))
 
@@ -69,6 +69,7 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
     return SM_OK;
 }
 
+/* Sets all values to NaN. */
 static void fill_with_nan(double *values, size_t count) {
     for (size_t k = 0; k < count; k++) values[k] = NAN;
 }
@@ -102,7 +103,8 @@ sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm
         double *slopes = jacobian ? jacobian + p * unknowns * unknowns : NULL;
         sm_flow_state state;
         sm_status status = set_point(flow, inputs + p, 0.0, amplitude, &instant);
-        if (status == SM_OK) status = sm_flow_at(flow, &instant, sm_steady_terms(flow), amplitude, &state);
+        if (status == SM_OK)
+            status = sm_flow_at(flow, &instant, sm_steady_terms(flow), amplitude, &state);
         if (status != SM_OK && status != SM_OUTSIDE_TABLE) return status;
         if (status == SM_OUTSIDE_TABLE) {
             worst = status;
@@ -124,8 +126,9 @@ sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points, const sm
  * The rates contain the derivative of the table along the flow, so their exact derivative would
  * need its second derivatives. A central difference of the rates is used instead. */
 
-/* Distance of the points of the difference, relative to the ranges of amplitudes and inputs. The
- * error is its square by the order of the difference, and 1e-16 divided by it by rounding. */
+/* Distance of the points of the central difference, relative to the ranges of amplitudes and
+ * inputs [-]. The truncation error is of the order of its square, 1e-10, and the rounding error of
+ * the order of 1e-16 / 1e-5 = 1e-11. */
 #define RELATIVE_DISTANCE 1e-5
 
 /* Returns the distance along the direction over which nothing changes by more than

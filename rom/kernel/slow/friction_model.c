@@ -1,11 +1,8 @@
-/* Friction terms from the friction table.
- *
- * The table has S_j over the moduli, and T_k for each combination resonance (n, m) of a mode j:
+/* Friction terms from the friction table, eq. (20), with S_j over the moduli and T_k for each
+ * combination resonance (n, m) of a mode j:
  *   G_j = S_j u_j + sum_k T_k exp(i (n theta_A + m theta_B - theta_j)) u_A^n u_B^m,  u = e / |e|.
- * At forcing frequencies off the carriers of the table, S_j changes by sum_k dS_j/dOmega_k
- * detuning_k. The slow flow (slow_flow.c) is the only caller; another friction model has the same
- * sm_friction_at.
- */
+ * At forcing frequencies off the carriers of the table, sum_k dS_j/dOmega_k detuning_k is added to
+ * S_j. The slow flow (slow_flow.c) calls it. */
 #include "slow/friction_model.h"
 
 #include <math.h>
@@ -13,12 +10,14 @@
 #include "base/lanes.h"
 #include "table/table.h"
 
-/* Square of a modulus that counts as 0: the reciprocal of a smaller one is close to overflow. */
+/* Square of a modulus below which a mode is at rest: the reciprocal of a smaller one is close to
+ * overflow. */
 #define AT_REST 1e-300
 
+/* Adds a term to a sum. */
 SM_INLINE void add(sm_complex *sum, sm_complex term) { *sum = sm_cadd(*sum, term); }
 
-/* i factor z */
+/* Returns i factor z. */
 SM_INLINE sm_complex times_i(sm_complex z, double factor) {
     return sm_cx(-factor * z.im, factor * z.re);
 }
@@ -34,9 +33,9 @@ SM_INLINE void add_detuning(const sm_instant *instant, int modes, size_t fields,
                         instant->now.detuning[k] * by_frequency[2 * (j * modes + k) + p];
 }
 
-/* Adds the combination resonances, whose columns of the table start at T. Their angles relative to
- * their modes are often equal or opposite: near p Omega_A = q Omega_B they are p theta_A - q
- * theta_B. */
+/* Adds the combination resonances, whose columns of the table start at T. The phase of a term
+ * relative to its mode is often equal or opposite to the one before, near p Omega_A = q Omega_B
+ * always +-(p theta_A - q theta_B): equal phasors are computed once. */
 static void add_combinations(const sm_slow_flow *flow, const sm_instant *instant, int modes,
                              const double *T, size_t fields, const double *per_modulus,
                              sm_friction *f) {
@@ -55,7 +54,7 @@ static void add_combinations(const sm_slow_flow *flow, const sm_instant *instant
                 phasor = sm_cmul(phasor, sm_unit_power(f->unit[i], beat[i]));
         }
         for (int i = 0; i < SM_MODES; i++) last[i] = beat[i];
-        /* there are no harmonics of a mode at rest */
+        /* a mode at rest has no harmonics */
         if ((order[0] != 0 && f->modulus[0] == 0.0) || (order[1] != 0 && f->modulus[1] == 0.0))
             continue;
         const sm_complex term = sm_cmul(phasor, sm_pair(T));
@@ -69,7 +68,7 @@ static void add_combinations(const sm_slow_flow *flow, const sm_instant *instant
     }
 }
 
-/* `modes` is a literal. */
+/* Evaluates the friction terms and their derivatives; `modes` is a literal. */
 SM_INLINE sm_status evaluate(const sm_slow_flow *flow, sm_instant *instant, int modes,
                              sm_friction_terms terms, const sm_complex *e, sm_friction *f) {
     const sm_table *table = &flow->table;

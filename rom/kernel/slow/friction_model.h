@@ -1,14 +1,15 @@
-/* The friction model of a slow flow: friction terms at given amplitudes, and their derivatives. */
+/* The friction model of a slow flow: the friction terms of eqs. (18), (19) at given amplitudes, and
+ * their derivatives. */
 #ifndef SLIPMODE_FRICTION_MODEL_H
 #define SLIPMODE_FRICTION_MODEL_H
 
 #include "slow/coefficients.h"
 
 /* Friction terms at effective amplitudes e_k = |e_k| unit_k, relative to the scale of the limits:
- * G_j = unit_j term_j. Derivatives are [j][k], of the term of mode j by e_k. For a change w_k
- * unit_k,
- *   dG_j = unit_j sum_k (along_jk Re w_k + across_jk Im w_k),
- * which holds at rest as well, where unit_k = 1. */
+ * G_j = unit_j term_j. Derivatives are [j][k], of the term of mode j by e_k. For a change
+ * de_k = w_k unit_k,
+ *   dG_j = unit_j sum_k (along_jk Re w_k + across_jk Im w_k).
+ * This also holds at rest, where unit_k = 1. */
 typedef struct {
     double modulus[SM_MODES];
     sm_complex unit[SM_MODES];
@@ -16,8 +17,9 @@ typedef struct {
     sm_complex along[SM_MODES][SM_MODES], across[SM_MODES][SM_MODES];
     sm_complex beat[SM_MODES]; /* change per second by the beat of the combination resonances */
     double power[2];           /* tabulated powers, see sm_table */
-    /* complex, of modes j and k in row j modes + k, only if the table has them: changes of the term
-     * of mode j by d|e_k|/dt, in growing motion, and by Omega_k, with the slopes of the latter */
+    /* only if the table has them; complex, of modes j and k in row j modes + k: derivatives of the
+     * term of mode j by d|e_k|/dt (rate correction R_jk), and by Omega_k (detuning D_jk) with its
+     * slopes by the amplitudes */
     double lag[SM_RATE_CORRECTIONS], by_frequency[3 * SM_RATE_CORRECTIONS];
 } sm_friction;
 

@@ -1,9 +1,6 @@
-/* Inputs of a slow flow at a time.
- *
- * Forces, frequencies, phases and the scale of the friction limits change linearly in time over a
- * step, so the carrier angles are theta(t) = theta + Omega t + Omega' t^2 / 2. Each stage of a time
- * step and each entry of the slow flow evaluates its inputs here.
- */
+/* Inputs of a slow flow at a time. Forces, frequencies, phases and the scale of the friction limits
+ * change linearly in time over a step, so that the carrier angles are theta(t) = theta + Omega t +
+ * Omega' t^2 / 2. Stages of time steps (dopri5.c) and entries.c call it. */
 #include "slow/inputs.h"
 
 #include "base/check.h"

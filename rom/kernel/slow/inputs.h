@@ -8,10 +8,11 @@
 #define SM_INPUT_DOUBLES (sizeof(sm_inputs) / sizeof(double))
 #define SM_INPUT_VALUES (3 * SM_MODES + 1) /* inputs that change at a rate */
 
-/* Return the places of such an input and of its rate among the doubles of sm_inputs. */
+/* Returns the index of input k among the doubles of sm_inputs, k < SM_INPUT_VALUES. */
 SM_INLINE int sm_value_place(int k) {
     return k < 3 * SM_MODES ? k + k / SM_MODES * SM_MODES : 6 * SM_MODES;
 }
+/* Returns the index of the rate of input k among the doubles of sm_inputs. */
 SM_INLINE int sm_rate_place(int k) {
     return sm_value_place(k) + (k < 3 * SM_MODES ? SM_MODES : 1);
 }

@@ -1,25 +1,27 @@
-/* The slow flow: amplitude equations (18), (19) in the frame of the forcing.
- *
- * With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
- *   (d/dt + mass) (d/dt - slow) a = load = force / 2 + c s G(e),  e = c (a + shift force) / s,
- * with the coefficients of coefficients.c and the friction terms G of friction_model.c. To first
- * order in the rate of the load, (d/dt - slow) a = load / mass - (load / mass)' / mass, which is
- * integrated:
- *   mass a' + stiffness a = load - load' / mass + mass' load / mass^2 + lag.
- * The lag is the friction force less the friction force of steady motion. The paper neglects load',
- * mass' and the lag. Time steps (dopri5.c) and the entries (entries.c, branches/) call this file.
- */
+/* The slow flow: amplitude equations (18), (19) in the frame of the forcing (docs/theory.md,
+ * "Amplitude equations" and "Rate correction"). Time steps (dopri5.c), entries.c and branches/ call
+ * it. */
 #include "slow/slow_flow.h"
 
 #include <math.h>
 
 #include "base/lanes.h"
 
+/* With a_j exp(i theta_j), theta_j' = Omega_j, the equation of mode j is
+ *   (d/dt + mass) (d/dt - slow) a = load = force / 2 + c s G(e),  e = c (a + shift force) / s,
+ * with the coefficients of coefficients.c and the friction terms G of friction_model.c. To first
+ * order in the rate of the load, (d/dt - slow) a = load / mass - (load / mass)' / mass, which is
+ * integrated:
+ *   mass a' + stiffness a = load - load' / mass + mass' load / mass^2 + lag.
+ * The lag is the friction force less the friction force of steady motion. The paper neglects load',
+ * mass' and the lag. */
+
+/* Returns x a + y b. */
 SM_INLINE sm_complex scaled_sum(sm_complex a, double x, sm_complex b, double y) {
     return sm_cx(x * a.re + y * b.re, x * a.im + y * b.im);
 }
 
-/* `modes` is a literal, here and below. */
+/* Evaluates the equations without a''; `modes` is a literal, as in the functions below. */
 SM_INLINE sm_status flow_at(const sm_slow_flow *flow, sm_instant *instant, int modes,
                             sm_friction_terms terms, const double *y, sm_flow_state *state) {
     sm_complex e[SM_MODES] = {{0.0, 0.0}};
@@ -47,6 +49,7 @@ SM_INLINE sm_complex shifted(const sm_slow_flow *flow, const sm_instant *instant
     return sm_cadd(state->amplitude[j], sm_cmul(shift, instant->now.force[j]));
 }
 
+/* Computes the changes of sm_flow_change. */
 SM_INLINE void flow_change(const sm_slow_flow *flow, const sm_instant *instant, int modes,
                            const sm_flow_state *state, const sm_complex *amplitude,
                            const sm_coefficients *d, sm_complex *load, sm_complex *w) {
@@ -58,9 +61,9 @@ SM_INLINE void flow_change(const sm_slow_flow *flow, const sm_instant *instant, 
         w[k] = sm_cmul(sm_cmul(back, instant->ratio[k]), amplitude[k]);
         if (!d) continue;
         const sm_complex by_force = sm_cmul(sm_pair(flow->off_resonance[k]), d->force[k]);
-        const sm_complex moved = shifted(flow, instant, state, k);
+        const sm_complex effective = shifted(flow, instant, state, k);
         const sm_complex by_inputs =
-            sm_cadd(sm_cmul(d->coupling[k], moved), sm_cmul(now->coupling[k], by_force));
+            sm_cadd(sm_cmul(d->coupling[k], effective), sm_cmul(now->coupling[k], by_force));
         w[k] = sm_cadd(w[k], sm_cscale(sm_cmul(back, by_inputs), per_s));
         w[k].re -= f->modulus[k] * d->limit_scale * per_s;
     }
@@ -141,11 +144,11 @@ SM_INLINE void find_lag(const sm_slow_flow *flow, const sm_instant *instant, int
     for (int j = 0; j < modes; j++) lag[j] = sm_cmul(state->gain[j], lag[j]);
 }
 
-/* Returns the power from the forces to the contacts besides their shift of the amplitudes. The
- * table has it for forces g_j that hold the amplitudes steady, g_j (1 + 2 shift D) = 2 (D (a +
- * shift force) - reaction) with D the stiffness. It is proportional to the force: sum |F|
- * Re(conj(F) g) / sum |F| |g|^2 is the factor, 1 in a steady state and 0 without a force. At most
- * 1: g vanishes at some amplitudes. */
+/* Returns the power from the forces to the contacts, without the power through the shift of the
+ * amplitudes. The table has it for the forces g_j of steady states, g_j (1 + 2 shift D) =
+ * 2 (D (a + shift force) - reaction) with the stiffness D. It is proportional to the force, so that
+ * it is multiplied by sum |F| Re(conj(F) g) / sum |F| |g|^2, which is 1 in a steady state and 0
+ * without a force. The factor is limited to 1, because g vanishes at some amplitudes. */
 SM_INLINE double forces_power(const sm_slow_flow *flow, const sm_instant *instant, int modes,
                               const sm_flow_state *state, const sm_complex *lag,
                               double tabulated) {
@@ -164,11 +167,11 @@ SM_INLINE double forces_power(const sm_slow_flow *flow, const sm_instant *instan
     return tabulated * along / steady;
 }
 
-/* Returns the mean of F cos(theta + phase) x' for the motion x of the loaded DOFs, which the mode,
- * the other modes and the contacts move; by reciprocity of the shift, the reaction moves them by
- * it. */
+/* Returns the mean of F cos(theta + phase) x' for the motion x of the loaded DOFs due to the mode,
+ * the other modes and the contacts. By reciprocity, the reaction of the contacts moves the loaded
+ * DOFs by shift * reaction. */
 SM_INLINE double input_power(const sm_slow_flow *flow, const sm_instant *instant, int j,
-                          sm_complex a, sm_complex reaction, sm_complex rate) {
+                             sm_complex a, sm_complex reaction, sm_complex rate) {
     const sm_complex F = instant->now.force[j];
     const sm_complex by_contacts = sm_cmul(sm_pair(flow->off_resonance[j]), reaction);
     const sm_complex by_others = sm_cadd(sm_cmul(sm_pair(flow->other_modes[j][0]), F),
@@ -179,6 +182,7 @@ SM_INLINE double input_power(const sm_slow_flow *flow, const sm_instant *instant
     return sm_cmul(sm_conj(F), velocity).re;
 }
 
+/* Computes the derivative of the unknowns: the rates with a'' to first order, and the powers. */
 SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, int modes,
                                const double *y, double *dy) {
     sm_flow_state state;
@@ -203,10 +207,10 @@ SM_INLINE sm_status derivative(const sm_slow_flow *flow, sm_instant *instant, in
         dy[2 * j] = rate.re;
         dy[2 * j + 1] = rate.im;
         dy[SM_PUT_IN] += input_power(flow, instant, j, state.amplitude[j], reaction, rate);
-        /* the modes, and the forces by the shift, transfer this mean power to the contacts */
-        const sm_complex moved = shifted(flow, instant, &state, j);
+        /* mean power from the modes, and from the forces through the shift, to the contacts */
+        const sm_complex effective = shifted(flow, instant, &state, j);
         const double Omega = instant->inputs.frequency[j];
-        dy[SM_DISSIPATED] -= 2.0 * Omega * sm_cmul(sm_conj(moved), reaction).im;
+        dy[SM_DISSIPATED] -= 2.0 * Omega * sm_cmul(sm_conj(effective), reaction).im;
     }
     if (flow->table.power) {
         const double square = instant->now.limit_scale * instant->now.limit_scale;

@@ -1,4 +1,4 @@
-/* Rates of the slow flow, and its time steps. */
+/* Rates of the slow flow, eqs. (18), (19), and its time steps. */
 #ifndef SLIPMODE_SLOW_FLOW_H
 #define SLIPMODE_SLOW_FLOW_H
 
@@ -21,7 +21,8 @@ typedef struct {
     sm_complex rate[SM_MODES];     /* follow - stiffness a / mass */
 } sm_flow_state;
 
-/* Which friction terms are constant in steady motion. */
+/* Returns the friction terms that act in steady motion: for modes on one tone also the combination
+ * resonances. */
 SM_INLINE sm_friction_terms sm_steady_terms(const sm_slow_flow *flow) {
     return flow->ratio != 0.0 ? SM_ALL_TERMS : SM_CARRIERS;
 }

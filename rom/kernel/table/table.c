@@ -1,11 +1,15 @@
-/* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j| over the amplitude plane. */
+/* Friction tables: bicubic Hermite surfaces of S_j = Q_j |a_j|, eq. (20), over |a_A| and |a_B|.
+ *
+ * In a cell a surface is cubic in each amplitude. Values and slopes at the four corners determine
+ * it: f, df/da, df/db and d2f/dadb. It is interpolated along a first, then along b. */
 #include "table/table.h"
 
 #include "base/check.h"
 #include "base/lanes.h"
 
-#define MAX_COUNT 100000 /* nodes */
+#define MAX_COUNT 100000 /* nodes along an axis: sizes of the arrays do not overflow */
 
+/* Checks that nodes are finite, increase, and begin at 0. */
 static sm_status check_nodes(const double *node, int32_t count) {
     if (!sm_all_finite(node, (size_t)count)) return SM_NOT_FINITE;
     if (node[0] != 0.0) return SM_BAD_ARGUMENT;
@@ -14,15 +18,17 @@ static sm_status check_nodes(const double *node, int32_t count) {
     return SM_OK;
 }
 
+/* Returns the number of columns of the table: real and imaginary parts of its complex fields. */
 static size_t field_count(const sm_table *table) {
     return 2 * (size_t)(table->modes + table->combinations + table->power);
 }
 
+/* Returns the number of columns of the rate correction, and of the detuning. */
 static size_t correction_count(const sm_table *table) {
     return 2 * (size_t)(table->modes * table->modes);
 }
 
-/* What keeps a look-up inside the arrays. */
+/* Returns whether sizes and arrays are valid, so that an evaluation stays inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
     if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
@@ -65,8 +71,9 @@ int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess)
     return low;
 }
 
-/* Cubic Hermite weights in a cell, u of the way from its left node to its right one:
- *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1'; the slope alike, without f_0. */
+/* Weights of a cubic Hermite polynomial between nodes with values f_0, f_1 and slopes f_0', f_1':
+ *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1',
+ *   slope =       rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1' with other weights. */
 typedef struct {
     double rise, bend[2];
 } hermite;
@@ -75,6 +82,7 @@ typedef struct {
     hermite value, slope;
 } hermite_pair;
 
+/* Returns the weights at x between node[0] and node[1]. */
 SM_INLINE hermite_pair hermite_at(const double *node, double x) {
     const double h = node[1] - node[0], per_h = 1.0 / h;
     const double u = (x - node[0]) * per_h, v = 1.0 - u, uv = u * v;
@@ -83,59 +91,61 @@ SM_INLINE hermite_pair hermite_at(const double *node, double x) {
 }
 
 #define PARTS 3 /* value, d/da and d/db of the surface */
-#define WIDTH 4 /* fields side by side */
+#define WIDTH 4 /* columns of one vector operation */
 
-/* A cell of the table and where in it a point lies. */
+/* A point in a cell of the table, and the array over the nodes that is interpolated there. */
 typedef struct {
-    size_t fields;
-    const double *low, *high; /* rows of the nodes at its two ends in a, those in b one by one */
-    hermite_pair a, b;
-    size_t node;              /* the first of its corners */
-} patch;
+    size_t fields;            /* columns of the array */
+    const double *low, *high; /* (2, 4, fields): corners at the lower and the higher a, by b */
+    hermite_pair a, b;        /* weights along both amplitudes */
+    size_t node;              /* index of the corner with the smallest amplitudes */
+} table_point;
 
-/* Which of the arrays over the nodes is summed up. */
-SM_INLINE void look_at(patch *cell, const sm_table *table, const double *values, size_t fields) {
-    cell->fields = fields;
-    cell->low = values + cell->node * 4 * fields;
-    cell->high = cell->low + (size_t)table->count_b * 4 * fields;
+/* Selects the array that is interpolated: the table, its rate correction or its detuning. */
+SM_INLINE void select_array(table_point *point, const sm_table *table, const double *values,
+                            size_t fields) {
+    point->fields = fields;
+    point->low = values + point->node * 4 * fields;
+    point->high = point->low + (size_t)table->count_b * 4 * fields;
 }
 
-SM_INLINE void patch_at(const sm_table *table, const double *amplitudes, const int32_t *cell,
-                        patch *found) {
-    found->a = hermite_at(table->node_a + cell[0], amplitudes[0]);
-    found->node = (size_t)cell[0] * (size_t)table->count_b;
+/* Computes the weights of the amplitudes in their cell, and selects the table itself. */
+SM_INLINE void locate(const sm_table *table, const double *amplitudes, const int32_t *cell,
+                      table_point *point) {
+    point->a = hermite_at(table->node_a + cell[0], amplitudes[0]);
+    point->node = (size_t)cell[0] * (size_t)table->count_b;
     if (table->modes == SM_MODES) {
-        found->b = hermite_at(table->node_b + cell[1], amplitudes[1]);
-        found->node += (size_t)cell[1];
+        point->b = hermite_at(table->node_b + cell[1], amplitudes[1]);
+        point->node += (size_t)cell[1];
     }
-    look_at(found, table, table->values, field_count(table));
+    select_array(point, table, table->values, field_count(table));
 }
 
+/* Returns the value of a cubic. */
 SM_INLINE double cubic(const hermite *w, double left, double left_slope, double right,
                        double right_slope) {
-    const double bent = left + w->bend[0] * left_slope + w->bend[1] * right_slope;
-    return bent + w->rise * (right - left);
+    return left + w->bend[0] * left_slope + w->bend[1] * right_slope + w->rise * (right - left);
 }
 
+/* Returns the slope of a cubic. */
 SM_INLINE double cubic_slope(const hermite *w, double left, double left_slope, double right,
                              double right_slope) {
-    const double bent = w->bend[0] * left_slope + w->bend[1] * right_slope;
-    return bent + w->rise * (right - left);
+    return w->bend[0] * left_slope + w->bend[1] * right_slope + w->rise * (right - left);
 }
 
-/* The surface at `width` fields from the first one on: along a, for the value and d/db at each
- * node in b, and then along b. `width`, `modes` and `parts` are literals. */
-SM_INLINE void sum_fields(const patch *cell, size_t first, size_t width, int modes, int parts,
-                          double *restrict s) {
-    const hermite_pair *a = &cell->a, *b = &cell->b;
-    const size_t fields = cell->fields;
+/* Interpolates `width` columns from the first one on: along a, the values and d/db at both nodes
+ * of b; then along b. `width`, `modes` and `parts` are literals. */
+SM_INLINE void interpolate_columns(const table_point *point, size_t first, size_t width, int modes,
+                                   int parts, double *restrict s) {
+    const hermite_pair *a = &point->a, *b = &point->b;
+    const size_t fields = point->fields;
     const int rows = modes == SM_MODES ? 4 : 1;
     SM_SIMD
     for (size_t f = first; f < first + width; f++) {
         double value[4] = {0.0}, in_a[4] = {0.0};
         for (int k = 0; k < rows; k++) {
-            const double *low = cell->low + 2 * (size_t)k * fields + f;
-            const double *high = cell->high + 2 * (size_t)k * fields + f;
+            const double *low = point->low + 2 * (size_t)k * fields + f;
+            const double *high = point->high + 2 * (size_t)k * fields + f;
             value[k] = cubic(&a->value, low[0], low[fields], high[0], high[fields]);
             if (parts == PARTS)
                 in_a[k] = cubic_slope(&a->slope, low[0], low[fields], high[0], high[fields]);
@@ -148,25 +158,26 @@ SM_INLINE void sum_fields(const patch *cell, size_t first, size_t width, int mod
     }
 }
 
-/* Fields from `first` to before `end`, an even number of them. */
-SM_INLINE void sum_range(const patch *cell, size_t first, size_t end, int modes, int parts,
-                         double *s) {
+/* Interpolates the columns first ... end - 1, an even number. */
+SM_INLINE void interpolate_range(const table_point *point, size_t first, size_t end, int modes,
+                                 int parts, double *s) {
     size_t f = first;
-    for (; f + WIDTH <= end; f += WIDTH) sum_fields(cell, f, WIDTH, modes, parts, s);
-    if (f < end) sum_fields(cell, f, 2, modes, parts, s);
+    for (; f + WIDTH <= end; f += WIDTH) interpolate_columns(point, f, WIDTH, modes, parts, s);
+    if (f < end) interpolate_columns(point, f, 2, modes, parts, s);
 }
 
-SM_HOT static void sum_patch(const patch *cell, int modes, size_t sloped, double *s) {
+/* Interpolates all columns, and the slopes of the first `sloped` ones. */
+SM_HOT static void interpolate(const table_point *point, int modes, size_t sloped, double *s) {
     if (modes == 1) {
-        sum_range(cell, 0, sloped, 1, PARTS, s);
-        sum_range(cell, sloped, cell->fields, 1, 1, s);
+        interpolate_range(point, 0, sloped, 1, PARTS, s);
+        interpolate_range(point, sloped, point->fields, 1, 1, s);
     } else {
-        sum_range(cell, 0, sloped, SM_MODES, PARTS, s);
-        sum_range(cell, sloped, cell->fields, SM_MODES, 1, s);
+        interpolate_range(point, 0, sloped, SM_MODES, PARTS, s);
+        interpolate_range(point, sloped, point->fields, SM_MODES, 1, s);
     }
 }
 
-/* Leaves the cell of one amplitude. */
+/* Finds the cell of one amplitude; SM_OUTSIDE_TABLE beyond the last node. */
 SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double amplitude,
                                     int32_t *cell) {
     const int32_t guess = *cell;
@@ -178,7 +189,7 @@ SM_INLINE sm_status find_cell_along(const double *node, int32_t count, double am
     return SM_OK;
 }
 
-/* Leaves the cell of the amplitudes, looked for first where `cell` says. */
+/* Finds the cell of the amplitudes; the search begins at `cell`. */
 SM_INLINE sm_status find_cell(const sm_table *table, const double *amplitudes, int32_t *cell) {
     sm_status status = find_cell_along(table->node_a, table->count_a, amplitudes[0], &cell[0]);
     if (status != SM_OK || table->modes != SM_MODES) return status;
@@ -190,24 +201,24 @@ SM_HOT_ONE sm_status sm_table_slopes_from(const sm_table *table, const double *a
                                           double *rate_correction) {
     const sm_status status = find_cell(table, amplitudes, cell);
     if (status != SM_OK) return status;
-    patch found;
-    patch_at(table, amplitudes, cell, &found);
-    sum_patch(&found, table->modes, sloped, slopes);
+    table_point point;
+    locate(table, amplitudes, cell, &point);
+    interpolate(&point, table->modes, sloped, slopes);
     if (!rate_correction || !table->rate_correction) return SM_OK;
-    look_at(&found, table, table->rate_correction, correction_count(table));
-    sum_patch(&found, table->modes, 0, rate_correction);
+    select_array(&point, table, table->rate_correction, correction_count(table));
+    interpolate(&point, table->modes, 0, rate_correction);
     return SM_OK;
 }
 
 void sm_table_detuning(const sm_table *table, const double *amplitudes, int sloped,
                        const int32_t *cell, double *slopes) {
-    patch found;
-    patch_at(table, amplitudes, cell, &found);
-    look_at(&found, table, table->detuning, correction_count(table));
-    sum_patch(&found, table->modes, sloped ? found.fields : 0, slopes);
+    table_point point;
+    locate(table, amplitudes, cell, &point);
+    select_array(&point, table, table->detuning, correction_count(table));
+    interpolate(&point, table->modes, sloped ? point.fields : 0, slopes);
 }
 
-/* The nodes and values are not checked one by one: a NaN among them shows in the result. */
+/* Nodes and values are not checked here: with a NaN among them the result is NaN and refused. */
 sm_status sm_table_lookup(const sm_table *table, size_t points, const double *amplitudes,
                           double *s) {
     if (!shape_is_valid(table) || (points > 0 && (!amplitudes || !s))) return SM_BAD_ARGUMENT;

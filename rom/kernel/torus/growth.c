@@ -1,19 +1,18 @@
-/* Contact motion on the torus while the amplitudes grow: what is proportional to their growth.
- *
- * With a(t) = a + r t the contacts move by x0(t_A, t_B; a + r t) + r x1(t_A, t_B). Marched through
- * two periods of mode A about t = 0 and weighted by a hat over them, what x0 changes by cancels
- * line by line, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1.
- */
+/* Contact motion on the torus under growing amplitudes, for the rate correction R_jk of S_j
+ * (docs/theory.md, "Rate correction"); called by Python.
+ * With a(t) = a + r t the contacts move by x0(t_A, t_B; a + r t) + r x1(t_A, t_B). In a mean over
+ * two periods of mode A around t = 0 with the hat 1 - |t| / period as weight, the change of x0
+ * cancels, and the means of (x - x0) exp(-i (n t_A + m t_B)) / r are the harmonics of x1. */
 #include "base/check.h"
 #include "torus/elastic/elastic_lines.h"
 #include "torus/rigid/group.h"
 
-#define PERIODS_BEFORE 2 /* periods from rest to the first that counts */
+#define PERIODS_BEFORE 2 /* periods from rest to the first one of the mean */
 
 /* ---- rigid contacts ------------------------------------------------------------------------ */
 
-/* Weights of the sums of a period: rising from its start, or falling to its end. */
-static void weigh(sm_torus_grid *grid, int falling) {
+/* Multiplies the weights of a period by one half of the hat: rising, or falling. */
+static void apply_hat(sm_torus_grid *grid, int falling) {
     const size_t row = 2 * (size_t)grid->orders_count;
     for (int k = 0; k < grid->steps; k++) {
         const double rising = (k + 1.0) / grid->steps;
@@ -22,8 +21,8 @@ static void weigh(sm_torus_grid *grid, int falling) {
     }
 }
 
-/* One period, and the amplitudes and phases of the next. */
-static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
+/* Marches through a period, and sets amplitudes and phases to the start of the next one. */
+static sm_status march_growing(const sm_torus_grid *grid, sm_torus_group *g) {
     const sm_status status = sm_torus_group_march(grid, g, grid->steps);
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         g->a[lane] += grid->steps * g->a_step[lane];
@@ -33,7 +32,7 @@ static sm_status period(const sm_torus_grid *grid, sm_torus_group *g) {
     return status;
 }
 
-/* The points of a group: `growth` is that of the points of the task. */
+/* Adds the harmonics of the points of a group; growth (points, modes) is for all points. */
 static sm_status grow_group(sm_march *m, const double *growth) {
     sm_rigid_lines *r = m->lines;
     sm_torus_group *g = &r->group;
@@ -44,14 +43,14 @@ static sm_status grow_group(sm_march *m, const double *growth) {
     for (int lane = 0; lane < g->blocks * r->grid.lanes; lane++) {
         size_t point = m->first + (size_t)(lane / r->grid.lines);
         point = point < points ? point : points - 1;
-        const double *of = growth + point * (size_t)modes;
-        g->a_step[lane] = of[0] / steps;
-        g->b_step[lane] = modes == 2 ? of[1] / steps : 0.0;
-        g->a[lane] -= before * of[0];
-        if (modes == 2) g->b[lane] -= before * of[1];
+        const double *by = growth + point * (size_t)modes;
+        g->a_step[lane] = by[0] / steps;
+        g->b_step[lane] = modes == 2 ? by[1] / steps : 0.0;
+        g->a[lane] -= before * by[0];
+        if (modes == 2) g->b[lane] -= before * by[1];
     }
     for (int k = -PERIODS_BEFORE; k < 2; k++) {
-        const sm_status status = period(k < 1 ? &r->grid : &r->coarse, g);
+        const sm_status status = march_growing(k < 1 ? &r->grid : &r->coarse, g);
         if (status != SM_OK) return status;
         for (size_t p = 0; k >= 0 && p < m->points && m->first + p < points; p++)
             for (size_t i = 0; i < all; i++)
@@ -60,6 +59,8 @@ static sm_status grow_group(sm_march *m, const double *growth) {
     return SM_OK;
 }
 
+/* Computes the harmonics of all points with rigid contacts. The second grid, otherwise the coarse
+ * one, is a copy of the first with the falling half of the hat. */
 static sm_status grow_rigid(sm_march *m, const double *growth) {
     sm_rigid_lines *r = m->lines;
     sm_torus_grid *hat[2] = {&r->grid, &r->coarse};
@@ -67,7 +68,7 @@ static sm_status grow_rigid(sm_march *m, const double *growth) {
     r->coarse = (sm_torus_grid){.memory = NULL};
     sm_status status =
         sm_torus_grid_make(&r->coarse, m->contact, m->task->grid, m->task->points->count);
-    for (int k = 0; k < 2 && status == SM_OK; k++) weigh(hat[k], k);
+    for (int k = 0; k < 2 && status == SM_OK; k++) apply_hat(hat[k], k);
     for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
         status = grow_group(m, growth);
     return status;
@@ -75,6 +76,7 @@ static sm_status grow_rigid(sm_march *m, const double *growth) {
 
 /* ---- elastic contacts ---------------------------------------------------------------------- */
 
+/* Adds the harmonics of one point with elastic contacts. */
 static sm_status grow_elastic_point(sm_march *m, const double *growth, double *harmonics) {
     static const double none[SM_MODES] = {0.0};
     sm_elastic_lines *e = m->lines;
@@ -100,6 +102,7 @@ static sm_status grow_elastic_point(sm_march *m, const double *growth, double *h
     return sm_all_finite(harmonics, all) ? SM_OK : SM_NOT_FINITE;
 }
 
+/* Computes the harmonics of all points with elastic contacts. */
 static sm_status grow_elastic(sm_march *m, const double *growth) {
     sm_status status = SM_OK;
     for (; m->first < m->task->points->count && status == SM_OK; m->first++)

@@ -1,3 +1,8 @@
+/* The march on the torus that all contact laws share: response of the modes, scales of the motion.
+ *
+ * R = H Y, the response of the modes (docs/theory.md, "The contact problem"), is a sum over the
+ * contacts for each harmonic. Differences of harmonics are relative to the motion that the modes
+ * cause. The search for periodic motion (periodic/) and the marches (rigid/, elastic/) call it. */
 #include "torus/march.h"
 
 #include <math.h>
@@ -7,8 +12,8 @@
 
 #define WIDTH SM_VECTOR
 
-/* to += row Y of `count` real and imaginary parts: products of parts that lie side by side, and of
- * those that lie across, in sums that do not wait for each other. */
+/* Adds the product of a row of H and Y, `count` real and imaginary parts each, to `to`. Products
+ * of equal parts (re re, im im) and of different parts (re im, im re) have independent sums. */
 SM_INLINE void add_product(size_t count, const double *restrict row, const double *restrict Y,
                            double to[2]) {
     double same[WIDTH] = {0.0}, other[WIDTH] = {0.0}; /* stay in registers */
@@ -32,8 +37,8 @@ SM_HOT void sm_respond(const sm_contact *contact, const double *Y, double *R) {
     const sm_modal_response *response = contact->response;
     const double *H = response->dynamic_stiffness;
     const size_t orders = (size_t)response->orders_count, n = (size_t)contact->contacts;
-    if (response->held)
-        memcpy(R, response->held, 2 * orders * n * sizeof(double));
+    if (response->prescribed)
+        memcpy(R, response->prescribed, 2 * orders * n * sizeof(double));
     else
         memset(R, 0, 2 * orders * n * sizeof(double));
     for (size_t q = 0; q < orders; q++, Y += 2 * n)
@@ -61,13 +66,14 @@ sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
     return scales;
 }
 
-/* A mode's own harmonics are measured by its own displacement, or they would be lost next to a
- * much stronger mode; mixed harmonics, and those of a mode at rest, by the largest. */
+/* Harmonics of one mode are measured by the displacement due to this mode, so that a weak mode is
+ * as accurate as a strong one. Mixed harmonics, and harmonics of a mode at rest, are measured by
+ * the largest displacement. */
 double sm_scale_of(const sm_scales *scales, const int32_t *order) {
     const double own = order[1] == 0   ? scales->of_mode[0]
                        : order[0] == 0 ? scales->of_mode[1]
                                        : 0.0;
-    return own > 0.0 ? own : fmax(scales->motion, 1e-300);
+    return own > 0.0 ? own : fmax(scales->motion, SM_SMALLEST_SCALE);
 }
 
 double sm_relative_distance(const sm_march *m, const sm_scales *scales, const double *one,

@@ -1,17 +1,14 @@
-/* A march along phase lines: what a contact law provides, and what its drivers use.
- *
+/* A march along phase lines, eq. (13): the functions of a contact law, and the data of a march.
  * The modes act on the contacts with forces (elastic contacts: displacements)
  *   2 Re (-sum_j L_j a_j exp(i t_j) + sum_nm R_nm exp(i (n t_A + m t_B))).
  * A march of one period of mode A under the response R gives the harmonics Y of the motion
- * (elastic contacts: of the force deficit); periodic motion has R = H Y + held, see
- * sm_modal_response.
- */
+ * (elastic contacts: of the force deficit). Periodic motion has R = H Y + prescribed force. */
 #ifndef SLIPMODE_MARCH_H
 #define SLIPMODE_MARCH_H
 
 #include "slipmode.h"
 
-/* What is computed: the arguments of sm_torus_harmonics. */
+/* The arguments of sm_torus_harmonics. */
 typedef struct {
     const sm_discretisation *grid;
     const sm_torus_points *points;
@@ -20,22 +17,23 @@ typedef struct {
 
 typedef struct sm_march sm_march;
 
-/* A contact law on phase lines. */
+/* The functions of a contact law on phase lines. */
 typedef struct {
-    /* Contacts at rest at the points; elastic ones as in motion with harmonics Y (orders, N_c, 2),
-     * if it is not NULL. */
+    /* Sets the contacts of all points to rest; elastic ones to motion with harmonics
+     * Y (orders, N_c, 2), unless Y is NULL. */
     void (*start)(sm_march *march, const double *Y);
-    /* Marches through a period, or half of one, under the response: sets what is `of the last
-     * period`. */
+    /* Marches through a period, or half a period, under the response; sets `Y` to `fine`. */
     sm_status (*period)(sm_march *march);
-    /* Chooses half periods, if `half` and they suffice, or whole ones, and sets `plain`; returns
-     * which. */
+    /* Chooses half periods if `half` and the motion is odd, else whole periods; sets `plain`.
+     * Returns 1 for half periods. */
     int (*by_halves)(sm_march *march, int half);
-    /* Copies the memory of the contacts there, or back. NULL if `memory` is 0. */
+    /* Copies the memory of the contacts to `memory`, or from there if `back`. NULL if the march has
+     * memory = 0. */
     void (*exchange_memory)(sm_march *march, double *memory, int back);
-    /* After a period of point p: extrapolates displacements that converge slowly, if that is
-     * `wanted` and enough is known; returns whether it did. NULL: does not. */
+    /* After a period of point p: extrapolates displacements that converge slowly to their limit,
+     * if `wanted` and if two changes are known. Returns whether it did. NULL: `plain` is 0. */
     int (*extrapolate)(sm_march *march, size_t p, int wanted);
+    /* Frees the lines. */
     void (*release)(sm_march *march);
 } sm_torus_law;
 
@@ -44,69 +42,76 @@ struct sm_march {
     const sm_torus_task *task;
     const sm_torus_law *law;
     void *lines;         /* sm_rigid_lines or sm_elastic_lines */
-    size_t points;       /* that are marched side by side */
-    size_t memory;       /* doubles of a point's memory, if it is an unknown, or 0 */
+    size_t points;       /* capacity: points that are marched side by side */
+    size_t memory;       /* doubles of the memory of a point, if it is unknown; else 0 */
     size_t requested;    /* the first harmonics, whose tolerance is not relaxed */
-    int plain;           /* half periods of rigid contacts: the response takes a part of its change
-                            after each, not a combination of several */
-    const double *relaxation; /* (orders) that part */
-    size_t first, count; /* points of the task that are marched now */
-    double part;         /* of their amplitudes */
-    double *response;    /* (points, orders N_c 2 + memory) R */
-    /* of the last period: */
+    int plain;           /* 1: half periods of rigid contacts with relaxed iterations of the
+                            response; 0: whole periods with Anderson's acceleration */
+    const double *relaxation; /* (orders) relaxation factors of these iterations */
+    size_t first, count; /* points first ... first + count - 1 of the task are marched */
+    double part;         /* factor of their amplitudes, 1 except in a continuation */
+    double *response;    /* (points, orders N_c 2 + memory) R, then the memory */
+    /* results of the last period: */
     const double *Y;      /* (points, orders, N_c, 2) */
     const double *square; /* (points, N_c) mean square of the motion */
     int32_t steps;        /* along each line */
-    int marches, fine;    /* if `plain`: since the start; of these, on the grid itself */
+    int marches, fine;    /* if `plain`: half periods since the start, and on the fine grid */
 };
 
-/* Doubles of the harmonics of a point. */
+/* Returns the number of doubles of the harmonics of a point. */
 static inline size_t sm_march_harmonics(const sm_march *march) {
     return 2 * (size_t)march->task->grid->orders_count * (size_t)march->contact->contacts;
 }
 
-/* Amplitudes of a point of the march; spare ones repeat the last point of the task. */
+/* Returns the amplitudes of a point of the march. Unused places repeat the last of the points. */
 static inline const double *sm_march_amplitudes(const sm_march *march, size_t p) {
     const sm_torus_points *points = march->task->points;
     const size_t at = march->first + p < points->count ? march->first + p : points->count - 1;
     return points->amplitudes + at * (size_t)march->contact->modes;
 }
 
-/* Sizes of the contact motion and of the forces (elastic contacts: displacements) that the modes
- * alone cause, at a point's amplitudes or at smallest_scale, whichever are larger. Rigid contacts
- * move by 2 |L_j| a_j / K_ii without friction; elastic contacts that stick have half the peak of
- * the force. */
+/* Divisor in place of a scale 0, so that a quotient 0 / 0 becomes 0 [m], [N]. */
+#define SM_SMALLEST_SCALE 1e-300
+
+/* Contact motion and forces (elastic contacts: displacements) due to the modes alone, at the
+ * amplitudes of a point or at smallest_scale, whichever are larger. Rigid contacts move by
+ * 2 |L_j| a_j / K_ii without friction; the scale of sticking elastic contacts is half the peak
+ * force. */
 typedef struct {
-    double of_mode[SM_MODES]; /* motion by each mode; elastic contacts: 0 */
+    double of_mode[SM_MODES]; /* motion due to each mode; elastic contacts: 0 */
     double motion, response;  /* largest motion, largest force (displacement) */
 } sm_scales;
 
+/* Computes the scales at the amplitudes of a point. */
 sm_scales sm_scales_at(const sm_contact *contact, const double *amplitude,
                        const double *smallest_scale);
-/* The size that harmonic (n, m) is measured by. */
+/* Returns the scale of harmonic (n, m). */
 double sm_scale_of(const sm_scales *scales, const int32_t *order);
 
-/* Largest difference of harmonics (orders_count, N_c, 2), relative to the scales; 0 without
- * any. */
+/* Returns the largest difference of harmonics (orders_count, N_c, 2), relative to their scales; 0
+ * if the modes cause no motion. */
 double sm_relative_distance(const sm_march *march, const sm_scales *scales, const double *one,
                             const double *other);
-/* Whether all orders are odd and the steps even, as half periods with opposite sign need. */
+/* Returns whether all harmonics are odd and the number of steps is even: then half a period
+ * determines the other half, with opposite sign. */
 int sm_is_odd(const sm_discretisation *grid);
 
-/* R = H Y + held, of so many harmonics Y (orders, N_c, 2). */
+/* Computes the response R = H Y + prescribed force of the modes to harmonics Y (orders, N_c, 2). */
 void sm_respond(const sm_contact *contact, const double *Y, double *R);
 
-/* Makes the march of a law: `points`, `memory`, `requested` and the arrays. Release it also after
- * a failure. */
+/* Makes the march of rigid contacts: `points`, `memory`, `requested` and the arrays. The caller
+ * releases it also after a failure. */
 sm_status sm_rigid_make(sm_march *march);
+/* Makes the march of elastic contacts in the same way. */
 sm_status sm_elastic_make(sm_march *march);
 
-/* Solves all points of the task: periodic/search.c. */
+/* Finds the periodic motion at all points of the task. */
 sm_status sm_torus_search(sm_march *march);
 
-/* Checks of arguments: the contacts and how finely they are resolved; finite amplitudes or growths
- * (points, modes), and that the results at so many points fit. */
+/* Checks the contacts and the discretisation. */
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid);
+/* Checks that amplitudes or growths (points, modes) are finite, and that the size of the harmonics
+ * at all points can be represented. */
 sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const double *values,
                                 int32_t orders_count);
 

@@ -1,3 +1,4 @@
+/* Phases t_B of the phase lines, eq. (13): powers exp(i m t_B) as products of exp(i t_B). */
 #include "torus/phases.h"
 
 #include <math.h>
@@ -12,7 +13,7 @@ void sm_phases_place(sm_phases *f, size_t orders, const int32_t *order, sm_block
     f->across = sm_take(block, 2 * f->powers * f->wide);
 }
 
-/* All powers from the first. */
+/* Computes all powers from the first one. */
 static void set_powers(sm_phases *f) {
     const size_t wide = f->wide;
     const double *c = f->across + 2 * wide, *s = c + wide;
@@ -38,11 +39,11 @@ void sm_phases_start(sm_phases *f) {
 }
 
 void sm_phases_turn(sm_phases *f, double turns) {
-    const double by_c = cos(SM_TWO_PI * turns), by_s = sin(SM_TWO_PI * turns);
+    const double turn_c = cos(SM_TWO_PI * turns), turn_s = sin(SM_TWO_PI * turns);
     double *c = f->across + 2 * f->wide, *s = c + f->wide;
     for (size_t k = 0; k < f->wide; k++) {
-        const double t = c[k] * by_c - s[k] * by_s;
-        s[k] = c[k] * by_s + s[k] * by_c;
+        const double t = c[k] * turn_c - s[k] * turn_s;
+        s[k] = c[k] * turn_s + s[k] * turn_c;
         c[k] = t;
     }
     set_powers(f);

@@ -1,4 +1,6 @@
-/* Phases t_B of phase lines at the start of a period of mode A, and exp(i m t_B) there. */
+/* Phases t_B of the phase lines, eq. (13), at the start of a period of mode A, and exp(i m t_B) for
+ * the harmonics (n, m) of eq. (14). Marches of rigid (rigid/) and elastic contacts (elastic/) call
+ * it once per period. */
 #ifndef SLIPMODE_PHASES_H
 #define SLIPMODE_PHASES_H
 
@@ -6,25 +8,27 @@
 
 #include "base/block.h"
 
-#define SM_TOGETHER 4 /* steps whose sums over the harmonics are formed together */
-#define SM_POWERS 4   /* m come in groups of so many */
+#define SM_TOGETHER 4 /* steps with one pass over the harmonics: their sums fit in registers */
+#define SM_POWERS 4   /* the number of powers is a multiple of 4, for sums of 4 powers at a time */
 
 typedef struct {
-    size_t lines;   /* of a point: t_B = 2 pi p / lines at first */
-    size_t wide;    /* lines of all points, and lanes that fill vectors up */
-    size_t powers;  /* m = 0, 1, ... up to the highest of the orders, and some more */
+    size_t lines;   /* phase lines of a point: at the start t_B = 2 pi p / lines, p < lines */
+    size_t wide;    /* lines of all points, with unused lanes that complete a vector */
+    size_t powers;  /* number of m = 0, 1, ...: at least up to the highest |m| of the harmonics */
     double *across; /* (powers, 2, wide): cos and sin of m t_B */
 } sm_phases;
 
-/* cos of m t_B of all lines, and `wide` doubles behind the sin; for m < 0 that of -m. */
+/* Returns cos(|m| t_B) of all lines; sin(|m| t_B) begins `wide` doubles later. */
 static inline const double *sm_phases_power(const sm_phases *phases, int m) {
     return phases->across + 2 * (size_t)(m < 0 ? -m : m) * phases->wide;
 }
 
-/* `lines` and `wide` are set; order (orders, 2): n, m. */
+/* Sets `powers` for harmonics order (orders, 2): n, m; and places the arrays. The caller has set
+ * `lines` and `wide`. */
 void sm_phases_place(sm_phases *phases, size_t orders, const int32_t *order, sm_block *block);
+/* Spaces the phases of each point evenly over [0, 2 pi). */
 void sm_phases_start(sm_phases *phases);
-/* t_B += 2 pi turns. */
+/* Adds 2 pi turns to the phases of all lines. */
 void sm_phases_turn(sm_phases *phases, double turns);
 
 #endif

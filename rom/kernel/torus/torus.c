@@ -1,24 +1,23 @@
-/* Periodic contact motion on the torus, eq. (13), by characteristics.
+/* Periodic contact motion on the torus, eqs. (13), (14), by characteristics; called by Python.
  *
- * Along t_B = t_B0 + (omega_B / omega_A) t_A the partial differential equation is ordinary.
- * `lines` phase lines with t_B0 = 2 pi p / lines are marched period by period of mode A, side by
- * side in lanes; P_nm is the plain mean of x exp(-i (n t_A + m t_B)) over steps and lines,
- * spectrally accurate in t_B. The march ends when they repeat (periodic/search.c).
- */
+ * Along t_B = t_B0 + (omega_B / omega_A) t_A, eq. (13) is an ordinary differential equation. Phase
+ * lines with t_B0 = 2 pi p / lines are marched side by side until the motion repeats
+ * (periodic/search.c). P_nm is the mean of x exp(-i (n t_A + m t_B)) over all steps and lines. */
 #include <string.h>
 
 #include "base/check.h"
 #include "torus/march.h"
 
-#define MAX_STEPS 65536
+#define MAX_STEPS 65536 /* of a period */
 #define MAX_LINES 4096
-/* A point is marched for at most 14 (max_periods + 16) + 16 periods (periodic/search.c), so an
- * int32_t counts the steps: 1.85e9 < 2^31. */
+/* A point is marched for at most 14 (max_periods + 16) + 16 periods (periodic/search.c), so that an
+ * int32_t can count the steps: 1.85e9 < 2^31. */
 #define MAX_PERIODS 2000
-#define MAX_ORDER 65536 /* of a harmonic: no grid resolves more */
+#define MAX_ORDER 65536 /* |n| and |m|: as many as steps, no grid resolves more */
 #define MAX_ORDERS_COUNT 4096
 
-/* Lines of rigid contacts fill lanes. */
+/* Checks steps, lines and harmonics. The lines of rigid contacts are a power of two, so that lanes
+ * contain whole points, or points whole blocks of lanes. */
 static sm_status check_grid(int law, const sm_discretisation *grid) {
     const int32_t steps = grid->steps, lines = grid->lines, orders_count = grid->orders_count;
     const int32_t *orders = grid->orders;
@@ -32,6 +31,7 @@ static sm_status check_grid(int law, const sm_discretisation *grid) {
     return SM_OK;
 }
 
+/* Checks the carrier frequencies, and that the phases of the highest harmonic are finite. */
 static sm_status check_rates(int modes, const double *rates) {
     if (!rates) return SM_BAD_ARGUMENT;
     for (int j = 0; j < modes; j++) {
@@ -56,13 +56,14 @@ sm_status sm_torus_check_points(const sm_contact *contact, size_t points, const 
     return sm_all_finite(values, points * (size_t)contact->modes) ? SM_OK : SM_NOT_FINITE;
 }
 
-/* The modes must respond to the harmonics that are computed. */
+/* Returns whether the response of the modes is given for the harmonics that are computed. */
 static int responds_to(const sm_modal_response *response, const sm_discretisation *grid) {
     const size_t size = 2 * (size_t)grid->orders_count * sizeof(int32_t);
     return response->dynamic_stiffness && response->orders_count == grid->orders_count &&
            memcmp(response->orders, grid->orders, size) == 0;
 }
 
+/* Checks the smallest amplitudes that scale the tolerance. */
 static sm_status check_scales(const sm_contact *contact, const double *smallest_scale) {
     if (!smallest_scale) return SM_BAD_ARGUMENT;
     for (int j = 0; j < contact->modes; j++) {
@@ -72,6 +73,7 @@ static sm_status check_scales(const sm_contact *contact, const double *smallest_
     return SM_OK;
 }
 
+/* Checks the points, their initial guesses, and the arrays of the results. */
 static sm_status check_points(const sm_torus_task *task, const sm_contact *contact) {
     const sm_torus_points *points = task->points;
     const sm_torus_motion *motion = task->motion;
@@ -83,8 +85,8 @@ static sm_status check_points(const sm_torus_task *task, const sm_contact *conta
     if (points->count == 0 || status != SM_OK) return status;
     const sm_modal_response *response = contact->response;
     const size_t all = 2 * (size_t)contact->contacts * (size_t)orders_count * points->count;
-    if (points->near && !sm_all_finite(points->near, all)) return SM_NOT_FINITE;
-    if (response && (response->start || points->near) && response->marched > 0
+    if (points->guess && !sm_all_finite(points->guess, all)) return SM_NOT_FINITE;
+    if (response && (response->start || points->guess) && response->marched > 0
         && !response->periodic)
         return SM_BAD_ARGUMENT;
     return motion->harmonics && motion->mean_square && motion->residual && motion->marched

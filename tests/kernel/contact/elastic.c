@@ -151,15 +151,15 @@ int random_elastic_call(void) {
     const size_t points = (size_t)random_below(3), all = 8 * N;
     const int32_t orders[] = {1, 0, 0, 1, 0, 0, 2, 0}, count = 4;
     const double rates[] = {1.0, 1.7}, smallest[] = {0.0, 0.1};
-    double *H = new_doubles(all * N), *start = new_doubles(all), *held = new_doubles(all);
+    double *H = new_doubles(all * N), *start = new_doubles(all), *prescribed = new_doubles(all);
     for (size_t k = 0; k < all * N; k++) H[k] = 0.01 * random_sign();
-    for (size_t k = 0; k < all; k++) held[k] = 0.1 * (start[k] = 0.5 * random_sign());
-    if (random_below(16) == 0) spoil(random_below(2) ? start : held, all);
+    for (size_t k = 0; k < all; k++) prescribed[k] = 0.1 * (start[k] = 0.5 * random_sign());
+    if (random_below(16) == 0) spoil(random_below(2) ? start : prescribed, all);
     const sm_modal_response response = {.orders_count = count, .orders = orders,
-                                        .asked = random_below(count + 1),
+                                        .requested = random_below(count + 1),
                                         .dynamic_stiffness = H,
                                         .start = random_below(2) ? start : NULL,
-                                        .held = random_below(2) ? held : NULL};
+                                        .prescribed = random_below(2) ? prescribed : NULL};
     double *amplitudes = new_doubles(points * 2), *P = new_doubles(points * all);
     double *square = new_doubles(points * N), *residual = new_doubles(points);
     for (size_t k = 0; k < points * 2; k++) amplitudes[k] = 3.0 * random_number();

@@ -185,7 +185,7 @@ void check_friction_refusals(void) {
     REFUSES_INTS(&contact->law, check, contact, -1, 3, INT32_MIN, INT32_MAX);
     REFUSES_INTS(&response.orders_count, check, contact, -1, INT32_MIN, INT32_MAX);
     REFUSES_INTS(&orders[1], check, contact, -100000, INT32_MIN, INT32_MAX);
-    REFUSES_INTS(&response.asked, check, contact, -1, 3);
+    REFUSES_INTS(&response.requested, check, contact, -1, 3);
     REFUSES(&contact->alpha, check, contact, 0.0, -0.02);
     REFUSES(&p.limit[1], check, contact, -1e-9);
     REFUSES(&p.stiffness[3], check, contact, 0.0);

@@ -1,14 +1,16 @@
-/* Points on a branch of a solution curve: whether it passes through a solution, and their
- * stability.
- *
- * A point is stable if all roots of the characteristic polynomial of dF/dy have negative real
- * parts, by Routh's criterion. Python and the explorer call it, to trace each branch once and to
- * draw its stability.
- */
+/* Points on a branch of steady states, eqs. (22) to (25): whether a solution lies on it, and the
+ * stability of its points. A point is stable if all roots of the characteristic polynomial of dF/dy
+ * have negative real parts, by Routh's criterion. Python and the explorer call it, to trace each
+ * branch once and to draw its stability. */
 #include <math.h>
 #include <string.h>
 
 #include "slipmode.h"
+
+/* Distance of a solution from the chord between two points up to which it lies on the branch: the
+ * curve deviates from its chord by up to 0.05 of the chord, and errors of points are below 1e-6. */
+#define CHORD_DEVIATION 0.05
+#define POINT_ERROR 1e-6
 
 int32_t sm_curve_passes(int32_t unknowns, size_t points, size_t stride, const double *row,
                         const double *z) {
@@ -26,8 +28,7 @@ int32_t sm_curve_passes(int32_t unknowns, size_t points, size_t stride, const do
             const double off = z[r] - row[r] - part * (row[stride + (size_t)r] - row[r]);
             away += off * off;
         }
-        /* a curve deviates from its chord by up to a twentieth of the chord */
-        if (sqrt(away) <= 1e-6 + 0.05 * sqrt(square)) return 1;
+        if (sqrt(away) <= POINT_ERROR + CHORD_DEVIATION * sqrt(square)) return 1;
     }
     return 0;
 }

@@ -1,10 +1,8 @@
-/* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977).
- *
- * A point z = (y, p) is predicted along the tangent, or on the cubic through the last two points,
- * and corrected by Newton's method on F = 0 and normal (z - guess) = 0. Its tangent solves J t = 0.
- * Steps follow the effort of Newton's method. Python and the explorer trace steady states
- * (forced.c) with it.
- */
+/* Solution curves of F(y, p) = 0 by pseudo-arclength continuation (Keller 1977); Python and the
+ * explorer trace the steady states of forced.c, eqs. (22) to (25), with it. A point z = (y, p) is
+ * predicted on the tangent, or on the cubic through the last two points, and corrected by Newton's
+ * method on F = 0 and normal (z - guess) = 0. Its tangent solves J t = 0. Steps become longer if
+ * Newton's method needs few iterations. */
 #include <math.h>
 #include <string.h>
 
@@ -12,23 +10,34 @@
 #include "slipmode.h"
 
 #define MOST SM_CURVE_UNKNOWNS
-#define SHORTEST 1e-7 /* step, and distance of two points that are not equal, in units of z */
-#define COARSE 50.0   /* step, in errors of z, that shows a turn; the shortest is a quarter of it */
-#define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles */
+/* Shortest step, and smallest distance of two different points, in units of z. */
+#define SHORTEST_STEP 1e-7
+/* Shortest step / error of z (curve->noise) on which the direction of the tangent is significant;
+ * the shortest step is a quarter. */
+#define SIGNIFICANT_STEP 50.0
+#define FIRST_STEP 0.25 /* relative to the largest step */
+/* Largest angle between successive tangents [rad]: 0.15 = 8.6 degrees. */
+#define LARGEST_TURN 0.15
+/* Steps grow by this factor if Newton's method needs at most EASY_ITERATIONS. */
+#define GROWTH 1.5
+#define EASY_ITERATIONS 3
+#define ROW(unknowns) (2 * ((unknowns) + 1) + (unknowns) * (unknowns)) /* doubles of a point */
 
 /* z = (y, p), the unit tangent, and dF/dy (k, k). */
 typedef struct {
     double z[SM_CURVE_UNKNOWNS + 1], tangent[SM_CURVE_UNKNOWNS + 1];
     double jacobian[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS];
-    int passes; /* iterations of Newton's method */
+    int iterations; /* of Newton's method */
 } point;
 
+/* Returns the inner product of two vectors. */
 static double dot(int n, const double *a, const double *b) {
     double sum = 0.0;
     for (int i = 0; i < n; i++) sum += a[i] * b[i];
     return sum;
 }
 
+/* Returns the distance between two points. */
 static double distance(int n, const double *a, const double *b) {
     double square = 0.0;
     for (int i = 0; i < n; i++) square += (a[i] - b[i]) * (a[i] - b[i]);
@@ -37,18 +46,20 @@ static double distance(int n, const double *a, const double *b) {
 
 /* Limits of Newton's method. */
 typedef struct {
-    int passes;
-    double good;     /* largest last update: the remaining error is about its square */
-    double longest;  /* longest update: longer ones are shortened to it */
-    double farthest; /* largest distance from the guess */
+    int iterations;
+    double tolerance; /* of the last update: the remaining error is about its square */
+    double longest;   /* update: longer ones are shortened */
+    double farthest;  /* distance from the guess */
 } search;
 
+/* In units of z: corrections along a curve, which start near the solution; corrections of points
+ * that are located more precisely; searches from an amplitude far from the solution. */
 static const search FOLLOWING = {8, 5e-7, INFINITY, 0.05}, BISECTING = {8, 1e-8, INFINITY, 0.05},
                     SEARCHING = {30, 1e-8, 0.3, INFINITY};
 
-/* Replaces a right-hand side (n) by the solution; the last row of the matrix is the normal, the
- * others are J (n - 1, n). Returns 0 if the matrix is singular. */
-static int solved(int n, const double *J, const double *normal, double *right) {
+/* Solves with the matrix of the rows J (n - 1, n) and the normal (n); replaces the right-hand side
+ * by the solution. Returns 0 if the matrix is singular. */
+static int solve_bordered(int n, const double *J, const double *normal, double *right) {
     double matrix[(MOST + 1) * (MOST + 1)];
     const size_t row = (size_t)n, above = (row - 1) * row;
     memcpy(matrix, J, above * sizeof *J);
@@ -57,28 +68,28 @@ static int solved(int n, const double *J, const double *normal, double *right) {
 }
 
 /* Solves F = 0 in the plane through a guess by Newton's method; the tangent points onward. */
-static sm_status corrected(const sm_curve *curve, search limits, const double *guess,
+static sm_status correct(const sm_curve *curve, search limits, const double *guess,
                            const double *normal, const double *onward, point *found) {
     const int k = curve->unknowns, n = k + 1;
     double z[MOST + 1], J[MOST * (MOST + 1)];
     memcpy(z, guess, (size_t)n * sizeof *z);
-    for (int passes = 0; passes < limits.passes; passes++) {
+    for (int iterations = 0; iterations < limits.iterations; iterations++) {
         double update[MOST + 1], size = 0.0, far = 0.0; /* J u = F, normal u = normal (z - guess) */
         if (curve->rates(curve->of, z, update, J) != SM_OK) return SM_NOT_CONVERGED;
         update[k] = 0.0;
         for (int c = 0; c < n; c++) update[k] += normal[c] * (z[c] - guess[c]);
-        if (!solved(n, J, normal, update)) return SM_NOT_CONVERGED;
+        if (!solve_bordered(n, J, normal, update)) return SM_NOT_CONVERGED;
         for (int r = 0; r < n; r++) {
             if (!isfinite(update[r])) return SM_NOT_CONVERGED;
             size = fmax(size, fabs(update[r]));
         }
-        if (size <= fmax(limits.good, curve->noise)) {
+        if (size <= fmax(limits.tolerance, curve->noise)) {
             double tangent[MOST + 1] = {0.0}; /* J t = 0, normal t = 1 */
             tangent[k] = 1.0;
-            if (!solved(n, J, normal, tangent)) return SM_NOT_CONVERGED;
+            if (!solve_bordered(n, J, normal, tangent)) return SM_NOT_CONVERGED;
             const double length = sqrt(dot(n, tangent, tangent));
             const double sign = dot(n, tangent, onward) < 0.0 ? -1.0 : 1.0;
-            found->passes = passes;
+            found->iterations = iterations;
             for (int r = 0; r < n; r++) {
                 found->tangent[r] = sign * tangent[r] / length;
                 found->z[r] = z[r] - update[r];
@@ -97,6 +108,7 @@ static sm_status corrected(const sm_curve *curve, search limits, const double *g
     return SM_NOT_CONVERGED;
 }
 
+/* Returns whether sizes and numbers of the curve are valid. */
 static int is_valid(const sm_curve *curve) {
     return curve && curve->unknowns >= 1 && curve->unknowns <= MOST && curve->rates
            && curve->largest_step > 0.0 && curve->noise >= 0.0;
@@ -109,6 +121,7 @@ typedef struct {
     double sense; /* of the tangent in a row: 1, or -1 where the curve is followed backwards */
 } rows;
 
+/* Writes a point into a row. */
 static void put(const sm_curve *curve, rows out, size_t number, const point *at) {
     const int k = curve->unknowns, n = k + 1;
     double *row = out.row + (ptrdiff_t)number * out.stride;
@@ -118,7 +131,7 @@ static void put(const sm_curve *curve, rows out, size_t number, const point *at)
 }
 
 /* Computes the point at p = 0 or p = 1 between two points. */
-static sm_status at_end(const sm_curve *curve, const point *inside,
+static sm_status end_point(const sm_curve *curve, const point *inside,
                         const point *outside, point *found) {
     const int k = curve->unknowns, n = k + 1;
     const double end = outside->z[k] > 1.0 ? 1.0 : 0.0;
@@ -127,13 +140,13 @@ static sm_status at_end(const sm_curve *curve, const point *inside,
     for (int r = 0; r < n; r++) guess[r] = inside->z[r] + part * (outside->z[r] - inside->z[r]);
     guess[k] = end;
     upwards[k] = 1.0;
-    return corrected(curve, FOLLOWING, guess, upwards, inside->tangent, found);
+    return correct(curve, FOLLOWING, guess, upwards, inside->tangent, found);
 }
 
 /* Computes the next point at a distance along the tangent. The guess lies on the cubic through the
  * last two points and their tangents; `before` is NULL at the first point. Fails if the curve turns
  * too far, unless the step is so short that errors of the rates turn it. */
-static sm_status stepped(const sm_curve *curve, const point *before,
+static sm_status predict_and_correct(const sm_curve *curve, const point *before,
                          const point *last, double step, point *found) {
     const int n = curve->unknowns + 1;
     double guess[MOST + 1];
@@ -148,36 +161,36 @@ static sm_status stepped(const sm_curve *curve, const point *before,
         }
     }
     const sm_status status =
-        corrected(curve, FOLLOWING, guess, last->tangent, last->tangent, found);
+        correct(curve, FOLLOWING, guess, last->tangent, last->tangent, found);
     if (status != SM_OK) return status;
     const double turn = dot(n, found->tangent, last->tangent);
-    return turn < cos(0.15) && step > COARSE * curve->noise ? SM_NOT_CONVERGED : SM_OK;
+    return turn < cos(LARGEST_TURN) && step > SIGNIFICANT_STEP * curve->noise ? SM_NOT_CONVERGED
+                                                                              : SM_OK;
 }
 
 /* Traces the curve from a start along its tangent; returns the number of points, at most `most`. */
-static size_t traced(const sm_curve *curve, const point *start, size_t most, rows out,
+static size_t trace(const sm_curve *curve, const point *start, size_t most, rows out,
                      int *closed) {
     const int k = curve->unknowns, n = k + 1;
     point before, last = *start, next;
-    double step = 0.25 * curve->largest_step;
+    double step = FIRST_STEP * curve->largest_step;
     size_t count = 1;
     int far = 0;
     put(curve, out, 0, start);
     while (count < most) {
-        if (stepped(curve, count > 1 ? &before : NULL, &last, step, &next) != SM_OK) {
+        if (predict_and_correct(curve, count > 1 ? &before : NULL, &last, step, &next) != SM_OK) {
             step *= 0.5;
-            if (step < fmax(SHORTEST, 0.25 * COARSE * curve->noise)) break;
+            if (step < fmax(SHORTEST_STEP, 0.25 * SIGNIFICANT_STEP * curve->noise)) break;
             continue;
         }
         if (next.z[k] < 0.0 || next.z[k] > 1.0) {
             point end;
-            if (at_end(curve, &last, &next, &end) == SM_OK
-                && distance(n, end.z, last.z) > SHORTEST)
+            if (end_point(curve, &last, &next, &end) == SM_OK
+                && distance(n, end.z, last.z) > SHORTEST_STEP)
                 put(curve, out, count++, &end);
             break;
         }
-        /* steps grow where Newton's method has little to do */
-        if (next.passes <= 3) step = fmin(1.5 * step, curve->largest_step);
+        if (next.iterations <= EASY_ITERATIONS) step = fmin(GROWTH * step, curve->largest_step);
         put(curve, out, count++, &next);
         const double away = distance(n, next.z, start->z);
         if (far && away < step && dot(n, next.tangent, start->tangent) > 0.0) {
@@ -200,17 +213,17 @@ sm_status sm_curve_branch(const sm_curve *curve, const double *start, size_t mos
     double upwards[MOST + 1] = {0.0};
     point at;
     upwards[k] = 1.0;
-    const sm_status status = corrected(curve, FOLLOWING, start, upwards, upwards, &at);
+    const sm_status status = correct(curve, FOLLOWING, start, upwards, upwards, &at);
     if (status != SM_OK) return status;
     double *middle = points + (ptrdiff_t)(most - 1) * row;
     const rows onwards = {middle, row, 1.0}, back = {middle, -row, -1.0};
-    int comes_back = 0;
-    branch->after = traced(curve, &at, most, onwards, &comes_back) - 1;
+    int closed = 0;
+    branch->after = trace(curve, &at, most, onwards, &closed) - 1;
     branch->before = 0;
-    branch->closed = comes_back;
+    branch->closed = closed;
     if (branch->closed) return SM_OK;
     for (int i = 0; i < n; i++) at.tangent[i] = -at.tangent[i];
-    branch->before = traced(curve, &at, most, back, &comes_back) - 1;
+    branch->before = trace(curve, &at, most, back, &closed) - 1;
     return SM_OK;
 }
 
@@ -218,7 +231,7 @@ sm_status sm_curve_point_near(const sm_curve *curve, const double *guess, const 
                               const double *onward, double *row) {
     if (!is_valid(curve) || !guess || !normal || !onward || !row) return SM_BAD_ARGUMENT;
     point found;
-    const sm_status status = corrected(curve, BISECTING, guess, normal, onward, &found);
+    const sm_status status = correct(curve, BISECTING, guess, normal, onward, &found);
     if (status == SM_OK) put(curve, (rows){row, 0, 1.0}, 0, &found);
     return status;
 }
@@ -229,7 +242,7 @@ sm_status sm_curve_solved(const sm_curve *curve, double *z) {
     double upwards[MOST + 1] = {0.0};
     point found;
     upwards[k] = 1.0;
-    const sm_status status = corrected(curve, SEARCHING, z, upwards, upwards, &found);
+    const sm_status status = correct(curve, SEARCHING, z, upwards, upwards, &found);
     if (status == SM_OK) memcpy(z, found.z, ((size_t)k + 1) * sizeof *z);
     return status;
 }

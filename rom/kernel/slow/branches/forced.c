@@ -1,9 +1,7 @@
-/* Steady states of a slow flow whose inputs change along a line, as a solution curve.
- *
- * The equations are F(y, p) = rate / (scale s) = 0 with y = a / (scale s): amplitudes relative to
- * the scale s of the friction limits, at a part p of the line. The continuation (curve.c) asks for
- * F and its Jacobian; Python and the explorer create the curve.
- */
+/* Steady states of a slow flow, eqs. (22) to (25), whose inputs change along a line, as a solution
+ * curve. The equations are F(y, p) = rate / (scale s) = 0 with y = a / (scale s): amplitudes
+ * relative to the scale s of the friction limits, at a part p of the line. The continuation
+ * (curve.c) evaluates F and its Jacobian; Python and the explorer create the curve. */
 #include "slow/branches/forced.h"
 
 #include "base/check.h"
@@ -48,7 +46,7 @@ static void rate_by_part(const sm_forced *forced, const sm_instant *instant,
     }
 }
 
-/* sm_curve_rates of a checked sm_forced. */
+/* Computes F and its Jacobian at z = (y, p) for a checked sm_forced. */
 static sm_status forced_rates(const void *of, const double *z, double *F, double *J) {
     const sm_forced *forced = of;
     const int modes = forced->flow->table.modes, k = 2 * modes;

@@ -1,4 +1,4 @@
-/* Inputs along the line of a forced slow flow. */
+/* Inputs along the line of a forced slow flow, for forced.c and solutions.c. */
 #ifndef SLIPMODE_FORCED_H
 #define SLIPMODE_FORCED_H
 

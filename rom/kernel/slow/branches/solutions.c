@@ -1,26 +1,27 @@
-/* Steady states of a forced slow flow at given parts of its line of inputs.
+/* Steady states of a forced slow flow, eqs. (22) to (25), at given parts of its line of inputs.
  *
- * Moduli of the amplitudes that may balance the forces are found on a grid over the friction table;
+ * Moduli of the amplitudes that may balance the forces are found on a grid over the friction table.
  * Newton's method on the equations of forced.c starts from them. Python and the explorer start
- * solution curves from the result.
- */
+ * solution curves from the result. */
 #include "base/check.h"
 #include "slow/branches/forced.h"
 
-#define CELLS 32        /* of the amplitude range of each of two modes, see `is_candidate` */
-#define CELLS_ALONE 100 /* of the range of a single mode */
+/* Cells of the amplitude range: two solutions in one cell may be found as one. Of each of two
+ * modes, and of a single mode. */
+#define CELLS 32
+#define CELLS_ALONE 100
 #define CORNERS ((CELLS + 1) * (CELLS + 1))
 
-/* Corners of the cells of the plane of moduli: the moduli of mode B vary fastest. */
+/* Corners of the cells in the plane of the moduli; the index of mode B varies fastest. */
 typedef struct {
     int modes;
-    int cells[SM_MODES];                /* 0: a mode without force, or a mode that is not there */
-    double range[SM_MODES];
+    int cells[SM_MODES];                /* 0: a mode without force, or no mode B */
+    double range[SM_MODES];             /* of the moduli [kg^1/2 m] */
     sm_complex friction[CORNERS][SM_MODES]; /* S_j */
     unsigned char sides[CORNERS];       /* see `set_sides` */
 } grid;
 
-/* The inputs at a part of the line. With z the effective amplitudes relative to the limits s, c the
+/* The forces at a part of the line. With z the effective amplitudes relative to the limits s, c the
  * coupling ratio and f(|z|) the friction terms, steady states are
  *
  *   stiffness s / c z - c s f(|z|) z / |z| = F (1 / 2 + stiffness shift) = acting.
@@ -31,8 +32,10 @@ typedef struct {
     sm_complex spring[SM_MODES], acting[SM_MODES];
 } load;
 
+/* Returns the number of corners along the axis of a mode. */
 static int corners(const grid *g, int mode) { return g->cells[mode] + 1; }
 
+/* Returns the index of a corner. */
 static int corner_at(const grid *g, int a, int b) { return a * corners(g, 1) + b; }
 
 /* Returns the modulus of a mode at a position along its cells. */
@@ -41,6 +44,7 @@ static double modulus_at(const grid *g, int mode, double place) {
     return place < cells ? place * (g->range[mode] / cells) : cells > 0 ? g->range[mode] : 0.0;
 }
 
+/* Evaluates the friction terms S_j at given moduli. */
 static sm_status look_up(const sm_table *table, const double *modulus, sm_complex *friction) {
     double columns[SM_MOST_FIELDS];
     const sm_status status = sm_table_lookup(table, 1, modulus, columns);
@@ -49,14 +53,15 @@ static sm_status look_up(const sm_table *table, const double *modulus, sm_comple
     return status;
 }
 
+/* Computes the friction terms at all corners. */
 static sm_status set_grid(grid *g, const sm_forced *forced) {
     sm_status status = SM_OK;
     g->modes = forced->flow->table.modes;
     for (int j = 0; j < SM_MODES; j++) {
-        const int moved = j < g->modes
-                          && (forced->inputs[0].force[j] != 0.0
-                              || forced->inputs[1].force[j] != 0.0);
-        g->cells[j] = !moved ? 0 : g->modes > 1 ? CELLS : CELLS_ALONE;
+        const int has_force = j < g->modes
+                              && (forced->inputs[0].force[j] != 0.0
+                                  || forced->inputs[1].force[j] != 0.0);
+        g->cells[j] = !has_force ? 0 : g->modes > 1 ? CELLS : CELLS_ALONE;
         g->range[j] = forced->scale[j];
     }
     for (int a = 0; a < corners(g, 0); a++)
@@ -67,6 +72,7 @@ static sm_status set_grid(grid *g, const sm_forced *forced) {
     return status;
 }
 
+/* Computes stiffness and acting force of each mode at given inputs. */
 static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *inputs) {
     const sm_status status = sm_inputs_check(inputs, flow->table.modes);
     if (status != SM_OK) return status;
@@ -80,12 +86,12 @@ static sm_status set_load(load *l, const sm_slow_flow *flow, const sm_inputs *in
     return SM_OK;
 }
 
+/* Returns the force that a modulus needs. */
 static sm_complex force_needed(const load *l, int mode, double modulus, sm_complex friction) {
     return sm_csub(sm_cscale(l->spring[mode], modulus), sm_cmul(l->at.gain[mode], friction));
 }
 
-/* Notes at each corner, for each mode, whether the acting force suffices (1) and whether it is not
- * exceeded (2). */
+/* Sets two bits per mode at each corner: needed force <= acting force, and needed >= acting. */
 static void set_sides(grid *g, const load *l) {
     for (int a = 0; a < corners(g, 0); a++)
         for (int b = 0; b < corners(g, 1); b++) {
@@ -125,8 +131,8 @@ static sm_status guess(const grid *g, const load *l, const sm_table *table, cons
         const sm_complex turn = sm_cmul(l->acting[j], sm_conj(needed));
         const double length = sqrt(sm_cabs2(turn));
         const sm_complex unit = length > 0.0 ? sm_cscale(turn, 1.0 / length) : sm_cx(1.0, 0.0);
-        const sm_complex moved = sm_csub(sm_cscale(unit, modulus[j]), l->at.offset[j]);
-        const sm_complex a = sm_cdiv(moved, l->at.ratio[j]);
+        const sm_complex unshifted = sm_csub(sm_cscale(unit, modulus[j]), l->at.offset[j]);
+        const sm_complex a = sm_cdiv(unshifted, l->at.ratio[j]);
         z[2 * j] = a.re / (l->at.now.limit_scale * g->range[j]);
         z[2 * j + 1] = a.im / (l->at.now.limit_scale * g->range[j]);
     }

@@ -1,11 +1,8 @@
-/* The step-able component: slow flow and contact motion under inputs that change linearly over a
- * step.
- *
- * A step jumps the amplitudes where the forces are discontinuous (discontinuity.c), integrates the
- * amplitude equations (dopri5.c) with step size control, and hands each internal step to the
- * contact motion (contact_output.c), which is integrated when it is read. Python, the FMU and the
- * explorer call the entries.
- */
+/* The component: slow flow, eqs. (18), (19), and contact motion, eq. (12), under inputs that
+ * change linearly over a step. A step adds free vibrations where forces are discontinuous
+ * (discontinuity.c) and integrates the amplitude equations (dopri5.c) with step size control.
+ * The contact motion (contact_output.c) is integrated when it is read. Python, the FMU and the
+ * explorer call it. */
 #include <stdlib.h>
 
 #include "base/check.h"
@@ -15,18 +12,20 @@
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
+/* The slow state, as doubles in the state of the component. */
 typedef struct {
     sm_exact_sum time;            /* [s] */
     sm_exact_sum energy;          /* dissipated at the contacts [J] */
     sm_exact_sum angle[SM_MODES]; /* theta_j in [0, 2 pi) [rad] */
-    double amplitude[2 * SM_MODES];
+    double amplitude[2 * SM_MODES]; /* a_j [kg^1/2 m] */
     double step;                  /* next internal step, 0: not chosen yet [s] */
-    sm_held_force held;           /* until the present time */
+    sm_held_force last_force;     /* up to the present time */
 } slow_state;
 
 #define SLOW_STATE_COUNT (sizeof(slow_state) / sizeof(double))
-#define MAX_TRIES 200000 /* internal steps of one call: inputs that race would never end */
-/* Doubles of a component's state before those of its contacts. */
+#define MAX_TRIES 200000 /* internal steps of one call: very fast inputs would need far more */
+#define STEP_ROUNDING 1e-12 /* relative difference of a step and the remaining time, by rounding */
+/* Index of the contacts in the state of a component, after the slow state and the inputs. */
 #define CONTACTS_FROM (SLOW_STATE_COUNT + sizeof(sm_inputs) / sizeof(double))
 
 struct sm_component {
@@ -152,9 +151,19 @@ sm_status sm_component_set_inputs(sm_component *c, const sm_inputs *inputs) {
     return status;
 }
 
-/* Factor of the first internal step: from rest a = rate h at first, so the relative error of a step
- * is of the order of (h |stiffness / mass|)^4; 5 was measured to meet the tolerance. */
+/* Factor of the first internal step [-]: from rest a = rate h at first, so that the relative error
+ * of a step is of the order of (h |stiffness / mass|)^4. The tolerance is met with factors up to
+ * 5. */
 #define FIRST_STEP 4.0
+
+/* Step size control of a method of fifth order: h_new = h SAFETY error^(-1/5), within limits. */
+#define SAFETY 0.9
+#define MIN_FACTOR 0.2
+#define MAX_FACTOR 5.0
+#define MAX_FACTOR_ERROR 1e-4 /* below it the factor is MAX_FACTOR: (0.9 / 5)^5 = 1.9e-4 */
+#define FAILED_FACTOR 0.25    /* after a stage outside the table or an overflow */
+/* Smallest step relative to the duration plus a radian of mode A [-]: of the order of rounding. */
+#define SMALLEST_STEP 1e-13
 
 /* Returns the first internal step at the present inputs [s], to which the instant is set. */
 static double first_step(sm_component *c) {
@@ -166,7 +175,8 @@ static double first_step(sm_component *c) {
 }
 
 /* Integrates the slow flow from `now` over [0, duration], to the inputs `after`, in at most `most`
- * tries. `next_step` is the internal step to begin with, 0 for none, and becomes the next one. */
+ * internal steps, accepted or not. `next_step` is the first internal step, 0 if it is to be chosen,
+ * and becomes the step to continue with. */
 static sm_status integrate(sm_component *c, double duration, int64_t most, const sm_inputs *after,
                            sm_flow_point *now, double *next_step) {
     sm_inputs begin = c->inputs;
@@ -180,7 +190,7 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
     for (int64_t tries = 0; status == SM_OK && elapsed < duration;) {
         if (++tries > most) return SM_STEP_TOO_SMALL;
         const double left = duration - elapsed;
-        const int last = h >= left * (1.0 - 1e-12);
+        const int last = h >= left * (1.0 - STEP_ROUNDING);
         sm_time_step step = {&c->flow, &c->inputs, *after, elapsed, last ? left : h, c->tolerance};
         if (!last) step.end = sm_inputs_after(&c->inputs, c->flow.table.modes, elapsed + step.h);
         sm_flow_point next;
@@ -188,11 +198,12 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
         sm_status outcome = sm_dopri5(&step, &c->instant, now, &next, &error);
         if (outcome == SM_OK && !isfinite(error)) outcome = SM_NOT_FINITE;
         if (outcome != SM_OK || error > 1.0) {
-            /* a stage beyond the table, or an overflow: come closer to it, then return its
+            /* after a stage outside the table, or an overflow: approach this time, then return the
              * status */
-            h = step.h * (outcome != SM_OK ? 0.25 : fmax(0.2, 0.9 * pow(error, -0.2)));
+            h = step.h * (outcome != SM_OK ? FAILED_FACTOR
+                                           : fmax(MIN_FACTOR, SAFETY * pow(error, -0.2)));
             c->rejected++;
-            if (h < 1e-13 * (duration + 1.0 / c->inputs.frequency[0]))
+            if (h < SMALLEST_STEP * (duration + 1.0 / c->inputs.frequency[0]))
                 return outcome != SM_OK ? outcome : SM_STEP_TOO_SMALL;
             continue;
         }
@@ -202,15 +213,18 @@ static sm_status integrate(sm_component *c, double duration, int64_t most, const
         begin = step.end;
         *now = next;
         elapsed = last ? duration : elapsed + step.h;
-        const double grown = step.h * (error > 1e-4 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
-        h = last && grown < h ? h : grown; /* a step cut short by the call says little */
+        const double factor = error > MAX_FACTOR_ERROR
+                                  ? fmin(MAX_FACTOR, SAFETY * pow(error, -0.2)) : MAX_FACTOR;
+        /* the last step may be short, and its error says little about longer ones */
+        h = last && step.h * factor < h ? h : step.h * factor;
     }
     *next_step = h;
     return status;
 }
 
-/* Returns the slow state `duration` later, with the amplitudes and the energy of now. */
-static slow_state later(const sm_component *c, double duration) {
+/* Returns the slow state with time and angles `duration` later, and present amplitudes and
+ * energy. */
+static slow_state state_after(const sm_component *c, double duration) {
     slow_state fresh = c->slow;
     sm_add(&fresh.time, duration);
     for (int j = 0; j < c->flow.table.modes; j++) {
@@ -220,13 +234,13 @@ static slow_state later(const sm_component *c, double duration) {
     return fresh;
 }
 
-/* Relative distance from the edge of the table that rounding does not exceed. */
+/* Relative distance from the edge of the table, for rounding [-]. */
 #define EDGE_ROUNDING 1e-12
 
-/* An amplitude that a change of force leaves beyond the edge of the table stays at the edge. So any
- * force can be followed by a smaller one. The error is at most the change of the amplitude, which
- * relative to the amplitude is about the damping ratio. */
-static void stay_inside(const sm_component *c, double *amplitude) {
+/* Limits amplitudes to the edge of the table after a change of force, so that any force can be
+ * followed by a smaller one. The error is at most the change of the amplitude, which relative to
+ * the amplitude is about the damping ratio. */
+static void limit_to_table(const sm_component *c, double *amplitude) {
     const sm_table *table = &c->flow.table;
     for (int j = 0; j < table->modes; j++) {
         const double *before = c->slow.amplitude + 2 * j, *node = j ? table->node_b : table->node_a;
@@ -239,24 +253,24 @@ static void stay_inside(const sm_component *c, double *amplitude) {
     }
 }
 
-/* Advances by `duration` in at most `most` tries. On failure only the queue of the contacts has
- * changed. */
+/* Advances by `duration` in at most `most` internal steps. On failure only the queue of the
+ * contacts has changed. */
 static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     sm_inputs after = sm_inputs_after(&c->inputs, c->flow.table.modes, duration);
     sm_status status = sm_inputs_check(&after, c->flow.table.modes);
     if (status != SM_OK) return status;
-    slow_state fresh = later(c, duration);
+    slow_state fresh = state_after(c, duration);
     for (int j = 0; j < SM_MODES; j++) after.angle[j] = fresh.angle[j].value;
     sm_flow_point now = {.y = {0.0}};
     memcpy(now.y, c->slow.amplitude, sizeof c->slow.amplitude);
-    if (sm_force_discontinuity(&c->flow, &c->slow.held, &c->inputs, now.y)) {
-        stay_inside(c, now.y);
+    if (sm_force_discontinuity(&c->flow, &c->slow.last_force, &c->inputs, now.y)) {
+        limit_to_table(c, now.y);
         c->rate_known = 0;
     }
     status = integrate(c, duration, most, &after, &now, &fresh.step);
     if (status != SM_OK) return status;
     memcpy(fresh.amplitude, now.y, sizeof fresh.amplitude);
-    fresh.held = sm_hold_force(&after);
+    fresh.last_force = sm_hold_force(&after);
     sm_add(&fresh.energy, now.y[SM_DISSIPATED]);
     if (!sm_all_finite((const double *)(const void *)&fresh, SLOW_STATE_COUNT) ||
         !sm_all_finite(now.dy, SM_UNKNOWNS))
@@ -268,7 +282,7 @@ static sm_status try_advance(sm_component *c, double duration, int64_t most) {
     return SM_OK;
 }
 
-/* Advances by `duration` in at most `most` tries. On failure nothing has changed. */
+/* Advances by `duration` in at most `most` internal steps. On failure nothing has changed. */
 static sm_status advance(sm_component *c, double duration, int64_t most) {
     sm_status status = sm_check_positive(duration);
     if (status != SM_OK || !c->contacts.motion.wanted)
@@ -358,16 +372,19 @@ sm_status sm_component_run(sm_component *c, size_t steps, const double *duration
     return status;
 }
 
+/* Shortest single internal step [rad] of mode A: shorter ones are made several at a time. */
+#define SHORTEST_ADVANCE 1e-3
+
 sm_status sm_component_advance(sm_component *c, double left, double *taken) {
     if (!c || !taken) return SM_BAD_ARGUMENT;
-    const double least = 1e-3 / c->inputs.frequency[0]; /* a thousandth of a radian of mode A */
+    const double least = SHORTEST_ADVANCE / c->inputs.frequency[0];
     sm_status status = sm_check_positive(left);
     if (status != SM_OK) return status;
     const double step = c->slow.step;
     for (double h = step > 0.0 ? step : first_step(c); h > least; h = c->slow.step) {
-        *taken = h < left * (1.0 - 1e-12) ? h : left;
+        *taken = h < left * (1.0 - STEP_ROUNDING) ? h : left;
         if (advance(c, *taken, 1) == SM_OK) return SM_OK;
-        c->slow.step = 0.25 * *taken; /* the error was too large, or a stage left the table */
+        c->slow.step = FAILED_FACTOR * *taken; /* the error was too large, or a stage failed */
     }
     *taken = fmin(least, left);
     status = advance(c, *taken, MAX_TRIES);

@@ -1,19 +1,20 @@
-/* The contact motion of a component at its communication points.
- *
- * Contacts are integrated, eq. (12), when they are read. Until then the slow motion waits in a
- * queue with room for as long as contacts remember, so that motion which is not read costs little.
- * Elastic displacements are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j exp(i phase_j))
- * exp(i theta_j) + contacts_out x_c + response. The component (component.c) calls the entries.
- */
+/* The contact motion of a component at its communication points. Contacts are integrated, eq. (12),
+ * when they are read. Until then a queue stores the slow motion over the memory of the contacts, so
+ * that motion which is not read costs little. sm_motion defines the elastic displacements. The
+ * component (component.c) calls it. */
 #include "slow/component/contact_output.h"
 
 #include "base/check.h"
 #include "base/exact_sum.h"
 
+#define MAX_ELASTIC 1000000 /* limit of the elastic outputs: sizes of arrays do not overflow */
+
+/* Returns the number of nodes of the friction table. */
 static size_t node_count(const sm_table *table) {
     return (size_t)table->count_a * (size_t)table->count_b;
 }
 
+/* Checks an array with `per_node` values at each node. */
 static sm_status check_values(const double *values, size_t nodes, size_t per_node) {
     if (per_node == 0) return SM_OK;
     if (!values || !sm_fits(nodes, per_node * sizeof(double))) return SM_BAD_ARGUMENT;
@@ -23,8 +24,9 @@ static sm_status check_values(const double *values, size_t nodes, size_t per_nod
 sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
                           const sm_table *table) {
     if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > 1000000) return SM_BAD_ARGUMENT;
-    if (motion->steps_per_period < 4 || motion->steps_per_period > 65536) return SM_BAD_ARGUMENT;
+    if (motion->elastic < 0 || motion->elastic > MAX_ELASTIC) return SM_BAD_ARGUMENT;
+    if (motion->steps_per_period < SM_MIN_STEPS || motion->steps_per_period > SM_MAX_STEPS)
+        return SM_BAD_ARGUMENT;
     const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
     const size_t modes = (size_t)contact->modes, nodes = node_count(table);
     sm_status status = sm_orders_check(motion->orders_count, motion->orders);
@@ -58,15 +60,15 @@ void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
     for (int k = 0; k < 2; k++) out->reaction[k] = sm_take(block, 2 * (size_t)orders * n);
 }
 
-/* Returns the seconds that the contacts remember at given frequencies, or a part of them. */
+/* Returns the duration of `count` periods of the slowest carrier [s]. */
 static double periods(const sm_contact_output *out, const double *frequency, double count) {
     double slowest = INFINITY;
     for (int j = 0; j < out->contact.modes; j++) slowest = fmin(slowest, frequency[j]);
     return count * SM_TWO_PI / slowest;
 }
 
-/* Adds the shift of the amplitudes by the forces, which acts on the contacts as an amplitude, and
- * its rate. */
+/* Adds the shift of the amplitudes by the forces (docs/theory.md, "Off-resonance forces") and its
+ * rate. */
 static void add_shift(const sm_slow_flow *flow, const sm_inputs *in, double *amplitude,
                       double *rate) {
     for (int j = 0; j < flow->table.modes; j++) {
@@ -101,7 +103,7 @@ static sm_stretch stretch_between(const sm_slow_flow *flow, double duration,
     return stretch;
 }
 
-/* Computes the frequencies and the limit scale at a time of a stretch. */
+/* Computes the frequencies and returns the limit scale at a time of a stretch. */
 static double state_at(const sm_stretch *stretch, double elapsed, double *frequency) {
     const sm_segment *g = &stretch->segment;
     for (int j = 0; j < SM_MODES; j++)
@@ -120,7 +122,8 @@ static void find_reaction(const sm_contact_output *out, const sm_slow_flow *flow
                              (size_t)out->contact.contacts, out->motion.reaction, reaction);
 }
 
-/* Integrates the contacts over a stretch without its first `from` seconds. */
+/* Integrates the contacts over a stretch, without its first `from` seconds. The friction limits are
+ * constant, with their value in the middle. */
 static sm_status march(sm_contact_output *out, const sm_slow_flow *flow, const sm_stretch *stretch,
                        double from, sm_detail detail) {
     sm_segment g = stretch->segment;
@@ -151,7 +154,7 @@ void sm_contact_output_abandon(sm_contact_output *out) {
     sm_queue_copy(out->queue_before, out->queue);
 }
 
-/* Returns the seconds at the start of the queue that the contacts do not remember at its end. */
+/* Returns the duration at the start of the queue without effect on the contacts at its end [s]. */
 static double forgotten(const sm_contact_output *out) {
     const sm_stretch *last = sm_queue_at(out->queue, out->queue->count - 1);
     double frequency[SM_MODES];
@@ -159,8 +162,8 @@ static double forgotten(const sm_contact_output *out) {
     return sm_queue_duration(out->queue) - periods(out, frequency, out->motion.memory_periods);
 }
 
-/* Removes the first stretch from the queue, after an integration over it if the contacts remember
- * it. */
+/* Removes the first stretch from the queue. The contacts are integrated over it unless it is older
+ * than their memory. */
 static sm_status take_first(sm_contact_output *out, const sm_slow_flow *flow) {
     const sm_stretch *first = sm_queue_at(out->queue, 0);
     if (forgotten(out) < first->segment.duration) {
@@ -185,7 +188,7 @@ sm_status sm_contact_output_add(sm_contact_output *out, const sm_time_step *step
     return status;
 }
 
-/* Integrates the contacts to the present. */
+/* Integrates the contacts over the queue, up to the present. */
 static sm_status march_all(sm_contact_output *out, const sm_slow_flow *flow) {
     sm_stretch_queue *queue = out->queue;
     if (queue->count == 0) return SM_OK;

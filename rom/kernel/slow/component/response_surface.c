@@ -1,10 +1,8 @@
-/* The response of the modes to the harmonics of the contacts, tabulated over the amplitude plane.
- *
- * Coefficients are linear between the nodes of the friction table: the response is a few per cent
- * of the motion, so that a surface of higher order would gain nothing. A harmonic (n, m) has the
- * phase of u_A^n u_B^m of the effective amplitudes, and is proportional to the scale of the
- * friction limits. The contact output (contact_output.c) calls it.
- */
+/* The response of the modes to the harmonics of the contacts, tabulated over the amplitude
+ * plane. Coefficients are linear between the nodes of the friction table, which suffices for a
+ * few per cent of the motion. A harmonic (n, m) has the phase of u_A^n u_B^m of the effective
+ * amplitudes, and is proportional to the scale of the friction limits. contact_output.c calls
+ * it. */
 #include "slow/component/response_surface.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
-/* The response of the modes to the harmonics of the contacts, tabulated over the amplitude
- * plane. */
+/* The response of the modes to the harmonics P_nm of the contacts, eq. (14), tabulated over the
+ * amplitude plane. */
 #ifndef SLIPMODE_RESPONSE_SURFACE_H
 #define SLIPMODE_RESPONSE_SURFACE_H
 

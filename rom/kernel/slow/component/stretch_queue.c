@@ -14,10 +14,11 @@
 
 #define EQUAL(a, b) (memcmp((a), (b), sizeof(a)) == 0)
 
-/* Relative difference of frequencies and limits that rounding of a linear change does not
- * exceed. */
+/* Relative difference of frequencies and limits up to which they are equal except for rounding of
+ * their linear change [-]. */
 #define ROUNDING 1e-12
 
+/* Returns whether two numbers are equal except for rounding. */
 static int is_near(double a, double b) { return fabs(a - b) <= ROUNDING * fabs(b); }
 
 /* Returns whether amplitudes, frequencies and limits are smooth from one stretch to the next. */

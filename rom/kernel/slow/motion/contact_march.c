@@ -1,18 +1,38 @@
 /* Time integration of the contacts along a slow trajectory: eq. (12) with slowly varying
- * amplitudes.
- *
- * The steps follow the carriers; rigid contacts use sdirk2.c, elastic contacts are quasi-static. A
- * rigid contact that begins to slip vibrates with its mass on the stiffness of the structure, for a
- * fraction of a period: steps that do not resolve this vibration are halved. sm_contact_motion
- * (contact_motion.c) and the component (contact_output.c) call it.
- */
+ * amplitudes. Steps are parts of a carrier period; elastic contacts are quasi-static. A rigid
+ * contact that begins to slip vibrates with its mass on the stiffness of the structure, for a
+ * fraction of a period: steps that do not resolve this vibration are halved. contact_motion.c
+ * and the component (contact_output.c) call it. */
 #include "slow/motion/contact_march.h"
 
 #include "base/check.h"
 #include "base/exact_sum.h"
 
-/* Returns the doubles that the sliders remember. */
-static size_t remembered(const sm_contact *contact) {
+/* Divisions of the last step of elastic contacts: its short part is 2^-6 of the step. Elastic
+ * contacts have no inertia, so that later steps do not depend on the motion between two steps. */
+#define ELASTIC_HALVINGS 6
+/* Steps below this part of the longest step allowed need fewer halvings [-]. */
+#define SHORT_STEP 0.6
+/* Steps of one integration: more would take hours. */
+#define MAX_STEPS 1e10
+/* Rounding of the number of steps [-]: an integer times the longest step needs no further step. */
+#define COUNT_ROUNDING 1e-9
+/* Time constants after which a vibration has decayed, to exp(-5) = 0.7 %. */
+#define DECAY_TIMES 5.0
+/* Deviation of a velocity from a straight line above which a step is halved, relative to the
+ * largest velocity without friction [-]; in a last step that is read, relative to this tolerance.
+ * A deviation above VERY_CURVED tolerances halves the step twice, one below STRAIGHT doubles it. */
+#define CURVED 0.2
+#define CURVED_LAST 0.3
+#define VERY_CURVED 4.0
+#define STRAIGHT 0.2
+/* Tolerances of stages, of the friction limits [-]. In the last step the matrix S multiplies the error of v
+ * in the force that is read. */
+#define STAGE_TOLERANCE 1e-5
+#define LAST_STAGE_TOLERANCE 1e-10
+
+/* Returns the number of doubles of the memory of the contact laws. */
+static size_t memory_count(const sm_contact *contact) {
     return contact->law == SM_ELASTIC ? sm_elastic_memory(contact->elastic) : 0;
 }
 
@@ -29,7 +49,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
             march->flexibility[k] = -contact->stiffness[k];
         double **rows[] = {&march->u, &march->last_u, &march->x, &march->v};
         for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
-        march->memory = sm_take(block, remembered(contact));
+        march->memory = sm_take(block, memory_count(contact));
         sm_elastic_solver_place(&march->solver, contact->elastic, contacts, march->flexibility,
                                 block);
         return;
@@ -44,10 +64,10 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
 
 size_t sm_march_state_count(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
-    return contact->law == SM_ELASTIC ? 4 * n + remembered(contact) : 5 * n;
+    return contact->law == SM_ELASTIC ? 4 * n + memory_count(contact) : 5 * n;
 }
 
-/* Sets the rows of a state, which have one number per contact; returns how many there are. */
+/* Sets the rows of a state, which have one number per contact; returns the number of rows. */
 static int rows_of(const sm_march *march, const sm_contact *contact, double *row[5]) {
     row[0] = march->x;
     row[1] = march->v;
@@ -64,7 +84,7 @@ void sm_march_start(sm_march *march, const sm_contact *contact, const double *st
     for (int k = 0; k < rows; k++)
         for (size_t i = 0; i < n; i++) row[k][i] = state ? state[(size_t)k * n + i] : 0.0;
     if (contact->law == SM_ELASTIC) {
-        for (size_t k = 0; k < remembered(contact); k++)
+        for (size_t k = 0; k < memory_count(contact); k++)
             march->memory[k] = state ? state[4 * n + k] : 0.0;
         return;
     }
@@ -79,10 +99,10 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
     for (int k = 0; k < rows; k++)
         for (size_t i = 0; i < n; i++) state[(size_t)k * n + i] = row[k][i];
     if (contact->law == SM_ELASTIC)
-        memcpy(state + 4 * n, march->memory, remembered(contact) * sizeof(double));
+        memcpy(state + 4 * n, march->memory, memory_count(contact) * sizeof(double));
 }
 
-/* Computes the friction force r - S v, without rounding beyond the limit. */
+/* Computes the friction force r - S v, and limits it to the friction limit because of rounding. */
 SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     for (int i = 0; i < n; i++) {
         const double limit = s->laws[i].limit;
@@ -92,28 +112,28 @@ SM_INLINE void find_force(const int n, const sm_stepper *s, sm_march *march) {
     }
 }
 
-/* Makes a step of h seconds of elastic contacts, which would be at displacements u if they
- * stuck. */
+/* Makes a step of h seconds of elastic contacts, whose displacements would be u if all stuck. */
 static sm_status step_elastic(sm_march *march, const double *u, double h) {
     const sm_contact *contact = march->forcing.contact;
     const int n = contact->contacts;
-    double *moved = march->v;
+    double *last_x = march->v;
     for (int i = 0; i < n; i++) {
-        moved[i] = march->x[i];
+        last_x[i] = march->x[i];
         march->x[i] += u[i] - march->last_u[i]; /* initial guess: no slip */
     }
     const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
     if (status != SM_OK) return status;
     for (int i = 0; i < n; i++) {
-        march->v[i] = (march->x[i] - moved[i]) / h;
+        march->v[i] = (march->x[i] - last_x[i]) / h;
         march->last_u[i] = u[i];
         march->force[i] = march->solver.f[i];
     }
-    memcpy(march->memory, march->solver.next, remembered(contact) * sizeof(double));
+    memcpy(march->memory, march->solver.next, memory_count(contact) * sizeof(double));
     return SM_OK;
 }
 
-/* Changes the step size, which changes the matrix S; contacts continue, or start. */
+/* Changes the step size and with it the matrix S. The contacts continue, or start if it is the
+ * first step. */
 static sm_status set_level(sm_march *march, const sm_contact *contact, int level, double h) {
     sm_stepper *stepper = &march->stepper[level];
     const sm_status status = sm_stepper_set(stepper, contact, h);
@@ -133,23 +153,23 @@ SM_INLINE void keep_rigid(const int n, sm_march *march, int restores) {
         march->lane.stage_v[0][i] = march->lane.stage_v[1][i] = march->v[i];
 }
 
-/* Returns the largest deviation of velocities v from straight lines, h seconds after the step
- * began. */
-SM_INLINE double bend(const int n, const sm_march *march, const double *v, double h) {
+/* Returns the largest deviation of velocities v from straight lines, h seconds after the start of
+ * the step [m/s]. */
+SM_INLINE double deviation(const int n, const sm_march *march, const double *v, double h) {
     const double *start = march->before + n, *acceleration = march->acceleration;
     double most = 0.0;
     for (int i = 0; i < n; i++) {
-        const double bent = fabs(v[i] - start[i] - h * acceleration[i]);
-        most = bent > most ? bent : most;
+        const double off = fabs(v[i] - start[i] - h * acceleration[i]);
+        most = off > most ? off : most;
     }
     return most;
 }
 
-/* Makes a rigid step of h seconds at a level: the fraction `part` of the longest step, from `at` on
- * in it. A velocity that bends by more than `allowed` ends the step early; `bent` is the largest
- * bend. */
+/* Makes a step of h seconds of rigid contacts at a level: the fraction `part` of the longest step,
+ * which begins at its fraction `at`. If the deviation `curved` of a velocity from a straight line
+ * exceeds `allowed`, it returns after this stage. */
 SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h, double at,
-                               double part, double tolerance, double allowed, double *bent) {
+                               double part, double tolerance, double allowed, double *curved) {
     if (level != march->level) {
         const sm_status status = set_level(march, march->forcing.contact, level, h);
         if (status != SM_OK) return status;
@@ -163,19 +183,19 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
         const sm_status status = sm_stage_one(stepper, lane, march->inertia, stage);
         if (status != SM_OK) return status;
-        *bent = bend(n, march, lane->v, end * h);
-        if (*bent > allowed) return SM_OK;
+        *curved = deviation(n, march, lane->v, end * h);
+        if (*curved > allowed) return SM_OK;
     }
     find_force(n, stepper, march);
     const double per_h = 1.0 / h;
     for (int i = 0; i < n; i++) {
         const double mean = (march->v[i] - march->before[n + i]) * per_h;
-        march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* very short steps */
+        march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* 1 / h of a very short step */
     }
     return SM_OK;
 }
 
-/* Returns the velocity that the fastest rigid contact would have without friction. */
+/* Returns the largest velocity of a rigid contact without friction and inertia [m/s]. */
 static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     const size_t n = (size_t)contact->contacts;
     double fastest = 0.0;
@@ -191,30 +211,32 @@ static double free_velocity(const sm_contact *contact, const sm_segment *g) {
     return fastest;
 }
 
-/* Returns the seconds in which the slowest vibration of the rigid contacts decays to exp(-5), which
- * need not be resolved; infinity without decay. */
-static double lasting(const sm_contact *contact) {
+/* Returns the time in which the slowest vibration of the rigid contacts decays, estimated from
+ * the diagonals of M and D [s]; infinity without damping. Vibrations that decay need not be
+ * resolved. */
+static double decay_time(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
     double longest = 0.0;
     for (size_t k = 0; k < n * n; k += n + 1) {
         const double mass = contact->mass ? contact->mass[k] : 0.0;
         longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
     }
-    return 5.0 * longest;
+    return DECAY_TIMES * longest;
 }
 
-/* Steps of h 2^-level seconds; time is counted in the finest of them. */
+/* The steps of an integration: they have h 2^-level seconds. Times are integers in units of the
+ * shortest step. */
 typedef struct {
-    double from, to, h;
-    int finest;         /* level */
-    int64_t whole, end; /* a step of level 0, and all */
-    int64_t lasting;    /* time from which on vibrations last to the end */
-    double bend;        /* allowed bend of a velocity; infinity: any */
-    int to_be_read;
+    double from, to, h; /* [s] */
+    int finest;         /* level of the shortest step */
+    int64_t whole, end; /* duration of a step of level 0, and of the integration */
+    int64_t resolved;   /* time from which on vibrations do not decay before the end */
+    double allowed;     /* deviation of a velocity from a straight line [m/s]; infinity: any */
+    int to_be_read;     /* 1: the motion at the end is read */
 } sm_steps;
 
-/* Sets the steps between steps->from and steps->to. */
-static sm_status divide(const sm_contact *contact, const sm_segment *segment,
+/* Chooses the steps between steps->from and steps->to. */
+static sm_status choose_steps(const sm_contact *contact, const sm_segment *segment,
                         int steps_per_period, sm_detail detail, sm_steps *steps) {
     const double from = steps->from, to = steps->to;
     double fastest = 0.0;
@@ -223,40 +245,39 @@ static sm_status divide(const sm_contact *contact, const sm_segment *segment,
         fastest = fmax(fastest, fmax(fabs(segment->frequency[j]), fabs(end)));
     }
     const double longest = SM_TWO_PI / (fastest * steps_per_period);
-    const double count = ceil((to - from) / longest * (1.0 - 1e-9));
-    if (!(count <= 1e10)) return SM_BAD_ARGUMENT; /* that would take hours */
+    const double count = ceil((to - from) / longest * (1.0 - COUNT_ROUNDING));
+    if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
-    /* elastic contacts have no inertia: later steps do not depend on the motion between two
-     * steps */
-    const int halvings = elastic ? 6 : SM_RIGID_LEVELS - 1;
+    const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;
     const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
     *steps = (sm_steps){.from = from,
                         .to = to,
                         .h = (to - from) / fmax(count, 1.0),
                         .finest = halved ? halvings : 0,
-                        .bend = INFINITY,
+                        .allowed = INFINITY,
                         .to_be_read = detail == SM_TO_BE_READ};
-    /* steps that are short already need fewer halvings */
-    while (steps->finest > 0 && steps->h <= ldexp(0.6 * longest, steps->finest - halvings))
+    while (steps->finest > 0
+           && steps->h <= ldexp(SHORT_STEP * longest, steps->finest - halvings))
         steps->finest--;
     steps->whole = (int64_t)1 << steps->finest;
     steps->end = steps->whole * (int64_t)fmax(count, 1.0);
     if (steps->finest > 0 && !elastic) {
-        steps->bend = 0.2 * free_velocity(contact, segment);
-        const double before = 1.0 - lasting(contact) / (to - from);
-        steps->lasting = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
+        steps->allowed = CURVED * free_velocity(contact, segment);
+        const double before = 1.0 - decay_time(contact) / (to - from);
+        steps->resolved = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
     }
     return SM_OK;
 }
 
-/* Returns the level of the next step: the given one, or a finer one up to the next longer step. */
+/* Returns the level of the next step, at least `level`: steps of a level begin at multiples of
+ * their duration. */
 SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
     while (level < steps->finest && (at & ((steps->whole >> level) - 1)) != 0) level++;
     return level;
 }
 
-/* Integrates rigid contacts. */
-SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *steps) {
+/* Integrates rigid contacts over the steps. */
+SM_INLINE sm_status integrate_rigid(const int n, sm_march *march, const sm_steps *steps) {
     const double least = ldexp(1.0, -steps->finest);
     int level = 0;
     int64_t known = 0; /* time up to which the forcing is known */
@@ -273,29 +294,27 @@ SM_INLINE sm_status take_rigid(const int n, sm_march *march, const sm_steps *ste
         const double part = least * (double)parts;
         const double within = 1.0 - least * (double)(known - at);
         const int last = at + parts == steps->end;
-        const int finest = at < steps->lasting ? 0 : steps->finest;
-        /* a velocity that is read is resolved further */
-        const double allowed = last && steps->to_be_read ? 0.3 * steps->bend : steps->bend;
-        /* of the limits; at the end S magnifies the error of v in the force that is read */
-        const double tolerance = last ? 1e-10 : 1e-5;
-        double bent;
+        const int finest = at < steps->resolved ? 0 : steps->finest;
+        const double allowed = (last && steps->to_be_read ? CURVED_LAST : 1.0) * steps->allowed;
+        const double tolerance = last ? LAST_STAGE_TOLERANCE : STAGE_TOLERANCE;
+        double curved;
         const sm_status status =
             step_rigid(n, march, level, steps->h * part, within, part, tolerance,
-                       level < finest ? allowed : INFINITY, &bent);
+                       level < finest ? allowed : INFINITY, &curved);
         if (status != SM_OK) return status;
-        if (level < finest && bent > allowed) {
+        if (level < finest && curved > allowed) {
             keep_rigid(n, march, 1);
-            level += bent > 4.0 * allowed && level + 1 < finest ? 2 : 1;
+            level += curved > VERY_CURVED * allowed && level + 1 < finest ? 2 : 1;
             continue;
         }
         at += parts;
-        if (bent < 0.2 * steps->bend && level > 0) level--;
+        if (curved < STRAIGHT * steps->allowed && level > 0) level--;
     }
     return SM_OK;
 }
 
 /* Makes `count` equal steps of elastic contacts. */
-SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *steps,
+SM_INLINE sm_status integrate_elastic(const int n, sm_march *march, const sm_steps *steps,
                                  int64_t count) {
     for (int64_t k = 1; k <= count; k++) {
         const double elapsed = steps->from + steps->h * (double)k;
@@ -307,9 +326,9 @@ SM_INLINE sm_status take_elastic(const int n, sm_march *march, const sm_steps *s
     return SM_OK;
 }
 
-/* Makes the last step of elastic contacts, at whose end the velocity is read, as a long and a short
- * step. */
-SM_INLINE sm_status end_elastic(const int n, sm_march *march, const sm_steps *steps,
+/* Makes the last step of elastic contacts as a long and a short step: the velocity, which is read,
+ * is the mean over the short one. */
+SM_INLINE sm_status finish_elastic(const int n, sm_march *march, const sm_steps *steps,
                                 int64_t count) {
     sm_forcing *forcing = &march->forcing;
     sm_forcing_find(n, 1, forcing, steps->from + steps->h * (double)(count - 1));
@@ -324,19 +343,19 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period, sm_detail detail) {
     sm_steps steps = {.from = from, .to = to};
-    sm_status status = divide(contact, segment, steps_per_period, detail, &steps);
+    sm_status status = choose_steps(contact, segment, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     sm_forcing_start(&march->forcing, contact, segment, from, steps.h);
     if (contact->law == SM_ELASTIC) {
         const int64_t count = steps.end / steps.whole, same = steps.finest > 0 ? count - 1 : count;
-        status = take_elastic(n, march, &steps, same);
-        if (status == SM_OK && same < count) status = end_elastic(n, march, &steps, count);
+        status = integrate_elastic(n, march, &steps, same);
+        if (status == SM_OK && same < count) status = finish_elastic(n, march, &steps, count);
     } else {
-        status = n == 2 ? take_rigid(2, march, &steps) : take_rigid(n, march, &steps);
+        status = n == 2 ? integrate_rigid(2, march, &steps) : integrate_rigid(n, march, &steps);
     }
     if (status != SM_OK) return status;
-    /* a NaN or infinity during the integration is still in the displacement */
+    /* a NaN or infinity during the integration remains in the displacement */
     const size_t count = (size_t)n;
     const int finite = sm_all_finite(march->x, count) && sm_all_finite(march->v, count)
                        && sm_all_finite(march->force, count);

@@ -1,4 +1,4 @@
-/* Time integration of the contacts along a slow trajectory. */
+/* Time integration of the contacts along a slow trajectory, eq. (12). */
 #ifndef SLIPMODE_CONTACT_MARCH_H
 #define SLIPMODE_CONTACT_MARCH_H
 
@@ -7,13 +7,17 @@
 #include "contact/stage/solve.h"
 #include "contact/tr_bdf2.h"
 
-/* Step sizes of rigid contacts, each half the one before. */
+/* Step sizes of rigid contacts, each half the one before: the shortest is an eighth. */
 #define SM_RIGID_LEVELS 4
+
+/* Limits of steps_per_period: fewer steps do not resolve a carrier. */
+#define SM_MIN_STEPS 4
+#define SM_MAX_STEPS 65536
 
 /* State of the contacts and work arrays of one integration. */
 typedef struct {
     sm_forcing forcing;
-    sm_stepper stepper[SM_RIGID_LEVELS]; /* by step size, set when they are needed */
+    sm_stepper stepper[SM_RIGID_LEVELS]; /* matrices by step size, computed when needed */
     sm_lanes lane;
     double *force; /* (N_c) friction force at the end of the last step */
     double *acceleration; /* (N_c) of rigid contacts: mean of the last step */
@@ -27,25 +31,27 @@ typedef struct {
     double *memory;           /* of the sliders */
 } sm_march;
 
-/* Takes the arrays of an integration with up to `orders` harmonics of the response of the modes. */
+/* Places the arrays of an integration with up to `orders` harmonics of the response of the
+ * modes. */
 void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_block *block);
 
-/* Doubles of the state of the contacts: x_c, v_c, f_c; then accelerations and M dv/dt of rigid
- * contacts, or displacements that elastic contacts would have if they stuck, and the positions of
- * their sliders. */
+/* Returns the number of doubles of the state: x_c, v_c, f_c; then accelerations and M dv/dt of
+ * rigid contacts, or displacements of elastic contacts if all stuck, and the memory of their
+ * laws. */
 size_t sm_march_state_count(const sm_contact *contact);
 /* Starts from a state; NULL: at rest. */
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state);
 /* Writes the present state. */
 void sm_march_read(const sm_march *march, const sm_contact *contact, double *state);
 
-/* How far an integration resolves motion that is faster than its steps.
+/* Resolution of contact motion that is faster than the steps.
  *
- * SM_RESOLVED: steps in which the velocity of a rigid contact bends are halved, up to three times,
- * because a contact that begins to slip vibrates on its own stiffness; not if this vibration decays
- * before the end. SM_UNHALVED: no step is halved, so that the result is a smooth function of
- * amplitudes, angles and forces. SM_TO_BE_READ: resolved, and more closely in the last step; for
- * elastic contacts, whose velocities jump and are means over the last step, this step is divided. */
+ * SM_RESOLVED: a step is halved, up to three times, if the velocity of a rigid contact deviates
+ * from a straight line, because a contact that begins to slip vibrates on the stiffness of the
+ * structure; not if this vibration decays before the end. SM_UNHALVED: no step is halved, so that
+ * the result is a smooth function of amplitudes, angles and forces. SM_TO_BE_READ: as SM_RESOLVED
+ * with a smaller tolerance in the last step. The velocity of elastic contacts is a mean over a
+ * step, so that the last one is divided into a long and a short step. */
 typedef enum {
     SM_RESOLVED,
     SM_UNHALVED,

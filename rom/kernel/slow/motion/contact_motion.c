@@ -1,14 +1,16 @@
-/* Contact motion at given times along a slow trajectory, eq. (12).
- *
- * The contacts are integrated (contact_march.c) over segments of slow motion. Friction forgets its
- * past within a few periods, so the segments may start a few periods before the first sample.
- * rom/slow/motion.py and rom/cyclic call it.
- */
+/* Contact motion at given times along a slow trajectory, eq. (12). The contacts are integrated
+ * (contact_march.c) over segments of slow motion. Their initial state decays within a few
+ * periods, so that segments need to start only a few periods before the first sample.
+ * rom/slow/motion.py and rom/cyclic call it. */
 #include <stdlib.h>
 
 #include "base/check.h"
 #include "slow/motion/contact_march.h"
 #include "slow/motion/segment.h"
+
+/* Part of a segment that is no step of its own: a sample is then integrated from the segment
+ * before [-]. */
+#define ROUNDING 1e-9
 
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
                             const double *start_x, int32_t steps_per_period,
@@ -20,7 +22,8 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     if (status != SM_OK) return status;
     const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
     const double *times = samples->times;
-    if (steps_per_period < 4 || steps_per_period > 65536 || !sm_fits(samples->count, bytes))
+    if (steps_per_period < SM_MIN_STEPS || steps_per_period > SM_MAX_STEPS
+        || !sm_fits(samples->count, bytes))
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
     const int orders = contact->response ? contact->response->orders_count : 0;
@@ -42,8 +45,9 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
                 g++;
                 continue;
             }
-            /* a very short step, from the end of the segment to the sample, has no velocity */
-            const double past = times[k] - end, rounding = 1e-9 * segment[g].duration;
+            /* the velocity after a very short step, from the segment's end to the sample, would
+             * have no correct digits */
+            const double past = times[k] - end, rounding = ROUNDING * segment[g].duration;
             const double to = past < rounding || g + 1 == segments ? times[k] : end;
             const sm_detail detail = to == times[k] ? SM_TO_BE_READ : SM_RESOLVED;
             status = sm_march_along(&march, contact, &segment[g], now - segment[g].start,

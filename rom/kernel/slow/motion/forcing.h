@@ -1,13 +1,7 @@
-/* Forces on the contacts along a segment of slow motion:
- *
+/* Forces on the contacts along a segment of slow motion, eq. (12):
  *   u(t) = -2 Re sum_j L_j a_j exp(i theta_j) + Re sum_nm G_nm exp(i (n theta_A + m theta_B)),
- *
- * with cubic amplitudes a_j and linear coefficients G_nm of the response of the modes. At instants
- * that are a step h apart u and its rate are exact. Between them, where the stages of shorter steps
- * lie, u is a cubic, with the error (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40
- * steps a period. At constant frequencies the phasors are advanced by constant factors. The time
- * integration of the contacts (contact_march.c) is the only caller.
- */
+ * with cubic amplitudes a_j and linear coefficients G_nm of the response of the modes. The time
+ * integration of the contacts (contact_march.c) calls it. */
 #ifndef SLIPMODE_FORCING_H
 #define SLIPMODE_FORCING_H
 
@@ -15,24 +9,31 @@
 #include "base/exact_sum.h"
 #include "slow/motion/segment.h"
 
-#define SM_ROW 4 /* harmonics side by side in vectors: rows are filled up with zeros */
+#define SM_ROW 4 /* rows of harmonics have a multiple of 4 numbers, for vectors; the rest is 0 */
 
+/* The forces on the contacts during an integration. At instants that are a step h apart, u and its
+ * rate are exact. Between them, at the stages of shorter steps, u is a cubic, with the error
+ * (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40 steps per period. At constant
+ * frequencies the phasors are advanced by constant factors. */
 typedef struct {
     const sm_contact *contact;
     const sm_segment *segment;
     double amplitude[SM_MODES][2][4]; /* cubics in the fraction of the segment */
-    double h;
-    int swept, since;      /* 1: the frequencies change; instants since the phasors were exact */
-    sm_complex carrier[SM_MODES], factor[SM_MODES]; /* at the last instant; from it to the next */
-    double *value, *rate;  /* (N_c) at the last instant; rate times h */
-    double *cubic;         /* (N_c, 4) in the fraction of the step that ends there */
+    double h;              /* between two instants [s] */
+    int swept;             /* 1: the frequencies change during the segment */
+    int since;             /* instants since the phasors were computed from their angles */
+    sm_complex carrier[SM_MODES]; /* at the last instant */
+    sm_complex factor[SM_MODES];  /* of the carriers from an instant to the next one */
+    double *value, *rate;  /* (N_c) forces [N] at the last instant, and their rates times h [N] */
+    double *cubic;         /* (N_c, 4) in the fraction of the step that ends at the last instant */
     int orders;            /* harmonics of the response on this segment */
-    size_t row;            /* `orders` of the contact, filled up */
+    size_t row;            /* length of a row: at least `orders` of the contact */
     double *re, *im, *factor_re, *factor_im; /* (row) phasors of the harmonics, and their factors */
-    double *turn;          /* (row) angles of the factors */
-    double *start, *slope; /* (N_c, 2, row): real parts, imaginary parts of G over the segment */
+    double *turn;          /* (row) angles of the factors [rad] */
+    double *start, *slope; /* (N_c, 2, row): real, imaginary parts of G, and change per segment */
 } sm_forcing;
 
+/* Places the arrays for up to `orders` harmonics of the response. */
 static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_block *block) {
     const size_t n = (size_t)contacts, row = ((size_t)orders + SM_ROW - 1) / SM_ROW * SM_ROW;
     double **rows[] = {&f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn};
@@ -45,7 +46,7 @@ static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, row);
 }
 
-/* Returns the angle of a carrier in a step, at its present frequency. */
+/* Returns the angle by which a carrier turns in a step at its present frequency [rad]. */
 SM_INLINE double sm_forcing_angle(const sm_forcing *f, int j, double elapsed) {
     return f->h * (f->segment->frequency[j] + f->segment->frequency_rate[j] * elapsed);
 }
@@ -93,7 +94,7 @@ static inline void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
     sm_forcing_set(f, elapsed);
 }
 
-/* Moves carriers and phasors on to the next instant, at `elapsed`. */
+/* Computes carriers and phasors at the next instant, `elapsed`. */
 SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
     if (f->swept || ++f->since == SM_EXACT_STEPS) {
         sm_forcing_set(f, elapsed);
@@ -159,7 +160,8 @@ SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, doub
     if (f->orders > 0) sm_forcing_add_response(n, rates, f, r);
 }
 
-/* Goes on to the step that ends at `elapsed`; the forces and rates at its start are known. */
+/* Computes the cubics of the step that ends at `elapsed`, from the forces and rates at its start,
+ * which are known, and at its end. */
 SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
     double *restrict cubic = f->cubic;
     for (int i = 0; i < n; i++) {
@@ -175,7 +177,7 @@ SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
     }
 }
 
-/* Computes u (n) at the fraction s of that step. */
+/* Computes the forces u (n) at the fraction s of the step. */
 SM_INLINE void sm_forcing_load(const int n, const sm_forcing *f, double s, double *restrict u) {
     for (int i = 0; i < n; i++) {
         const double *c = f->cubic + 4 * i;

@@ -1,5 +1,4 @@
-/* Fast motion at given times as a sum of harmonics with slowly varying coefficients, eq. (14).
- *
+/* Fast motion at given times as a sum of harmonics with slowly varying coefficients, eq. (14),
  * x(t) = 2 Re (sum_j shape_j a_j exp(i theta_j) + sum_nm c_nm exp(i (n theta_A + m theta_B))), with
  * the amplitudes of the segments and coefficients that are linear between their ends.
  * rom/slow/motion.py calls it for contacts, modes and loads.
@@ -40,6 +39,7 @@ SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const
     }
 }
 
+/* Checks the arrays of the sum for a number of segments. */
 static sm_status check_sum(const sm_harmonic_sum *sum, size_t segments) {
     if (!sum || sum->modes < 1 || sum->modes > SM_MODES) return SM_BAD_ARGUMENT;
     const size_t orders = (size_t)sum->orders_count;

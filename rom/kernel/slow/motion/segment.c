@@ -1,8 +1,7 @@
-/* A stretch of slow time with linear inputs: its carriers and amplitudes.
- *
- * Amplitudes are cubic Hermite polynomials in time, angles theta_j are quadratic. The contact
- * motion (contact_march.c) and the sum of harmonics (harmonic_sum.c) evaluate segments from Python
- * or from the queue of a component.
+/* A segment of slow time with linear inputs: its carriers and amplitudes. Amplitudes are cubic
+ * Hermite polynomials in time, angles theta_j are quadratic. The contact motion (contact_march.c)
+ * and the sum of harmonics (harmonic_sum.c) evaluate segments from Python or from the queue of a
+ * component.
  */
 #include "slow/motion/segment.h"
 
@@ -41,6 +40,11 @@ sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
 
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
 
+/* Tolerances of the times at which segments meet, for rounding [-]. */
+#define MEETING_TOLERANCE 1e-6 /* relative to the duration of the segment */
+#define ROUNDING 1e-9          /* relative to the time, or to the duration of the last segment */
+
+/* Checks the numbers of a segment. */
 static sm_status check_segment(const sm_segment *segment, int modes) {
     if (!isfinite(segment->start)) return SM_NOT_FINITE;
     const size_t count = (size_t)modes, pairs = 2 * (size_t)modes;
@@ -57,7 +61,7 @@ static sm_status check_segment(const sm_segment *segment, int modes) {
 static int consecutive(const sm_segment *segment, const sm_segment *next) {
     const double gap = fabs(next->start - sm_segment_end(segment));
     return next->start > segment->start &&
-           gap <= 1e-6 * segment->duration + 1e-9 * fabs(segment->start);
+           gap <= MEETING_TOLERANCE * segment->duration + ROUNDING * fabs(segment->start);
 }
 
 sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
@@ -76,7 +80,7 @@ sm_status sm_times_check(size_t samples, const double *times, size_t segments,
     if (!times) return SM_BAD_ARGUMENT;
     if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
     const sm_segment *last = &segment[segments - 1];
-    const double end = sm_segment_end(last) + 1e-9 * last->duration;
+    const double end = sm_segment_end(last) + ROUNDING * last->duration;
     if (!(times[0] >= segment->start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
     for (size_t k = 1; k < samples; k++)
         if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;

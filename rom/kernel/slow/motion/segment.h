@@ -1,4 +1,4 @@
-/* A stretch of slow time with linear inputs: its carriers and amplitudes. */
+/* A segment of slow time with linear inputs: its carriers and amplitudes. */
 #ifndef SLIPMODE_SEGMENT_H
 #define SLIPMODE_SEGMENT_H
 
@@ -13,6 +13,7 @@ sm_complex sm_segment_amplitude(const sm_segment *segment, int mode, double r);
 /* Computes the cubics c[0] + r (c[1] + r (c[2] + r c[3])) of the real and the imaginary part of
  * a_j. */
 void sm_segment_cubics(const sm_segment *segment, int mode, double cubics[2][4]);
+/* Returns the time at the end of the segment [s]. */
 double sm_segment_end(const sm_segment *segment);
 
 /* Checks that the segments are finite, and that each one starts where the one before ends. */

@@ -1,4 +1,6 @@
-/* A tone that is stepped: its memory, jumps of its inputs, steps, outputs, state. */
+/* A step-able flow of several modes on one tone (docs/theory.md, "Several modes on one tone"): its
+ * memory, discontinuities of its inputs, steps, outputs and state. rom/slow/tone/ and the FMU call
+ * it; the equations are in tone_flow.c, their integration in tone_march.c. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -8,18 +10,20 @@
 #include "slow/tone/tone_flow.h"
 
 #define MAX_SIZE 16384 /* modes, contacts, nodes, outputs: counts of doubles fit in 32 bits */
-#define POWERS 3
-#define FARTHEST_BAND 1e6 /* of a state: farther ones are damage */
+#define POWERS 3       /* outputs: input power, dissipated power, dissipated energy */
+#define FARTHEST_BAND 1e6 /* band of a valid state: 2000 times the reference frequency */
 
-/* Rows of the outputs; 0 without them. */
+/* Returns the number of complex outputs K; 0 without outputs. */
 static size_t rows_of(const sm_tone *tone) {
     return tone->output ? (size_t)tone->amplitudes + (size_t)tone->elastic + 1 : 0;
 }
 
 /* ---- checks ---------------------------------------------------------------------------------- */
 
+/* Returns whether a number is within its limits. */
 static int is_size(int32_t count, int32_t least) { return count >= least && count <= MAX_SIZE; }
 
+/* Checks that arrays exist and are finite. */
 static sm_status check_arrays(size_t count, const double *const arrays[], const size_t sizes[]) {
     for (size_t i = 0; i < count; i++) {
         if (!arrays[i]) return SM_BAD_ARGUMENT;
@@ -28,6 +32,7 @@ static sm_status check_arrays(size_t count, const double *const arrays[], const 
     return SM_OK;
 }
 
+/* Checks the arrays of modes; the last one, of outputs, only if there are any. */
 static sm_status check_modes(const sm_tone_modes *modes, size_t contacts, size_t rows) {
     const size_t M = 2 * (size_t)modes->count;
     const double *const arrays[] = {modes->pole,   modes->excitation, modes->conjugate,
@@ -36,6 +41,7 @@ static sm_status check_modes(const sm_tone_modes *modes, size_t contacts, size_t
     return check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
 }
 
+/* Checks the scalars of a tone. */
 static sm_status check_numbers(const sm_tone *tone, double tolerance) {
     const double positive[] = {tone->onset, tone->spacing, tone->reference, tolerance};
     sm_status status = SM_OK;
@@ -45,6 +51,7 @@ static sm_status check_numbers(const sm_tone *tone, double tolerance) {
     return status == SM_OK && !isfinite(tone->first) ? SM_NOT_FINITE : status;
 }
 
+/* Checks a tone. */
 static sm_status check(const sm_tone *tone, double tolerance) {
     if (!tone) return SM_BAD_ARGUMENT;
     if (!is_size(tone->slow.count, 1) || !is_size(tone->fast.count, 1)
@@ -65,6 +72,7 @@ static sm_status check(const sm_tone *tone, double tolerance) {
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
+/* Places the arrays; the arrays of the state are first. */
 static void place(sm_tone_flow *flow, sm_block *block) {
     const sm_tone *tone = &flow->tone;
     const size_t M = 2 * (size_t)tone->slow.count, n = 2 * (size_t)tone->contacts;
@@ -113,26 +121,28 @@ void sm_tone_free(sm_tone_flow *flow) { free(flow); }
 
 /* ---- inputs and steps ------------------------------------------------------------------------ */
 
-static void keep(sm_tone_flow *flow) {
+/* Saves the state. */
+static void save(sm_tone_flow *flow) {
     memcpy(flow->before, flow->state, flow->state_count * sizeof(double));
 }
 
-/* Returns to the state that was kept. */
+/* Restores the saved state. */
 static void restore(sm_tone_flow *flow) {
     const double band = flow->now->band;
     memcpy(flow->state, flow->before, flow->state_count * sizeof(double));
     if (flow->now->band != band) sm_tone_enter_band(flow, flow->now->band);
 }
 
-/* Goes to another band, if it is one; the load follows. */
-static sm_status go_to_band(sm_tone_flow *flow, double band, double elapsed) {
+/* Enters a band, unless it is the present one, and computes the load there. */
+static sm_status change_band(sm_tone_flow *flow, double band, double elapsed) {
     if (band == flow->now->band) return SM_OK;
     sm_tone_enter_band(flow, band);
     return sm_tone_load(flow, elapsed, flow->amplitude, flow->stage[0]);
 }
 
-/* Adds `sign` times what slow modes move by exp(-i theta), seen as a part of their amplitudes: it
- * follows a force at once, as the conjugate modes are fast ones. */
+/* Adds `sign` times the part c exp(-i theta) of the slow modes to their amplitudes: the response
+ * of the modes with conjugate poles. These are fast modes, so that c is steady at the present
+ * force. */
 static void add_conjugates(sm_tone_flow *flow, double sign) {
     const sm_tone_modes *slow = &flow->tone.slow;
     const sm_inputs *in = &flow->now->inputs;
@@ -148,8 +158,9 @@ static void add_conjugates(sm_tone_flow *flow, double sign) {
     }
 }
 
-/* Takes inputs; the displacement a exp(i theta) + c exp(-i theta) of a mode is continuous. */
-static sm_status jump(sm_tone_flow *flow, const sm_inputs *inputs) {
+/* Sets inputs with a discontinuity: the displacement a exp(i theta) + c exp(-i theta) of each mode
+ * is continuous. */
+static sm_status set_discontinuous(sm_tone_flow *flow, const sm_inputs *inputs) {
     add_conjugates(flow, 1.0);
     flow->now->inputs = *inputs;
     add_conjugates(flow, -1.0);
@@ -158,8 +169,8 @@ static sm_status jump(sm_tone_flow *flow, const sm_inputs *inputs) {
     return sm_tone_load(flow, 0.0, flow->amplitude, flow->stage[0]);
 }
 
-/* Whether the values of the inputs differ, besides their rates. */
-static int is_jump(const sm_inputs *a, const sm_inputs *b) {
+/* Returns whether the values of the inputs differ, apart from their rates. */
+static int is_discontinuous(const sm_inputs *a, const sm_inputs *b) {
     return a->force[0] != b->force[0] || a->frequency[0] != b->frequency[0]
            || a->phase[0] != b->phase[0] || a->limit_scale != b->limit_scale;
 }
@@ -170,18 +181,18 @@ sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs) {
     if (status != SM_OK) return status;
     sm_inputs fresh = sm_inputs_after(inputs, 1, 0.0);
     fresh.angle[0] = flow->now->angle.value;
-    if (!is_jump(&flow->now->inputs, &fresh)) {
+    if (!is_discontinuous(&flow->now->inputs, &fresh)) {
         flow->now->inputs = fresh;
         return SM_OK;
     }
-    keep(flow);
-    status = jump(flow, &fresh);
+    save(flow);
+    status = set_discontinuous(flow, &fresh);
     if (status == SM_OK && !sm_all_finite(flow->state, flow->state_count)) status = SM_NOT_FINITE;
     if (status != SM_OK) restore(flow);
     return status;
 }
 
-/* Goes through the bands that the frequency passes in a step. */
+/* Integrates over `duration`, one part for each band that the frequency passes. */
 static sm_status advance(sm_tone_flow *flow, double duration, const sm_inputs *after) {
     const sm_inputs in = flow->now->inputs;
     const double last = sm_tone_band(&flow->tone, after->frequency[0]);
@@ -193,7 +204,7 @@ static sm_status advance(sm_tone_flow *flow, double duration, const sm_inputs *a
             const double edge = sm_tone_edge(&flow->tone, band, way);
             to = fmin(fmax((edge - in.frequency[0]) / in.frequency_rate[0], from), duration);
         }
-        sm_status status = go_to_band(flow, band, from);
+        sm_status status = change_band(flow, band, from);
         if (status == SM_OK && to > from) status = sm_tone_march(flow, from, to);
         if (status != SM_OK || band == last) return status;
         from = to;
@@ -209,7 +220,7 @@ sm_status sm_tone_step(sm_tone_flow *flow, double duration) {
     sm_inputs after = sm_inputs_after(in, 1, duration);
     if ((status = sm_inputs_check(&after, 1)) != SM_OK) return status;
     const double turned = duration * (in->frequency[0] + 0.5 * duration * in->frequency_rate[0]);
-    keep(flow);
+    save(flow);
     status = advance(flow, duration, &after);
     if (status == SM_OK) {
         sm_add(&now->time, duration);
@@ -226,13 +237,13 @@ sm_status sm_tone_reset(sm_tone_flow *flow, double time) {
     if (!flow) return SM_BAD_ARGUMENT;
     if (!isfinite(time)) return SM_NOT_FINITE;
     const sm_inputs inputs = flow->now->inputs;
-    keep(flow);
+    save(flow);
     memset(flow->state, 0, flow->state_count * sizeof(double));
     flow->now->time.value = time;
     flow->now->inputs.frequency[0] = flow->tone.reference;
     flow->now->inputs.limit_scale = 1.0;
     sm_tone_enter_band(flow, 0.0);
-    const sm_status status = jump(flow, &inputs);
+    const sm_status status = set_discontinuous(flow, &inputs);
     if (status != SM_OK) restore(flow);
     return status;
 }
@@ -248,7 +259,7 @@ sm_status sm_tone_present(const sm_tone_flow *flow, sm_inputs *inputs, double *a
     return SM_OK;
 }
 
-/* Outputs that change slowly: time, amplitudes, angle, powers. */
+/* Returns the number of slow outputs: time, amplitudes, angle, powers. */
 static size_t slow_count(const sm_tone *tone) {
     return 2 + 2 * (size_t)tone->amplitudes + POWERS;
 }
@@ -260,8 +271,8 @@ size_t sm_tone_output_count(const sm_tone_flow *flow) {
     return slow_count(tone) + contacts + (size_t)tone->elastic;
 }
 
-/* Harmonics of the outputs (2, K). */
-static const double *harmonics(sm_tone_flow *flow) {
+/* Computes the complex amplitudes of the outputs (2, K). */
+static const double *output_amplitudes(sm_tone_flow *flow) {
     const sm_tone *tone = &flow->tone;
     const sm_inputs *in = &flow->now->inputs;
     const sm_complex force = sm_cscale(sm_unit(in->phase[0]), in->force[0]);
@@ -280,7 +291,7 @@ static const double *harmonics(sm_tone_flow *flow) {
     return flow->output;
 }
 
-/* 2 Re(c exp(i theta)) */
+/* Returns 2 Re(c exp(i theta)). */
 static double real_part(sm_complex c, sm_complex carrier) {
     return 2.0 * (c.re * carrier.re - c.im * carrier.im);
 }
@@ -289,14 +300,14 @@ static double real_part(sm_complex c, sm_complex carrier) {
 static void write_contacts(const sm_tone_flow *flow, sm_complex carrier, double *out) {
     const sm_tone *tone = &flow->tone;
     const int n = tone->contacts;
-    const sm_complex spun = sm_cscale(sm_cmul(sm_cx(0.0, 1.0), carrier),
+    const sm_complex carrier_rate = sm_cscale(sm_cmul(sm_cx(0.0, 1.0), carrier),
                                       flow->now->inputs.frequency[0]);
     for (int j = 0; j < n; j++) {
         const sm_complex y = sm_cx(flow->deficit[j], flow->deficit[n + j]);
         const sm_complex own = sm_cmul(sm_cx(tone->own[j], tone->own[n + j]), y);
         const sm_complex x = sm_cadd(sm_cx(flow->drive[j], flow->drive[n + j]), own);
         out[j] = real_part(x, carrier);
-        out[n + j] = real_part(x, spun);
+        out[n + j] = real_part(x, carrier_rate);
         out[2 * n + j] = real_part(sm_csub(sm_cscale(x, tone->stiffness[j]), y), carrier);
     }
 }
@@ -306,15 +317,15 @@ sm_status sm_tone_slow_outputs(sm_tone_flow *flow, double *outputs) {
     const sm_tone_state *now = flow->now;
     const sm_inputs *in = &now->inputs;
     const size_t rows = rows_of(&flow->tone), work = rows - 1;
-    const double *z = harmonics(flow);
+    const double *z = output_amplitudes(flow);
     *outputs++ = now->time.value;
     for (int k = 0; k < flow->tone.amplitudes; k++) {
         *outputs++ = z[k];
         *outputs++ = z[rows + (size_t)k];
     }
     *outputs++ = now->angle.value;
-    const sm_complex against = sm_cscale(sm_unit(-in->phase[0]), in->force[0]);
-    *outputs++ = -in->frequency[0] * sm_cmul(against, sm_cx(z[work], z[rows + work])).im;
+    const sm_complex conjugate_force = sm_cscale(sm_unit(-in->phase[0]), in->force[0]);
+    *outputs++ = -in->frequency[0] * sm_cmul(conjugate_force, sm_cx(z[work], z[rows + work])).im;
     *outputs++ = now->power;
     *outputs = now->energy.value;
     return SM_OK;

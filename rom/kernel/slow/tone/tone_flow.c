@@ -1,4 +1,7 @@
-/* Force deficits of the contacts at one tone, and the loads on its modes. */
+/* Force deficits of the contacts on one tone, and the loads on its modes (docs/theory.md, "Several
+ * modes on one tone"). The drives c and the deficits y = k(|c|) c of the contacts depend on each
+ * other through all modes; a fixed-point iteration finds them. Fast modes are steady: their
+ * response is computed once per band of frequency. Called by tone_march.c and tone_entries.c. */
 #include "slow/tone/tone_flow.h"
 
 #include <math.h>
@@ -6,13 +9,14 @@
 #include "base/cnumber.h"
 #include "base/lanes.h"
 
-#define MOST_ITERATIONS 60 /* where contacts hardly act on each other, one or two */
-#define BLOCK 8            /* rows side by side, of the widest vectors */
-/* Width of the bands of frequency, relative to the reference frequency: within one the response of
- * the fast modes changes by less than 1e-3. */
+#define MAX_ITERATIONS 60 /* of the deficits; weakly coupled contacts need one or two */
+#define BLOCK SM_VECTOR   /* rows that are computed together */
+/* Width of the bands of frequency, relative to the reference frequency [-]: within a band the
+ * response of the fast modes changes by less than 1e-3. */
 #define BAND 2e-3
 
-/* As sm_tone_add_product, for `count` (a literal) neighbouring rows: sums stay in registers. */
+/* Adds `count` (a literal) successive rows of the product of sm_tone_add_product; the sums stay in
+ * registers. */
 SM_INLINE void add_rows(const int count, int rows, int columns, const double *restrict matrix,
                         const double *restrict x, double *restrict to) {
     double re_re[BLOCK] = {0.0}, re_im[BLOCK] = {0.0}, im_re[BLOCK] = {0.0}, im_im[BLOCK] = {0.0};
@@ -31,7 +35,7 @@ SM_INLINE void add_rows(const int count, int rows, int columns, const double *re
     }
 }
 
-/* As sm_tone_add_product, with the vectors of the function that it is in. */
+/* Adds the product of sm_tone_add_product, compiled for the vectors of the calling function. */
 SM_INLINE void add_product(int rows, int columns, const double *matrix, const double *x,
                            double *to) {
     int i = 0;
@@ -79,7 +83,8 @@ void sm_tone_enter_band(sm_tone_flow *flow, double band) {
     }
 }
 
-/* y = k(|c|) c of one contact, at friction limits relative to those of the tables. */
+/* Computes y = k(|c|) c of one contact. `scale` is the ratio of the friction limits to the limits
+ * of the tables; k is interpolated by cubic Hermite polynomials in log(|c| / onset - 1). */
 SM_INLINE void contact_deficit(const sm_tone *tone, int kind, double scale, const double c[2],
                                double y[2]) {
     const double past = sqrt(c[0] * c[0] + c[1] * c[1]) / (scale * tone->onset) - 1.0;
@@ -102,7 +107,8 @@ SM_INLINE void contact_deficit(const sm_tone *tone, int kind, double scale, cons
     y[1] = k[0] * c[1] + k[1] * c[0];
 }
 
-/* One iteration: new deficits from the last ones. Returns their change, relative to them. */
+/* Computes drives and deficits from the last deficits; returns the relative change of the
+ * deficits. */
 SM_INLINE double iterate(sm_tone_flow *flow, double scale) {
     const sm_tone *tone = &flow->tone;
     const int n = tone->contacts;
@@ -114,8 +120,8 @@ SM_INLINE double iterate(sm_tone_flow *flow, double scale) {
         double y[2];
         contact_deficit(tone, j % tone->kinds, scale, c, y);
         for (int i = 0; i < 2; i++) {
-            const double moved = y[i] - flow->deficit[i * n + j];
-            change += moved * moved;
+            const double difference = y[i] - flow->deficit[i * n + j];
+            change += difference * difference;
             all += y[i] * y[i];
             flow->deficit[i * n + j] = y[i];
         }
@@ -123,7 +129,7 @@ SM_INLINE double iterate(sm_tone_flow *flow, double scale) {
     return change > 0.0 ? sqrt(change / all) : 0.0;
 }
 
-/* Mean over a period of the power that the contacts dissipate. */
+/* Returns the mean over a period of the power that the contacts dissipate [W]. */
 static double dissipated(const sm_tone_flow *flow, double frequency) {
     const int n = flow->tone.contacts;
     const double *c = flow->drive, *y = flow->deficit, *own = flow->tone.own + n;
@@ -147,9 +153,9 @@ SM_HOT sm_status sm_tone_load(sm_tone_flow *flow, double elapsed, const double *
     add_product(n, 1, flow->others + 2 * (size_t)n * (size_t)n, magnitude, flow->given);
     add_product(n, M, tone->slow.motion, amplitude, flow->given);
     int iterations = 0;
-    /* The error is the change times the contraction. */
+    /* the error of the deficits is the contraction times their last change */
     while (!(tone->contraction * iterate(flow, scale) <= flow->tolerance))
-        if (++iterations >= MOST_ITERATIONS) return SM_NOT_CONVERGED;
+        if (++iterations >= MAX_ITERATIONS) return SM_NOT_CONVERGED;
     memset(load, 0, 2 * (size_t)M * sizeof(double));
     add_product(M, 1, tone->slow.excitation, magnitude, load);
     add_product(M, n, tone->slow.projection, flow->deficit, load);

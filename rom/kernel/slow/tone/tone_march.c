@@ -1,16 +1,27 @@
-/* Amplitudes on one tone by the exponential Runge-Kutta method of fourth order of Cox and Matthews,
- * J. Comput. Phys. 176 (2002), with steps by an error estimate. */
+/* Time integration of the amplitudes on one tone, a' = (s - i Omega) a + load (docs/theory.md,
+ * "Several modes on one tone"), by the exponential Runge-Kutta method of fourth order of Cox and
+ * Matthews, J. Comput. Phys. 176 (2002), with step size control. tone_entries.c calls it. */
 #include <math.h>
 
 #include "base/cnumber.h"
 #include "base/exact_sum.h"
 #include "slow/tone/tone_flow.h"
 
-/* Periods of a step. More than four would pass over beats between the modes without seeing them. */
+/* Longest and shortest step [periods]. Longer steps than four periods would not resolve beats
+ * between the modes. */
 #define LONGEST 4.0
 #define SHORTEST 1e-3
 
-/* phi_k(z) = sum_j z^j / (j + k)!, phi[0] = exp(z). Real parts of z are not positive. */
+/* Step size control: h_new = h SAFETY error^(-1/4), within limits, because the error estimate is
+ * proportional to h^4. */
+#define SAFETY 0.9
+#define MIN_FACTOR 0.2
+#define MAX_FACTOR 2.0
+
+/* Terms of the series of phi_3 for |z| <= 1: the first neglected one is 3! / 22! < 1e-20. */
+#define SERIES_TERMS 18
+
+/* Computes phi_k(z) = sum_j z^j / (j + k)!, k < 4, for Re z <= 0; phi[0] = exp(z). */
 static void phi_functions(sm_complex z, sm_complex phi[4]) {
     phi[0] = sm_cscale(sm_unit(z.im), exp(z.re));
     if (sm_cabs2(z) > 1.0) {
@@ -21,16 +32,16 @@ static void phi_functions(sm_complex z, sm_complex phi[4]) {
         }
         return;
     }
-    /* By its series where differences would lose digits: 18 terms to 1e-17. */
+    /* the series, where differences would lose digits */
     sm_complex sum = sm_cx(0.0, 0.0);
-    for (int j = 18; j > 0; j--)
+    for (int j = SERIES_TERMS; j > 0; j--)
         sum = sm_cadd(sm_cx(1.0, 0.0), sm_cscale(sm_cmul(z, sum), 1.0 / (j + 3.0)));
     phi[3] = sm_cscale(sum, 1.0 / 6.0);
     phi[2] = sm_cadd(sm_cmul(z, phi[3]), sm_cx(0.5, 0.0));
     phi[1] = sm_cadd(sm_cmul(z, phi[2]), sm_cx(1.0, 0.0));
 }
 
-/* phi_k(2 z) from phi_k(z) */
+/* Computes phi_k(2 z) from phi_k(z). */
 static void double_argument(const sm_complex phi[4], sm_complex to[4]) {
     const sm_complex one = sm_cx(1.0, 0.0);
     to[0] = sm_cmul(phi[0], phi[0]);
@@ -40,9 +51,13 @@ static void double_argument(const sm_complex phi[4], sm_complex to[4]) {
     to[3] = sm_cscale(to[3], 0.125);
 }
 
-/* Weights of a step h at a mean frequency: exp(z / 2), exp(z), and h times phi_1(z / 2) / 2,
- * phi_1(z / 2), and of the first, the middle and the last stage. */
-static void coefficients(sm_tone_flow *f, double h, double frequency) {
+/* Weights of a step, in the order of `set_weights`. */
+enum { HALF, WHOLE, TO_HALF, LAST_PART, FIRST, MIDDLE, LAST };
+
+/* Computes the weights of a step h at a mean frequency, with z = h (s - i Omega), for each mode:
+ * exp(z / 2) and exp(z) of the amplitude; h phi_1(z / 2) / 2 of the load over half a step, and
+ * times exp(z / 2) - 1; then of the loads at the start, in the middle (twice) and at the end. */
+static void set_weights(sm_tone_flow *f, double h, double frequency) {
     const sm_tone_modes *modes = &f->tone.slow;
     const int M = modes->count;
     for (int k = 0; k < M; k++) {
@@ -66,8 +81,8 @@ static void coefficients(sm_tone_flow *f, double h, double frequency) {
     }
 }
 
-/* to = (add ? to : 0) + weight * x, mode by mode. */
-static void weigh(const sm_tone_flow *f, int weight, const double *x, int add, double *to) {
+/* Computes the product of a weight and x for each mode; adds it to `to` if `add`. */
+static void apply_weight(const sm_tone_flow *f, int weight, const double *x, int add, double *to) {
     const int M = f->tone.slow.count;
     const double *re = f->weight + 2 * weight * M, *im = re + M;
     for (int k = 0; k < M; k++) {
@@ -77,44 +92,42 @@ static void weigh(const sm_tone_flow *f, int weight, const double *x, int add, d
     }
 }
 
-enum { HALF, WHOLE, TO_HALF, LAST_PART, FIRST, MIDDLE, LAST };
-
-/* `next` and the load there, from a and its load, between times after the inputs' start [s]. `power`
- * is that dissipated in the middle. */
+/* Makes a step between two times after the inputs' start [s]: computes the amplitudes `next` at
+ * its end, the load there in `end`, and the `power` dissipated in its middle. */
 static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
     const int size = 2 * f->tone.slow.count;
     const double middle = 0.5 * (from + to);
     double *stage = f->next; /* not needed before the last sum */
     sm_status status = SM_OK;
-    weigh(f, HALF, f->amplitude, 0, stage);
-    weigh(f, TO_HALF, f->stage[0], 1, stage);
+    apply_weight(f, HALF, f->amplitude, 0, stage);
+    apply_weight(f, TO_HALF, f->stage[0], 1, stage);
     if ((status = sm_tone_load(f, middle, stage, f->stage[1])) != SM_OK) return status;
-    weigh(f, HALF, f->amplitude, 0, f->end);
-    weigh(f, TO_HALF, f->stage[1], 1, f->end);
+    apply_weight(f, HALF, f->amplitude, 0, f->end);
+    apply_weight(f, TO_HALF, f->stage[1], 1, f->end);
     if ((status = sm_tone_load(f, middle, f->end, f->stage[2])) != SM_OK) return status;
     *power = f->now->power;
     /* the second half step, from the first half step, with the load 2 n_3 - n_1 */
-    weigh(f, WHOLE, f->amplitude, 0, stage);
-    weigh(f, LAST_PART, f->stage[0], 1, stage);
+    apply_weight(f, WHOLE, f->amplitude, 0, stage);
+    apply_weight(f, LAST_PART, f->stage[0], 1, stage);
     for (int i = 0; i < size; i++) f->end[i] = 2.0 * f->stage[2][i];
-    weigh(f, TO_HALF, f->end, 1, stage);
+    apply_weight(f, TO_HALF, f->end, 1, stage);
     if ((status = sm_tone_load(f, to, stage, f->stage[3])) != SM_OK) return status;
-    weigh(f, WHOLE, f->amplitude, 0, f->next);
-    weigh(f, FIRST, f->stage[0], 1, f->next);
-    weigh(f, MIDDLE, f->stage[1], 1, f->next);
-    weigh(f, MIDDLE, f->stage[2], 1, f->next);
-    weigh(f, LAST, f->stage[3], 1, f->next);
+    apply_weight(f, WHOLE, f->amplitude, 0, f->next);
+    apply_weight(f, FIRST, f->stage[0], 1, f->next);
+    apply_weight(f, MIDDLE, f->stage[1], 1, f->next);
+    apply_weight(f, MIDDLE, f->stage[2], 1, f->next);
+    apply_weight(f, LAST, f->stage[3], 1, f->next);
     return sm_tone_load(f, to, f->next, f->end);
 }
 
-/* Estimated error relative to the amplitudes: with the load at the end instead of that of the last
- * stage, the method is another one of third order or more. */
+/* Returns the estimated error relative to the amplitudes: the difference from a method, of third
+ * order or higher, with the load at the end in place of the load of the last stage. */
 static double error_of(sm_tone_flow *f) {
     const int size = 2 * f->tone.slow.count;
     double *difference = f->stage[3];
     for (int i = 0; i < size; i++) difference[i] -= f->end[i];
     double *error = f->stage[2];
-    weigh(f, LAST, difference, 0, error);
+    apply_weight(f, LAST, difference, 0, error);
     double sum = 0.0, before = 0.0, after = 0.0;
     for (int i = 0; i < size; i++) {
         sum += error[i] * error[i];
@@ -130,34 +143,36 @@ sm_status sm_tone_march(sm_tone_flow *f, double from, double to) {
     const double start = now->inputs.frequency[0] + rate * from;
     const size_t bytes = 2 * (size_t)f->tone.slow.count * sizeof(double);
     const double period = SM_TWO_PI / fmax(start, start + rate * duration);
-    /* A sweep turns the phase by |Omega'| h^2 / 8 against a constant frequency. */
+    /* The phase of a sweep deviates by |Omega'| h^2 / 8 from the phase at the mean frequency. */
     const double slow = sqrt(8.0 * f->tolerance / fabs(rate));
     const double longest = fmin(LONGEST * period, slow);
     double h = now->step > 0.0 ? fmin(now->step, longest) : fmin(period, longest);
     double time = from, power[3] = {now->power};
     while (time < to) {
         const double left = to - time;
-        /* Two steps rather than one and a rest. */
+        /* two equal steps are better than a long and a very short one */
         const double taken = h >= left ? left : fmin(h, 0.5 * left);
         const double end = taken == left ? to : time + taken;
-        coefficients(f, taken, now->inputs.frequency[0] + 0.5 * (time + end) * rate);
+        set_weights(f, taken, now->inputs.frequency[0] + 0.5 * (time + end) * rate);
         const sm_status status = step(f, time, end, power + 1);
         if (status != SM_OK) return status;
         const double error = error_of(f) / f->tolerance;
         if (isnan(error)) return SM_NOT_FINITE;
-        const double grow = error > 0.0 ? fmin(fmax(0.9 * pow(error, -0.25), 0.2), 2.0) : 2.0;
+        const double factor =
+            error > 0.0 ? fmin(fmax(SAFETY * pow(error, -0.25), MIN_FACTOR), MAX_FACTOR)
+                        : MAX_FACTOR;
         if (error > 1.0) {
             f->rejected++;
-            h = grow * taken;
+            h = factor * taken;
             if (h < SHORTEST * period) return SM_STEP_TOO_SMALL;
             continue;
         }
         f->accepted++;
         time = end;
         power[2] = now->power;
-        sm_add(&now->energy, taken / 6.0 * (power[0] + 4.0 * power[1] + power[2]));
+        sm_add(&now->energy, taken / 6.0 * (power[0] + 4.0 * power[1] + power[2])); /* Simpson */
         power[0] = power[2];
-        if (grow < 1.0 || taken == h) h = fmin(grow * taken, longest);
+        if (factor < 1.0 || taken == h) h = fmin(factor * taken, longest);
         memcpy(f->amplitude, f->next, bytes);
         memcpy(f->stage[0], f->end, bytes);
     }

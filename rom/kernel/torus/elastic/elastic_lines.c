@@ -259,7 +259,7 @@ sm_status sm_elastic_make(sm_march *m) {
     m->response = e->response;
     m->Y = e->Y;
     m->square = e->square;
-    const int asked = contact->response ? contact->response->asked : 0;
+    const int asked = contact->response ? contact->response->requested : 0;
     m->requested = (size_t)(asked > 0 && e->solver.slides ? asked : grid->orders_count);
     return SM_OK;
 }

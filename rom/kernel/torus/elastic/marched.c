@@ -30,7 +30,7 @@ void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *
     sm_marched_start(m);
     for (size_t q = 0; q < lines->orders; q++, Y += 2 * m->contacts)
         for (size_t k = 0; k < m->modes; k++) {
-            const double *drawn = m->response->drawn + k * m->contacts;
+            const double *drawn = m->response->projection + k * m->contacts;
             const double *per = m->response->periodic + 4 * (q * m->modes + k);
             double G[2] = {0.0, 0.0}, *s = m->state + 3 * k * m->stride;
             for (size_t i = 0; i < m->contacts; i++) {
@@ -48,7 +48,7 @@ SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {
     for (size_t k = 0; k < m->modes; k++)
         for (size_t first = 0; first < m->stride; first += WIDTH) {
             const double *restrict by = m->response->advance + ENTRIES * k;
-            const double *restrict drawn = m->response->drawn + k * m->contacts;
+            const double *restrict drawn = m->response->projection + k * m->contacts;
             const double *restrict s = m->state + 3 * k * m->stride + first;
             double now[WIDTH]; /* stays in registers */
             SM_SIMD
@@ -66,7 +66,7 @@ SM_HOT void sm_marched_advance(sm_marched *m, const double *y) {
     for (size_t k = 0; k < m->modes; k++)
         for (size_t first = 0; first < m->stride; first += WIDTH) {
             const double *restrict by = m->response->advance + ENTRIES * k;
-            const double *restrict drawn = m->response->drawn + k * m->contacts;
+            const double *restrict drawn = m->response->projection + k * m->contacts;
             double *restrict s = m->state + 3 * k * m->stride + first;
             double *restrict v = s + m->stride, *restrict g = v + m->stride;
             double force[WIDTH] = {0.0}; /* stays in registers */

@@ -1,21 +1,29 @@
+/* Fixed points z = G(z) by Anderson's acceleration: z_next = z + g - sum_k theta_k (dz_k + dg_k),
+ * where theta minimises |g - sum_k theta_k dg_k|, g = G(z) - z. See the header. */
 #include "torus/periodic/fixed_point.h"
 
 #include <math.h>
 #include <string.h>
 
-#define PATIENCE 10   /* evaluations in which the residual may fail to fall by this factor: */
-#define BETTER 0.7
-#define ASTRAY 4.0    /* times the least residual */
-#define LEAST_PART 0.1
-#define REGULARISED 1e-13 /* of the largest pivot: differences that are multiples of others */
+/* The residual stalls if it is not reduced by the factor MIN_REDUCTION in MAX_STALLED evaluations.
+ * Slower convergence would need more than 190 evaluations for three digits. */
+#define MAX_STALLED 10
+#define MIN_REDUCTION 0.7
+#define DIVERGENCE_RATIO 4.0 /* residual / least residual above which the iteration restarts */
+#define SMALLEST_STEP 0.1    /* of a restart; each restart halves the step */
+/* Pivot / diagonal below which a difference is a linear combination of the others: squares of
+ * rounding errors relative to squares of differences that still have some digits. */
+#define SMALLEST_PIVOT 1e-13
 
+/* Returns the inner product of two vectors. */
 static double dot(const double *a, const double *b, size_t size) {
     double sum = 0.0;
     for (size_t k = 0; k < size; k++) sum += a[k] * b[k];
     return sum;
 }
 
-/* gram theta = right by Cholesky's factors, without the columns that others have already. */
+/* Solves gram theta = right by Cholesky's factorisation, and replaces `right` by theta. Linearly
+ * dependent columns are omitted: their theta is 0. */
 static void least_squares(double gram[][SM_ANDERSON_DEPTH], double *right, int n) {
     double factor[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH], largest = 0.0;
     int used[SM_ANDERSON_DEPTH];
@@ -27,7 +35,7 @@ static void least_squares(double gram[][SM_ANDERSON_DEPTH], double *right, int n
             if (j < i) {
                 factor[i][j] = used[j] ? sum / factor[j][j] : 0.0;
             } else {
-                used[i] = sum > REGULARISED * fmax(gram[i][i], REGULARISED * largest);
+                used[i] = sum > SMALLEST_PIVOT * fmax(gram[i][i], SMALLEST_PIVOT * largest);
                 factor[i][i] = used[i] ? sqrt(sum) : 1.0;
             }
         }
@@ -70,7 +78,7 @@ static void combine(sm_fixed_point *a, const double *g, double *z) {
 
 void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block) {
     f->size = size;
-    double **rows[] = {&f->z_last, &f->g_last, &f->nearest, &f->change};
+    double **rows[] = {&f->z_last, &f->g_last, &f->best_z, &f->best_g};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, size);
     f->dz = sm_take(block, SM_ANDERSON_DEPTH * size);
     f->dg = sm_take(block, SM_ANDERSON_DEPTH * size);
@@ -79,37 +87,37 @@ void sm_fixed_point_place(sm_fixed_point *f, size_t size, sm_block *block) {
 
 void sm_fixed_point_start(sm_fixed_point *f) {
     f->count = 0;
-    f->best = f->fallen = INFINITY;
-    f->part = 1.0;
+    f->best = f->reference = INFINITY;
+    f->step = 1.0;
     f->stalled = 0;
 }
 
-/* Back to the nearest z and from there a smaller way, its change the first that is known. */
-static void start_again(sm_fixed_point *f, double *z) {
-    f->part = fmax(0.5 * f->part, LEAST_PART);
+/* Restarts from the iterate with the least residual, with half the step, and forgets the others. */
+static void restart(sm_fixed_point *f, double *z) {
+    f->step = fmax(0.5 * f->step, SMALLEST_STEP);
     f->count = 1;
-    memcpy(f->z_last, f->nearest, f->size * sizeof(double));
-    memcpy(f->g_last, f->change, f->size * sizeof(double));
-    for (size_t k = 0; k < f->size; k++) z[k] = f->nearest[k] + f->part * f->change[k];
+    memcpy(f->z_last, f->best_z, f->size * sizeof(double));
+    memcpy(f->g_last, f->best_g, f->size * sizeof(double));
+    for (size_t k = 0; k < f->size; k++) z[k] = f->best_z[k] + f->step * f->best_g[k];
 }
 
 int sm_fixed_point_next(sm_fixed_point *f, double residual, const double *change, double *z) {
     const size_t bytes = f->size * sizeof(double);
     f->stalled++;
-    if (residual < BETTER * f->fallen) {
-        f->fallen = residual;
+    if (residual < MIN_REDUCTION * f->reference) {
+        f->reference = residual;
         f->stalled = 0;
     }
     if (residual < f->best) {
         f->best = residual;
-        memcpy(f->nearest, z, bytes);
-        memcpy(f->change, change, bytes);
+        memcpy(f->best_z, z, bytes);
+        memcpy(f->best_g, change, bytes);
     }
-    if (f->stalled >= PATIENCE)
-        memcpy(z, f->nearest, bytes);
-    else if (residual > ASTRAY * f->best)
-        start_again(f, z);
+    if (f->stalled >= MAX_STALLED)
+        memcpy(z, f->best_z, bytes);
+    else if (residual > DIVERGENCE_RATIO * f->best)
+        restart(f, z);
     else
         combine(f, change, z);
-    return f->stalled < PATIENCE;
+    return f->stalled < MAX_STALLED;
 }

@@ -1,12 +1,23 @@
+/* The test of periodicity of rigid contacts: changes are extrapolated as a geometric series. If
+ * successive changes c have the ratio r, the distance from the limit is c r / (1 - r). See the
+ * header; called by search.c. */
 #include "torus/periodic/periodicity.h"
 
 #include <math.h>
 
-#define DRIFT 2.0 /* times the difference of two half periods: the distance of their mean, at most */
-#define IDLE_HALVES 80 /* without progress, after which changes are put down to the grid */
+/* Bound of the distance of the mean of two half periods from the limit / their difference: both
+ * have a discretisation error while the phases of the lines change. */
+#define MEAN_DISTANCE 2.0
+/* Half periods without a decrease of the changes by PROGRESS, after which the rest of the changes
+ * is taken as the discretisation error. */
+#define STALLED_HALVES 80
 #define PROGRESS 0.8
-#define SLOW_RATIO 0.5 /* of successive changes, from which marching alone takes too long */
-#define UNKNOWN 0.9 /* ratio of successive changes before there are two */
+#define SLOW_RATIO 0.5 /* of successive changes: slower convergence is extrapolated */
+#define INITIAL_RATIO 0.9 /* of successive changes before two are known: a slow convergence */
+/* Bounds of the ratio of successive changes: the limit is estimated with a factor r / (1 - r)
+ * between 0.4 and 32, because single ratios scatter. */
+#define SMALLEST_RATIO 0.3
+#define LARGEST_RATIO 0.97
 
 void sm_progress_place(sm_progress *t, size_t harmonics, size_t contacts, sm_block *block) {
     double **of_harmonics[] = {&t->half, &t->mean[0], &t->mean[1], &t->sum};
@@ -26,44 +37,48 @@ void sm_progress_start(sm_progress *t, size_t harmonics, size_t contacts) {
 
 void sm_progress_restart(sm_progress *t) {
     t->change[0] = t->change[1] = t->half_change = 0.0;
-    t->half_ratio = UNKNOWN;
+    t->half_ratio = INITIAL_RATIO;
 }
 
-static double ratio_of(double now, double before, double unknown) {
-    return before > 0.0 ? fmin(fmax(now / before, 0.3), 0.97) : unknown;
+/* Returns the ratio of successive changes within its bounds; `initial` if only one is known. */
+static double ratio_of(double now, double before, double initial) {
+    return before > 0.0 ? fmin(fmax(now / before, SMALLEST_RATIO), LARGEST_RATIO) : initial;
 }
 
-/* The changes to come, as a geometric series. */
-static double to_come(double now, double ratio) { return now * ratio / (1.0 - ratio); }
+/* Returns the distance from the limit of a geometric series after the change `now`. */
+static double distance_from_limit(double now, double ratio) { return now * ratio / (1.0 - ratio); }
 
-/* Distance of the last half period from those to come, which differs by `change` from the half
- * before. */
+/* Returns the distance of the last half period from the limit, which differs by `change` from the
+ * half period before; infinity as long as it is unknown. */
 static double distance_by_halves(sm_progress *t, const sm_march *m, double change) {
-    if (m->fine == 1) t->half_change = 0.0; /* the half before is of another grid */
+    if (m->fine == 1) t->half_change = 0.0; /* the half period before is of the coarse grid */
     if (m->marches < 2 || m->fine == 1) return INFINITY;
     t->half_ratio = ratio_of(change, t->half_change, t->half_ratio);
     t->half_change = change;
-    if (m->fine < 2 || m->marches < 3) return INFINITY; /* the first half began at rest */
-    const double distance = to_come(change, t->half_ratio);
+    if (m->fine < 2 || m->marches < 3) return INFINITY; /* the first half period began at rest */
+    const double distance = distance_from_limit(change, t->half_ratio);
     if (m->task->grid->lines == 1) return distance;
-    /* lines drift against the grid, and harmonics move by its error, which does not fall: the mean
-     * of two halves counts, the earlier of them not that after another grid */
-    return m->fine < 3 ? INFINITY : fmax(distance, DRIFT * change);
+    /* The phases of the lines change relative to the steps, and the harmonics change by the
+     * discretisation error, which does not converge. The result is the mean of two half periods,
+     * not including the first one on the fine grid. */
+    return m->fine < 3 ? INFINITY : fmax(distance, MEAN_DISTANCE * change);
 }
 
-/* The smaller of `by_halves` and the distance by the last change over a whole period. */
+/* Returns the smaller of `by_halves` and the distance from the limit by the last change over a
+ * whole period. */
 static double distance_by_periods(sm_progress *t, int marches, double change, double by_halves) {
-    if (marches < 4 || by_halves <= 0.0) return by_halves; /* the first whole period ended after two */
+    if (marches < 4 || by_halves <= 0.0) return by_halves; /* no mean of the period before */
     double *before = &t->change[marches % 2];
-    const double ratio = ratio_of(change, *before, UNKNOWN);
+    const double ratio = ratio_of(change, *before, INITIAL_RATIO);
     *before = change;
     t->slow = ratio > SLOW_RATIO;
     t->stalled = change < PROGRESS * t->best ? 0 : t->stalled + 1;
     t->best = fmin(t->best, change);
-    return fmin(by_halves, to_come(change, ratio));
+    return fmin(by_halves, distance_from_limit(change, ratio));
 }
 
-/* values = mean of themselves and of those of the half before, which they replace. */
+/* Replaces `values` of a half period by their mean with the half period `before`, and `before` by
+ * `values`. */
 static void mean_of_two(size_t count, double *values, double *before) {
     for (size_t k = 0; k < count; k++) {
         const double now = values[k];
@@ -72,6 +87,7 @@ static void mean_of_two(size_t count, double *values, double *before) {
     }
 }
 
+/* Adds values to the sum over the stalled half periods, or begins a new sum. */
 static void add_stalled(const sm_progress *t, size_t count, const double *values, double *sum) {
     for (size_t k = 0; k < count; k++) sum[k] = values[k] + (t->stalled > 1 ? sum[k] : 0.0);
 }
@@ -88,7 +104,7 @@ double sm_progress_next(sm_progress *t, const sm_march *m, const sm_scales *scal
     const double change = sm_relative_distance(m, scales, Y, mean);
     double residual = scales->motion == 0.0
                           ? 0.0 : distance_by_periods(t, m->marches, change, by_halves);
-    t->done = residual <= tolerance || t->stalled >= IDLE_HALVES;
+    t->done = residual <= tolerance || t->stalled >= STALLED_HALVES;
     memcpy(mean, Y, harmonics * sizeof(double));
     if (m->task->grid->lines == 1 && by_halves <= tolerance) {
         memcpy(Y, t->half, harmonics * sizeof(double));

@@ -1,12 +1,7 @@
-/* The search for periodic motion, of all contact laws.
- *
- * The unknowns of a point are the response R of the modes and, where the contacts forget slowly,
- * their memory at the start of a period. A march under R gives harmonics Y of the motion, and
- * these the next response H Y + held. Where the modes respond weakly to rigid contacts, it takes
- * (a part of) that change after every half period: see periodicity.c. Else Anderson's acceleration
- * combines several changes, and where the harmonics keep changing by the error of the grid, Y is
- * the mean over several periods.
- */
+/* The search for periodic motion on the torus, eqs. (13), (14), for all laws; torus.c calls it.
+ * Unknowns are the response R of the modes and, if contacts converge slowly, their memory. A march
+ * under R gives harmonics Y and the next R = H Y + prescribed force. Weak responses to rigid
+ * contacts are iterated with relaxation after each half period, others by Anderson's method. */
 #include "torus/march.h"
 
 #include <math.h>
@@ -14,36 +9,44 @@
 #include "torus/periodic/fixed_point.h"
 #include "torus/periodic/periodicity.h"
 
-#define ALMOST 1e-3 /* residual below which means over several periods replace single ones */
-#define MOST_AVERAGED 16 /* periods of such a mean */
+/* Residual below which the search is near a solution: the discretisation error is then removed by
+ * means over several periods instead of another initial guess. */
+#define NEAR_SOLUTION 1e-3
+#define MOST_AVERAGED 16 /* periods of the longest mean */
 /* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
- * its bound: where a contact slips on few lines, they keep changing by the error of the grid. Not
- * for contacts that open: they have several motions, and the search would stop between them. */
+ * its upper bound. If a contact slips on few lines, these harmonics keep changing by the
+ * discretisation error. The relaxed tolerance is not for contacts that open: these have several
+ * periodic motions, and the search would stop between them. */
 #define NOT_REQUESTED 32.0
 #define NOT_REQUESTED_MOST 3e-3
 
-/* Parts of the amplitudes through which points that do not converge are continued from rest. */
-static const double PARTS[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
+/* Factors of the amplitudes in a continuation from rest, for points without convergence: contacts
+ * stick at the first one, and the steps become shorter where more contacts slip. */
+static const double AMPLITUDE_FACTORS[] = {0.3, 0.45, 0.6, 0.7, 0.8, 0.87, 0.94, 1.0};
+
+/* The search at one point. */
 
 typedef struct {
     sm_fixed_point fixed_point;
-    double *Y, *last_Y; /* (orders, N_c, 2) harmonics of this evaluation and of the one before */
-    double *square;     /* (N_c) mean square */
-    double *change;     /* (orders N_c 2 + memory) next unknowns less these */
+    double *Y, *last_Y; /* (orders, N_c, 2) harmonics of the last two evaluations */
+    double *square;     /* (N_c) mean square of the motion */
+    double *change;     /* (orders N_c 2 + memory) next unknowns less the present ones */
     sm_scales scales;
-    sm_progress progress; /* of half periods */
+    sm_progress progress; /* convergence from half period to half period */
     double residual;
-    int done, open;     /* it is periodic; it is not, and the residual falls */
+    int done, open;     /* done: periodic. open: not periodic, and the residual decreases */
 } search_point;
 
+/* The search at the points that are marched side by side. */
 typedef struct {
     sm_march *march;
     search_point *point; /* (march->points) */
     size_t harmonics, unknowns; /* doubles of a point */
-    int follows;         /* the response at the point before is an initial guess */
-    int32_t steps;       /* marched along each line */
+    int follows;         /* 1: the response at the previous point is the initial guess */
+    int32_t steps;       /* time steps along each line so far */
 } search;
 
+/* Places the arrays of all points. */
 static void place(const search *s, sm_block *block) {
     const size_t n = (size_t)s->march->contact->contacts;
     for (size_t p = 0; p < s->march->points; p++) {
@@ -59,12 +62,13 @@ static void place(const search *s, sm_block *block) {
     }
 }
 
+/* Returns the unknowns of a point: the response R, then the memory. */
 static double *response_of(const search *s, size_t p) {
     return s->march->response + p * s->unknowns;
 }
 
-/* Contacts at rest without a response, or both as in motion with harmonics Y, `stride` doubles
- * from point to point. */
+/* Sets contacts and response to motion with harmonics Y, `stride` doubles from point to point; to
+ * rest if Y is NULL. */
 static void start(search *s, const double *Y, size_t stride) {
     const sm_march *m = s->march;
     m->law->start(s->march, Y);
@@ -82,7 +86,8 @@ static void start(search *s, const double *Y, size_t stride) {
     }
 }
 
-/* Harmonics and mean squares of all points over so many periods, under the same response. */
+/* Marches through a number of periods under the same response: computes the harmonics and mean
+ * squares of all points over these periods. */
 static sm_status evaluate(search *s, int periods) {
     const sm_march *m = s->march;
     const size_t n = (size_t)m->contact->contacts;
@@ -106,9 +111,9 @@ static sm_status evaluate(search *s, int periods) {
     return SM_OK;
 }
 
-/* The residual of a point: the change of its harmonics from the evaluation before, relative to the
- * motion that the modes cause, and of the response, relative to their largest force or
- * displacement. */
+/* Computes the residual of a point: the larger of the change of its harmonics since the previous
+ * evaluation, relative to the motion due to the modes, and of the change of the response, relative
+ * to the largest force (elastic contacts: displacement) of the modes. */
 static void find_residual(const search *s, size_t p) {
     const sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -125,16 +130,17 @@ static void find_residual(const search *s, size_t p) {
     }
     sm_scales scales = point->scales;
     for (size_t k = 0; k < s->harmonics && m->contact->law == SM_ELASTIC; k++)
-        scales.motion = fmax(scales.motion, fabs(point->Y[k])); /* they slide far */
-    double moved = 0.0;
+        scales.motion = fmax(scales.motion, fabs(point->Y[k])); /* slip beyond elastic motion */
+    double largest = 0.0;
     for (size_t k = 0; k < s->harmonics; k++) {
         const int32_t *order = grid->orders + k / (2 * (size_t)m->contact->contacts) * 2;
-        const double off = fabs(point->Y[k] - point->last_Y[k]) / sm_scale_of(&scales, order);
-        moved = fmax(moved, k < requested ? off : others * off);
+        const double relative = fabs(point->Y[k] - point->last_Y[k]) / sm_scale_of(&scales, order);
+        largest = fmax(largest, k < requested ? relative : others * relative);
     }
-    point->residual = fmax(change / fmax(scales.response, 1e-300), moved);
+    point->residual = fmax(change / fmax(scales.response, SM_SMALLEST_SCALE), largest);
 }
 
+/* Copies harmonics, mean squares, residual and number of steps of a point into the results. */
 static void store(const search *s, size_t p) {
     const sm_torus_motion *motion = s->march->task->motion;
     const size_t n = (size_t)s->march->contact->contacts, at = s->march->first + p;
@@ -145,8 +151,8 @@ static void store(const search *s, size_t p) {
     motion->marched[at] = s->steps;
 }
 
-/* After a half period by plain iterations: tests a point for periodicity, stores it and sets its
- * next response. Returns whether it goes on. */
+/* Tests a point for periodicity after a half period, stores it, and sets its next response by a
+ * relaxed iteration. Returns whether the iteration continues. */
 static int next_half(const search *s, size_t p) {
     sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -166,8 +172,9 @@ static int next_half(const search *s, size_t p) {
     return !point->done;
 }
 
-/* The same after an evaluation, by Anderson's acceleration. `first`: it only forgets the start. At
- * a part of the amplitudes the result is an initial guess for a larger part. */
+/* Tests a point for periodicity after an evaluation, stores it, and sets its next unknowns by
+ * Anderson's acceleration. Returns whether the iteration continues. The `first` evaluation after
+ * the start sets no unknowns. Results at reduced amplitudes are not stored. */
 static int next_iterate(const search *s, size_t p, int first) {
     sm_march *m = s->march;
     search_point *point = &s->point[p];
@@ -181,13 +188,14 @@ static int next_iterate(const search *s, size_t p, int first) {
     if (repeats || first) return first;
     if (m->memory > 0) m->law->exchange_memory(m, change + s->harmonics, 0);
     for (size_t k = s->harmonics; k < s->unknowns; k++) change[k] -= unknown[k];
-    const int falls = sm_fixed_point_next(&point->fixed_point, point->residual, change, unknown);
+    const int decreases = sm_fixed_point_next(&point->fixed_point, point->residual, change,
+                                              unknown);
     if (m->memory > 0) m->law->exchange_memory(m, unknown + s->harmonics, 1);
-    return falls;
+    return decreases;
 }
 
-/* Iterates evaluations of so many periods, at a part of the amplitudes, until every point repeats
- * or its residual stops falling. */
+/* Iterates with evaluations of `periods` periods, at the factor `part` of the amplitudes, until
+ * each point is periodic or its residual stalls. */
 static sm_status iterate(search *s, int periods, double part) {
     sm_march *m = s->march;
     const int most = (m->plain ? 2 : 1) * m->task->grid->max_periods;
@@ -212,44 +220,46 @@ static sm_status iterate(search *s, int periods, double part) {
     return SM_OK;
 }
 
-/* Whether any point is not done, with at least this residual. */
+/* Returns whether a point is not periodic and has at least this residual. */
 static int any_open(const search *s, double residual) {
     for (size_t p = 0; p < s->march->count; p++)
         if (!s->point[p].done && s->point[p].residual >= residual) return 1;
     return 0;
 }
 
-/* Iterates from the caller's initial guess or the point before, then from the common start. */
+/* Iterates from the initial guess of the caller or the previous point, then from the common one. */
 static sm_status iterate_from_guesses(search *s) {
     const sm_march *m = s->march;
     const sm_modal_response *response = m->contact->response;
-    const double *near = m->task->points->near;
+    const double *guess = m->task->points->guess;
     sm_status status = SM_OK;
-    if (near)
-        start(s, near + m->first * s->harmonics, s->harmonics);
+    if (guess)
+        start(s, guess + m->first * s->harmonics, s->harmonics);
     else if (s->follows)
         m->law->start(s->march, NULL);
-    if (near || s->follows) status = iterate(s, 1, 1.0);
-    if (status != SM_OK || !any_open(s, ALMOST)) return status;
+    if (guess || s->follows) status = iterate(s, 1, 1.0);
+    if (status != SM_OK || !any_open(s, NEAR_SOLUTION)) return status;
     start(s, response ? response->start : NULL, 0);
     return iterate(s, 1, 1.0);
 }
 
-/* Continues the points from small amplitudes, at which the contacts stick, to their own. */
+/* Continues the points from small amplitudes, at which the contacts stick, to their amplitudes. */
 static sm_status continue_from_rest(search *s) {
     sm_status status = SM_OK;
     double reached = INFINITY;
-    for (size_t k = 0; k < sizeof PARTS / sizeof *PARTS && status == SM_OK; k++) {
+    for (size_t k = 0; k < sizeof AMPLITUDE_FACTORS / sizeof(double) && status == SM_OK; k++) {
+        const double part = AMPLITUDE_FACTORS[k];
         for (size_t p = 0; p < s->march->count; p++)
             for (size_t i = 0; i < s->harmonics && !s->point[p].done; i++)
-                response_of(s, p)[i] *= PARTS[k] / reached;
-        status = iterate(s, 1, PARTS[k]);
-        reached = PARTS[k];
+                response_of(s, p)[i] *= part / reached;
+        status = iterate(s, 1, part);
+        reached = part;
     }
     return status;
 }
 
-/* Solves the points of the march; half periods are tried first. */
+/* Finds the periodic motion at the points of the march: with half periods first, then with whole
+ * periods, a continuation from rest, and means over several periods. */
 static sm_status solve(search *s) {
     sm_march *m = s->march;
     const sm_modal_response *response = m->contact->response;
@@ -265,7 +275,7 @@ static sm_status solve(search *s) {
         m->law->by_halves(m, 0);
     }
     status = iterate_from_guesses(s);
-    if (status == SM_OK && any_open(s, ALMOST) && !at_start) status = continue_from_rest(s);
+    if (status == SM_OK && any_open(s, NEAR_SOLUTION) && !at_start) status = continue_from_rest(s);
     for (int periods = 4; periods <= MOST_AVERAGED && status == SM_OK; periods *= 4)
         if (any_open(s, 0.0)) status = iterate(s, periods, 1.0);
     if (status != SM_OK || !any_open(s, 0.0)) return status;
@@ -278,6 +288,7 @@ static sm_status solve(search *s) {
     return status;
 }
 
+/* Finds the periodic motion at all points of the task, one group after the other. */
 static sm_status solve_all(search *s) {
     sm_march *m = s->march;
     const sm_torus_task *task = m->task;
@@ -294,7 +305,7 @@ static sm_status solve_all(search *s) {
         }
         const sm_status status = solve(s);
         if (status != SM_OK) return status;
-        s->follows = m->contact->law == SM_ELASTIC && !any_open(s, ALMOST)
+        s->follows = m->contact->law == SM_ELASTIC && !any_open(s, NEAR_SOLUTION)
                      && !(response && response->start);
     }
     return SM_OK;

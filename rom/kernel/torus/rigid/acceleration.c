@@ -1,29 +1,30 @@
-/* Faster approach to the periodic contact motion.
+/* Extrapolation of the contact displacements to periodic motion (Aitken), called by group.c.
  *
- * A stuck contact remembers its start: a constant offset on each phase line that fades only by
- * creep. Seen at fixed t_A as a function of t_B, the offset shifts by 2 pi omega_B / omega_A every
- * period, so its Fourier coefficients over t_B form geometric sequences X_m + c r_m^k with
- * complex r_m. Two successive changes give r_m, and the limit X_m (Aitken's extrapolation).
- */
+ * A stuck contact keeps an offset from its initial state that decays only by creep. As a function
+ * of t_B at fixed t_A the offset shifts by 2 pi omega_B / omega_A per period. Its coefficients over
+ * t_B are geometric sequences X_m + c r_m^k: two successive changes give r_m and the limit X_m. */
 #include <string.h>
 
 #include "torus/rigid/group.h"
 
-#define SMALLEST_RATIO 0.5 /* of successive changes; faster ones need no extrapolation */
-/* Closer to 1 than these the limit is ill-determined. */
+#define SMALLEST_RATIO 0.5 /* of successive changes; faster convergence needs no extrapolation */
+/* Largest |r| and smallest |1 - r|: nearer to 1 the change is multiplied by more than 50, and the
+ * limit is ill-conditioned. */
 #define LARGEST_RATIO 1.02
 #define SMALLEST_GAP 0.02
 
+/* Returns the number of Fourier coefficients m = 0, 1, ... over the lines of a point. */
 static size_t coefficients(const sm_torus_grid *grid) {
     return sm_acceleration_size(1, (size_t)grid->lines) / 2;
 }
 
-/* fresh_m = mean over the lines of a point of x exp(-i m t_B); the inverse: x += increments. */
+/* Computes the coefficients `fresh`: means of x exp(-i m t_B) over the lines of a point. The
+ * inverse adds the Fourier series of `fresh` to the displacements x. */
 static void transform(const sm_torus_grid *grid, const sm_torus_group *g, size_t p, int inverse) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, count = coefficients(grid);
     const double *cosine = sm_phases_power(&g->phases, 1), *sine = cosine + g->phases.wide;
-    double *fresh = g->faster[p].fresh;
+    double *fresh = g->acceleration[p].fresh;
     if (!inverse) memset(fresh, 0, 2 * count * n * sizeof(double));
     for (size_t lane = p * lines; lane < (p + 1) * lines; lane++) {
         double *x = g->lanes[lane / lanes].x + lane % lanes;
@@ -45,10 +46,11 @@ static void transform(const sm_torus_grid *grid, const sm_torus_group *g, size_t
     }
 }
 
-/* Turns `fresh` into the increments to the limit; 0 if no coefficient is slow. */
+/* Replaces `fresh` by its distance from the limit, change * r / (1 - r), in each coefficient that
+ * converges slowly. Returns 0 if there is none. */
 static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
     const size_t n = (size_t)grid->contact->contacts;
-    int due = 0;
+    int any_slow = 0;
     for (size_t at = 0; at < 2 * coefficients(grid) * n; at += 2 * n) {
         double *now = a->fresh + at, *last = a->spectrum + at, *before = a->change + at;
         double re = 0.0, im = 0.0, norm = 0.0;
@@ -61,9 +63,9 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
         re = norm > 0.0 ? re / norm : 0.0;
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
-        const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO && size2 < LARGEST_RATIO * LARGEST_RATIO
+        const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO
+                         && size2 < LARGEST_RATIO * LARGEST_RATIO
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
-        /* change r / (1 - r) */
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;
         const double f_im = slow ? im / gap2 : 0.0;
         for (size_t k = 0; k < 2 * n; k += 2) {
@@ -71,13 +73,13 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
             now[k] = d_re * f_re - d_im * f_im;
             now[k + 1] = d_re * f_im + d_im * f_re;
         }
-        due |= slow;
+        any_slow |= slow;
     }
-    return due;
+    return any_slow;
 }
 
 int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *g, size_t p, int wanted) {
-    sm_acceleration *a = &g->faster[p];
+    sm_acceleration *a = &g->acceleration[p];
     const size_t size = 2 * coefficients(grid) * (size_t)grid->contact->contacts;
     transform(grid, g, p, 0);
     if (a->recorded == 2 && wanted) {

@@ -1,10 +1,17 @@
+/* The discretisation of the torus, eq. (13), for rigid contacts: angles t_A and t_B - t_B0 at all
+ * stages, phasors of the harmonics of eq. (14), and relaxation factors of the modal response. */
 #include "torus/rigid/grid.h"
 
 #include <stdlib.h>
 
 #include "base/exact_sum.h"
+#include "torus/march.h"
 
-/* exp(i m angle) from the number on the unit circle at the angle, for a small integer m. */
+/* Size of H / K up to which the response of the modes is iterated without relaxation: the error is
+ * then reduced by more than a factor of 3 per period. */
+#define UNRELAXED 0.3
+
+/* Computes z^m for z = c + i s on the unit circle and a small integer m. */
 static void power(double c, double s, int m, double *re, double *im) {
     const double signed_s = m < 0 ? -s : s;
     double pr = 1.0, pi = 0.0;
@@ -17,7 +24,7 @@ static void power(double c, double s, int m, double *re, double *im) {
     *im = pi;
 }
 
-/* exp(i (n t_A + m t_B')) from the carriers there. */
+/* Computes exp(i (n t_A + m (t_B - t_B0))) from carrier = exp(i t_A), exp(i (t_B - t_B0)). */
 static void harmonic(const double *carrier, const int32_t *order, double *re, double *im) {
     double a_re, a_im, b_re, b_im;
     power(carrier[0], carrier[1], order[0], &a_re, &a_im);
@@ -26,6 +33,7 @@ static void harmonic(const double *carrier, const int32_t *order, double *re, do
     *im = a_re * b_im + a_im * b_re;
 }
 
+/* Computes carriers, weights and phasors at all stages. */
 static void fill_angles(sm_torus_grid *grid) {
     const int orders = grid->orders_count;
     for (int k = 0; k < 2 * (grid->steps + SM_TOGETHER); k++) {
@@ -50,9 +58,10 @@ static void fill_angles(sm_torus_grid *grid) {
     }
 }
 
-/* The response to one period acts in the next: a fixed-point iteration with factor H / K. Where
- * that is large it is relaxed; more so where a mode in resonance responds a quarter period
- * late. */
+/* Returns the relaxation factor of the response to a harmonic. The response to one period acts in
+ * the next one: a fixed-point iteration with the complex factor f = H / K, of magnitude `size` and
+ * real part `along`. With relaxation w the factor is 1 - w + w f; w = best minimises its magnitude,
+ * and w = safe keeps it below 1 for any phase of f. */
 static double relaxation_of(const sm_contact *contact, const double *H) {
     const size_t n = (size_t)contact->contacts;
     double size = 0.0, re = 0.0, im = 0.0;
@@ -64,13 +73,14 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
         re += H[2 * (i * n + i)] / contact->stiffness[i * n + i];
         im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
     }
-    if (size <= 0.3) return 1.0;
-    const double along = size * re / fmax(hypot(re, im), 1e-300);
+    if (size <= UNRELAXED) return 1.0;
+    const double along = size * re / fmax(hypot(re, im), SM_SMALLEST_SCALE);
     const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
-    const double safe = 1.0 / (1.0 + size); /* whatever the phase, for a factor below 1 */
+    const double safe = 1.0 / (1.0 + size);
     return best > 0.0 ? fmin(best, safe) : safe;
 }
 
+/* Places the arrays. */
 static void place(sm_torus_grid *grid, sm_block *block) {
     const size_t rows = (size_t)grid->steps + SM_TOGETHER, orders = (size_t)grid->orders_count;
     sm_stepper_place(&grid->stepper, grid->contact->contacts, block);

@@ -1,20 +1,24 @@
+/* The march of rigid contacts on the torus, eq. (13): periods or half periods of a group of phase
+ * lines. The search for periodic motion (periodic/search.c) calls it through sm_torus_law. */
 #include "torus/rigid/group.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-
-/* The first halves, which forget the start, are marched in larger steps: this saves up to half of
- * the steps of one mode (benchmarks/contact_solves.py). */
-#define COARSER 4
+/* The first half periods, in which the initial state decays, have steps that are 4 times as large,
+ * but at least 16 per period: this saves up to half of the steps of one mode
+ * (benchmarks/contact_solves.py). */
+#define COARSE_STEP 4
 #define FEWEST_STEPS 16
-#define COARSE_HALVES 3 /* a half to forget the start, and a whole period */
-#define SOFTEST 0.5 /* relaxation below which passes are slow */
-/* Residual of stages relative to the tolerance; it moves the harmonics by a few times as much. */
+#define COARSE_HALVES 3 /* the half period from rest, and a whole period */
+#define SMALLEST_RELAXATION 0.5 /* of iterations by half periods: smaller factors converge slowly */
+/* Residual of a stage relative to the tolerance, and its upper bound relative to the friction
+ * limit. The residuals change the harmonics by a few times as much. */
 #define STAGE_RESIDUAL 1e-3
 #define LARGEST_STAGE_RESIDUAL 1e-6
 
+/* Places the arrays. */
 static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block) {
     const size_t n = (size_t)grid->contact->contacts, points = (size_t)grid->points_per_group;
     const size_t wide = (size_t)g->blocks * (size_t)grid->lanes, row = n * (size_t)grid->lanes;
@@ -32,15 +36,15 @@ static void place(const sm_torus_grid *grid, sm_torus_group *g, sm_block *block)
     if (grid->dynamic_stiffness) g->reaction = sm_take(block, wide * grid->per_point);
     g->squares = sm_take(block, wide * n);
     g->forcing = sm_take(block, 2 * SM_TOGETHER * row);
-    g->moved = sm_take(block, SM_TOGETHER * row);
+    g->displacement = sm_take(block, SM_TOGETHER * row);
     g->Y = sm_take(block, harmonics);
     g->response = sm_take(block, harmonics);
     g->mean_square = sm_take(block, points * n);
     for (size_t p = 0; p < points; p++) {
         const size_t size = sm_acceleration_size(n, (size_t)grid->lines);
-        g->faster[p].spectrum = sm_take(block, size);
-        g->faster[p].change = sm_take(block, size);
-        g->faster[p].fresh = sm_take(block, size);
+        g->acceleration[p].spectrum = sm_take(block, size);
+        g->acceleration[p].change = sm_take(block, size);
+        g->acceleration[p].fresh = sm_take(block, size);
     }
 }
 
@@ -49,8 +53,8 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
     sm_block block = {NULL, 0};
     g->blocks = grid->lines > grid->lanes ? grid->lines / grid->lanes : 1;
     g->lanes = calloc((size_t)g->blocks, sizeof(sm_lanes));
-    g->faster = calloc(points, sizeof(sm_acceleration));
-    if (!g->lanes || !g->faster) return SM_NO_MEMORY;
+    g->acceleration = calloc(points, sizeof(sm_acceleration));
+    if (!g->lanes || !g->acceleration) return SM_NO_MEMORY;
     place(grid, g, &block);
     if (!sm_allocate(&block)) return SM_NO_MEMORY;
     g->memory = block.memory;
@@ -61,9 +65,10 @@ sm_status sm_torus_group_make(sm_torus_group *g, const sm_torus_grid *grid) {
 void sm_torus_group_release(sm_torus_group *g) {
     free(g->memory);
     free(g->lanes);
-    free(g->faster);
+    free(g->acceleration);
 }
 
+/* Sets the amplitudes of each lane, at the present part of the amplitudes of its point. */
 static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
     for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
         const double *amplitude = sm_march_amplitudes(m, (size_t)(lane / grid->lines));
@@ -74,20 +79,23 @@ static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const s
 
 /* ---- the march ------------------------------------------------------------------------- */
 
+/* Sets the contacts of all lanes to rest. Harmonics do not determine the offsets of stuck contacts,
+ * so that Y is not used. */
 static void start(sm_march *m, const double *Y) {
     sm_rigid_lines *r = m->lines;
     sm_torus_group *g = &r->group;
     (void)Y;
     for (int block = 0; block < g->blocks; block++)
         memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
-    for (size_t p = 0; p < m->points; p++) g->faster[p].recorded = 0;
+    for (size_t p = 0; p < m->points; p++) g->acceleration[p].recorded = 0;
     sm_phases_start(&g->phases);
     set_amplitudes(&r->grid, g, m);
     r->marched = 0;
 }
 
-/* Friction is odd: half a period repeats the one before with opposite sign. */
-static void turn_round(const sm_rigid_lines *r) {
+/* Reverses the signs of displacements and velocities after half a period. Friction is odd: the next
+ * half period is then a repetition of the last one. */
+static void reverse_signs(const sm_rigid_lines *r) {
     const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
     for (int block = 0; block < r->group.blocks; block++) {
         const sm_lanes *l = &r->group.lanes[block];
@@ -97,6 +105,7 @@ static void turn_round(const sm_rigid_lines *r) {
     }
 }
 
+/* Marches through a period or half a period, on the coarse grid at first. */
 static sm_status march_period(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
@@ -107,29 +116,32 @@ static sm_status march_period(sm_march *m) {
     set_amplitudes(&r->grid, &r->group, m);
     const sm_status status = sm_torus_group_march(now, &r->group, m->steps);
     sm_phases_turn(&r->group.phases, r->half ? 0.5 * (r->grid.ratio - 1.0) : r->grid.ratio);
-    if (r->half) turn_round(r);
+    if (r->half) reverse_signs(r);
     return status;
 }
 
-/* Whether relaxed responses may take too long to converge, or diverge. */
-static int is_soft(const sm_torus_grid *grid) {
+/* Returns whether iterations of the response with relaxation may converge slowly, or diverge. */
+static int responds_strongly(const sm_torus_grid *grid) {
     for (int q = 0; grid->relaxation && q < grid->orders_count; q++)
-        if (grid->relaxation[q] < SOFTEST) return 1;
+        if (grid->relaxation[q] < SMALLEST_RELAXATION) return 1;
     return 0;
 }
 
+/* Chooses half periods if `half`, for odd harmonics and weak responses. */
 static int by_halves(sm_march *m, int half) {
     sm_rigid_lines *r = m->lines;
-    r->half = half && sm_is_odd(m->task->grid) && !is_soft(&r->grid);
+    r->half = half && sm_is_odd(m->task->grid) && !responds_strongly(&r->grid);
     m->relaxation = r->grid.relaxation;
     return m->plain = r->half;
 }
 
+/* Extrapolates the displacements of point p after half periods. */
 static int extrapolate(sm_march *m, size_t p, int wanted) {
     sm_rigid_lines *r = m->lines;
     return r->half && sm_accelerate(&r->grid, &r->group, p, wanted);
 }
 
+/* Frees the lines. */
 static void release(sm_march *m) {
     sm_rigid_lines *r = m->lines;
     if (!r) return;
@@ -146,10 +158,11 @@ sm_status sm_rigid_make(sm_march *m) {
     sm_rigid_lines *r = m->lines = calloc(1, sizeof *r);
     m->law = &law;
     if (!r) return SM_NO_MEMORY;
-    sm_discretisation few = *fine;
-    if (fine->steps / COARSER >= FEWEST_STEPS) few.steps = fine->steps / COARSER / 2 * 2;
+    sm_discretisation coarse = *fine;
+    if (fine->steps / COARSE_STEP >= FEWEST_STEPS)
+        coarse.steps = fine->steps / COARSE_STEP / 2 * 2;
     sm_status status = sm_torus_grid_make(&r->grid, m->contact, fine, points);
-    if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &few, points);
+    if (status == SM_OK) status = sm_torus_grid_make(&r->coarse, m->contact, &coarse, points);
     if (status == SM_OK) status = sm_torus_group_make(&r->group, &r->grid);
     r->grid.stepper.tolerance = r->coarse.stepper.tolerance =
         fmin(fmax(STAGE_RESIDUAL * fine->tolerance, SM_SMOOTH_TOLERANCE), LARGEST_STAGE_RESIDUAL);

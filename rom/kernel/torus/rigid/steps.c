@@ -1,9 +1,14 @@
+/* Time steps of rigid contacts on phase lines, eqs. (12), (13), and the harmonics of eq. (14).
+ *
+ * Lanes are marched by the stages of contact/sdirk2.h under the forces of the modes. The mean of
+ * x exp(-i (n t_A + m t_B)) is a sum over steps in each lane, then over lines. Forces and sums of
+ * SM_TOGETHER steps are computed in one pass over the harmonics. Called by group.c and growth.c. */
 #include "torus/rigid/group.h"
 
 #include "base/check.h"
 #include "contact/stage/solve.h"
 
-/* u = -2 Re sum_j L_j a_j exp(i t_j) in every lane, `steps` after the start of the period. */
+/* Computes u = -2 Re sum_j L_j a_j exp(i t_j) in each lane, `steps` after the period's start. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
                             double steps, const sm_torus_group *g, size_t at,
                             double *restrict u) {
@@ -14,9 +19,9 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
     const int n = contact->contacts;
     for (int i = 0; i < n; i++) {
         const double *L = contact->coupling + 2 * i;
-        const double from_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
+        const double force_a = -2.0 * (L[0] * carrier[0] - L[1] * carrier[1]);
         SM_SIMD
-        for (int l = 0; l < lanes; l++) u[i * lanes + l] = from_a * (a[l] + steps * a_step[l]);
+        for (int l = 0; l < lanes; l++) u[i * lanes + l] = force_a * (a[l] + steps * a_step[l]);
         if (contact->modes == 1) continue;
         L = contact->coupling + 2 * (n + i);
         /* Re(L exp(i (t_B0 + ratio t_A))) = p cos t_B0 - q sin t_B0 */
@@ -29,7 +34,7 @@ SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const do
     }
 }
 
-/* u += Re sum_q reaction_q exp(i (n + m ratio) t_A) at 2 * SM_TOGETHER stages. */
+/* Adds Re sum_q reaction_q exp(i (n + m ratio) t_A) to u at 2 SM_TOGETHER stages. */
 SM_INLINE void add_reaction(const int lanes, const sm_torus_grid *grid, const double *phasor,
                             const double *reaction, double *restrict u) {
     const int n = grid->contact->contacts, orders = grid->orders_count;
@@ -56,8 +61,8 @@ SM_INLINE void add_reaction(const int lanes, const sm_torus_grid *grid, const do
         }
 }
 
-/* Forcing (2 * SM_TOGETHER stages, N_c, lanes) from step k on. */
-SM_INLINE void force(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
+/* Computes the modal forces u (2 SM_TOGETHER stages, N_c, lanes) from step k on. */
+SM_INLINE void compute_forcing(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
                      int block, int k, double *u) {
     const size_t at = (size_t)block * (size_t)lanes, first = 2 * (size_t)k;
     const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
@@ -69,7 +74,8 @@ SM_INLINE void force(const int lanes, const sm_torus_grid *grid, const sm_torus_
                      g->reaction + at * grid->per_point, u);
 }
 
-/* Adds SM_TOGETHER displacements x, (step, N_c, lanes), from step k on. */
+/* Adds the displacements (SM_TOGETHER, N_c, lanes) of the steps from k on, times their weights, to
+ * the sums. */
 SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, int k,
                              const double *all_x, double *sums) {
     const int n = grid->contact->contacts, orders = grid->orders_count;
@@ -91,6 +97,7 @@ SM_INLINE void add_harmonics(const int lanes, const sm_torus_grid *grid, int k,
     }
 }
 
+/* Adds the squares of the displacements. */
 SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict x,
                            double *restrict squares) {
     for (int k = 0; k < contacts; k++) {
@@ -99,6 +106,8 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
     }
 }
 
+/* Marches a block of lanes through a number of steps: adds x exp(-i (n + m ratio) t_A) /
+ * grid->steps to the sums of its lanes, and x^2 to their squares. */
 SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
                           int block, int steps) {
     const size_t row = (size_t)grid->contact->contacts * (size_t)lanes;
@@ -106,41 +115,36 @@ SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_t
     double *squares = g->squares + (size_t)block * row;
     sm_lanes m = g->lanes[block];
     for (int k = 0; k < steps; k += SM_TOGETHER) {
-        memset(g->moved, 0, SM_TOGETHER * row * sizeof(double));
-        force(lanes, grid, g, block, k, g->forcing);
+        memset(g->displacement, 0, SM_TOGETHER * row * sizeof(double));
+        compute_forcing(lanes, grid, g, block, k, g->forcing);
         for (int step = 0; step < SM_TOGETHER && k + step < steps; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
                 const sm_status status = sm_stage_lanes(&grid->stepper, &m, stage);
                 if (status != SM_OK) return status;
             }
-            memcpy(g->moved + (size_t)step * row, m.x, row * sizeof(double));
+            memcpy(g->displacement + (size_t)step * row, m.x, row * sizeof(double));
             add_squares(lanes, grid->contact->contacts, m.x, squares);
         }
-        add_harmonics(lanes, grid, k, g->moved, sums);
+        add_harmonics(lanes, grid, k, g->displacement, sums);
     }
     return SM_OK;
 }
 
+/* Marches a block of SM_FEW_LANES lanes. */
 SM_HOT static sm_status march_few(const sm_torus_grid *grid, const sm_torus_group *g, int block,
                                   int steps) {
     return march(SM_FEW_LANES, grid, g, block, steps);
 }
 
+/* Marches a block of SM_LANES lanes. */
 SM_HOT static sm_status march_many(const sm_torus_grid *grid, const sm_torus_group *g, int block,
                                    int steps) {
     return march(SM_LANES, grid, g, block, steps);
 }
 
-/* Marches a block through so many steps: adds x exp(-i (n + m ratio) t_A) / grid->steps to the
- * sums of its lanes, and x^2 to their squares. */
-static sm_status march_block(const sm_torus_grid *grid, const sm_torus_group *g, int block,
-                             int steps) {
-    const int few = grid->lanes == SM_FEW_LANES;
-    return few ? march_few(grid, g, block, steps) : march_many(grid, g, block, steps);
-}
-
-/* Sum of `count`, a power of two: by halves, in the same order whatever the vectors. */
+/* Returns the sum of `count` numbers, a power of two. Halves are added to each other, so that the
+ * order of the additions does not depend on the width of the vectors. */
 SM_INLINE double sum_of(size_t count, double *restrict x) {
     for (size_t half = count / 2; half > 0; half /= 2) {
         SM_SIMD
@@ -149,8 +153,9 @@ SM_INLINE double sum_of(size_t count, double *restrict x) {
     return x[0];
 }
 
-/* Mean over lines and steps: Y = sum over lanes of sums exp(-i m t_B0) weight. */
-SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g, double weight) {
+/* Computes the harmonics of each point: Y = weight * sum over its lanes of sums exp(-i m t_B0). */
+SM_HOT static void compute_harmonics(const sm_torus_grid *grid, const sm_torus_group *g,
+                                     double weight) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
     memset(g->Y, 0, sizeof(double) * (size_t)grid->points_per_group * grid->per_point);
@@ -158,14 +163,14 @@ SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g, d
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
             const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
-            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
+            const double *restrict sine = c + g->phases.wide, sign = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 const double *restrict sum =
                     g->sums + (size_t)block * lanes * grid->per_point + at * lanes;
                 double re[SM_LANES], im[SM_LANES];
                 SM_SIMD
                 for (size_t l = 0; l < lanes; l++) {
-                    const double s = back * sine[l];
+                    const double s = sign * sine[l];
                     re[l] = c[l] * sum[l] + s * sum[lanes + l];
                     im[l] = c[l] * sum[lanes + l] - s * sum[l];
                 }
@@ -178,7 +183,7 @@ SM_HOT static void collect(const sm_torus_grid *grid, const sm_torus_group *g, d
         }
 }
 
-/* reaction = 2 R exp(i m t_B0) */
+/* Computes the modal forces in each lane at the period's start: reaction = 2 R exp(i m t_B0). */
 SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
     const size_t n = (size_t)grid->contact->contacts, lanes = (size_t)grid->lanes;
     const size_t lines = (size_t)grid->lines, own = lines < lanes ? lines : lanes;
@@ -186,7 +191,7 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
         for (int q = 0; q < grid->orders_count; q++) {
             const int m = grid->orders[2 * q + 1];
             const double *restrict c = sm_phases_power(&g->phases, m) + (size_t)block * lanes;
-            const double *restrict sine = c + g->phases.wide, back = m < 0 ? -1.0 : 1.0;
+            const double *restrict sine = c + g->phases.wide, sign = m < 0 ? -1.0 : 1.0;
             for (size_t at = (size_t)q * n * 2; at < (size_t)(q + 1) * n * 2; at += 2) {
                 double *restrict reaction =
                     g->reaction + (size_t)block * lanes * grid->per_point + at * lanes;
@@ -196,7 +201,7 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
                     const double re = 2.0 * point[at], im = 2.0 * point[at + 1];
                     SM_SIMD
                     for (size_t l = first; l < first + own; l++) {
-                        const double s = back * sine[l];
+                        const double s = sign * sine[l];
                         reaction[l] = re * c[l] - im * s;
                         reaction[lanes + l] = re * s + im * c[l];
                     }
@@ -205,8 +210,8 @@ SM_HOT static void set_reaction(const sm_torus_grid *grid, sm_torus_group *g) {
         }
 }
 
-/* Mean squares of all points, over so many steps. */
-static void collect_squares(const sm_torus_grid *grid, const sm_torus_group *g, int steps) {
+/* Computes the mean squares of all points over a number of steps. */
+static void compute_mean_squares(const sm_torus_grid *grid, const sm_torus_group *g, int steps) {
     const int n = grid->contact->contacts, lines = grid->lines, points = grid->points_per_group;
     memset(g->mean_square, 0, sizeof(double) * (size_t)(points * n));
     for (int lane = 0; lane < points * lines; lane++)
@@ -222,11 +227,12 @@ sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *g, int
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
     memset(g->squares, 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
     for (int block = 0; block < g->blocks; block++) {
-        const sm_status status = march_block(grid, g, block, steps);
+        const sm_status status = grid->lanes == SM_FEW_LANES ? march_few(grid, g, block, steps)
+                                                             : march_many(grid, g, block, steps);
         if (status != SM_OK) return status;
     }
-    collect(grid, g, (double)grid->steps / steps / grid->lines);
-    collect_squares(grid, g, steps);
+    compute_harmonics(grid, g, (double)grid->steps / steps / grid->lines);
+    compute_mean_squares(grid, g, steps);
     return sm_all_finite(g->Y, (size_t)grid->points_per_group * grid->per_point) ? SM_OK
                                                                                  : SM_NOT_FINITE;
 }
