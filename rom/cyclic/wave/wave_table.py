@@ -204,14 +204,16 @@ def _dof_response(
     phases of the displacements refer to the modes of a model, see `TravellingWave.tabulate`.
     """
     amplitudes = np.meshgrid(*axes, indexing="ij")
-    of_waves = [
-        _of_wave(carrier, amplitudes[j], deficits[..., j, :]) for j, carrier in enumerate(carriers)
-    ]
-    shapes, coordinates, by_force = zip(*of_waves, strict=True)
-    P = _side_by_side(coordinates)
+    shapes, coordinates, by_force = [], [], []
+    for j, own in enumerate(np.eye(len(carriers))[..., np.newaxis]):
+        moved, p, f = _of_wave(carriers[j], amplitudes[j], deficits[..., j, :])
+        shapes.append(moved)
+        coordinates.append(own * p[..., np.newaxis, :])
+        by_force.append(own * f)
+    P = np.concatenate(coordinates, axis=-1)
     nothing = np.zeros((*P.shape[:-2], P.shape[-1]))
     harmonics = Harmonics(axes, CARRIERS[: len(carriers)], P, nothing)
-    return DofResponse(np.vstack(shapes), harmonics, _side_by_side(by_force))
+    return DofResponse(np.vstack(shapes), harmonics, np.concatenate(by_force, axis=-1))
 
 
 def _of_wave(carrier: Carrier, a: Floats, y: Complexes) -> tuple[Floats, Complexes, Complexes]:
@@ -231,10 +233,3 @@ def _of_wave(carrier: Carrier, a: Floats, y: Complexes) -> tuple[Floats, Complex
     # shapes are real: the real part of a complex one has the coordinate p, the imaginary part i p
     both = np.vstack((shapes.real, shapes.imag))
     return both, np.concatenate((p, 1j * p), axis=-1), np.concatenate((f, 1j * f))
-
-
-def _side_by_side(parts: Sequence[Complexes]) -> Complexes:
-    """Return coordinates of the waves (..., q_j) as rows of all coordinates, (..., modes, q)."""
-    wave = np.arange(len(parts))
-    own = np.repeat(wave, [part.shape[-1] for part in parts]) == wave[:, np.newaxis]
-    return np.where(own, np.concatenate(parts, axis=-1)[..., np.newaxis, :], 0.0)

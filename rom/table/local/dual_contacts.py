@@ -49,7 +49,7 @@ class DualContacts:
         self, coupling: Complexes, flexibility: Mapping[Order, Complexes]
     ) -> ContactProblem:
         """Return the contact problem of a coupling (N_c,), with G by harmonic (n, m)."""
-        moved = np.asarray(coupling[np.newaxis], dtype=complex)
+        moved = coupling[np.newaxis]
         reaction = np.array([G - self.static for G in flexibility.values()], dtype=complex)
         forces = ContactForces(-moved, reaction, projection=-moved.conj())
         return ContactProblem(self.reduced, self.law, tuple(flexibility), given_forces=forces)

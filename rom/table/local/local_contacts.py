@@ -100,10 +100,9 @@ class LocalContacts:
         slips = past > _NEAREST
         log = np.log(np.clip(past, _NEAREST, _FARTHEST))
         columns = np.arange(self.kinds)
-        found, slope = (self.secant(log, k)[..., columns, :] for k in (0, 1))
         k, by_log = (
             each[..., columns, columns] + 1j * each[..., columns, columns + self.kinds]
-            for each in (found, slope)
+            for each in (self.secant(log), self.secant(log, 1))
         )
         k = np.where(slips, k, 0.0)
         # |x| dk/d|x|

@@ -165,7 +165,8 @@ def in_tasks(
 
 def amplitude_pairs(node_a: Floats, node_b: Floats, modes: int) -> Floats:
     """Return the amplitudes (n_a, n_b, modes) of a grid. One mode has the first axis only."""
-    return np.stack(np.meshgrid(node_a, node_b, indexing="ij"), axis=-1)[..., :modes]
+    grid = np.broadcast_arrays(node_a[:, np.newaxis], node_b)
+    return np.stack(grid[:modes], axis=-1)
 
 
 def unpredicted(node: Floats, values: Complexes) -> Floats:
