@@ -44,12 +44,25 @@ _LAYOUT = (
 _ROW = 2 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with three columns
 # Arrays of models with a friction table, in their order, with their shapes in other models.
 _TABLE_ARRAYS = {
-    **{"combinations": (0, 3), "node_a": (0,), "node_b": (0,), "table": (0, 0, 4, 0)},
-    **{"rate_correction": (0, 0, 4, 0), "detuning": (0, 0, 4, 0), "contact_limit": (0,)},
-    **dict.fromkeys(("contact_stiffness", "contact_damping", "contact_mass"), (0, 0)),
-    **{"contact_coupling": (0, 0, 2), "contact_elements": (0, _ROW), "contact_sliders": (0, 2)},
-    **{"contact_reference": (0,), "elastic_modes": (0, 0, 2), "elastic_forces": (0, 0, 2)},
-    **{"elastic_contacts": (0, 0), "orders": (0, 2), "contact_reaction": (0, 0, 0, 0)},
+    "combinations": (0, 3),
+    "node_a": (0,),
+    "node_b": (0,),
+    "table": (0, 0, 4, 0),
+    "rate_correction": (0, 0, 4, 0),
+    "detuning": (0, 0, 4, 0),
+    "contact_limit": (0,),
+    "contact_stiffness": (0, 0),
+    "contact_damping": (0, 0),
+    "contact_mass": (0, 0),
+    "contact_coupling": (0, 0, 2),
+    "contact_elements": (0, _ROW),
+    "contact_sliders": (0, 2),
+    "contact_reference": (0,),
+    "elastic_modes": (0, 0, 2),
+    "elastic_forces": (0, 0, 2),
+    "elastic_contacts": (0, 0),
+    "orders": (0, 2),
+    "contact_reaction": (0, 0, 0, 0),
     "elastic_response": (0, 0, 0, 0),
 }
 _INTEGERS = ("combinations", "orders")

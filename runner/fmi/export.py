@@ -66,7 +66,7 @@ def export_fmu(
         scene = load_scene(scene)
     plan: Plan | SharedTonePlan
     if scene.modes.others:
-        plan, fixed = plan_shared_tone(scene), "modes that share a tone have none"
+        plan, fixed = plan_shared_tone(scene), "modes that share a tone have no table to extend"
     else:
         plan = make_plan(scene.in_slow_time(), progress=progress)
         fixed = "the model of model.file has its own" if scene.saved_model is not None else ""

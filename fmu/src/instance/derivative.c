@@ -161,7 +161,7 @@ static fmu_status follow(fmu_instance *instance, const fmu_derivative *d, direct
 /* Brings the outputs up to date; refuses models that have no derivatives. */
 static fmu_status prepare(fmu_instance *instance) {
     if (!instance->model->shares_tone) return fmu_evaluate_outputs(instance);
-    return fmu_say(instance, FMU_ERROR, "derivative: modes that share a tone have none");
+    return fmu_say(instance, FMU_ERROR, "derivative: not available for modes that share a tone");
 }
 
 fmu_status fmu_directional(fmu_instance *instance, const fmu_derivative *d) {

@@ -35,7 +35,7 @@ static int create(fmu_instance *instance, const char *token, const char *locatio
     const fmu_model *model = instance->model;
     if (!model) return 0;
     if (model->shares_tone && instance->interface == FMU_MODEL_EXCHANGE) {
-        snprintf(reason, FMU_REASON, "modes that share a tone are not for Model Exchange");
+        snprintf(reason, FMU_REASON, "Model Exchange: not available for modes that share a tone");
         return 0;
     }
     instance->flow = model->flow;
