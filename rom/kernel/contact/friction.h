@@ -18,7 +18,7 @@ typedef struct {
     double c;     /* s alpha / limit: scaled form c w + tanh w = eta */
     double slip, stick; /* 1 / c and 1 / (1 + c): dw / deta where it slips, and where it sticks */
     double knee;  /* 1 - tanh w at eta = 1: width of the stick-slip transition */
-    double per_alpha, steepest, per_steepest; /* 1 / alpha, limit / alpha; 0: not of tanh friction */
+    double per_alpha, steepest, per_steepest; /* 1 / alpha, limit / alpha; 0: no tanh */
     double per_limit; /* 1 / limit; 0: without friction */
 } sm_resolvent;
 
@@ -52,12 +52,21 @@ SM_INLINE double sm_tanh_guess(const sm_resolvent *f, double eta) {
     return raised > high ? high : raised;
 }
 
-/* About the v where s v + g(v) = y: exactly under Coulomb friction, and without friction. */
-SM_INLINE double sm_velocity_guess(const sm_resolvent *f, double y) {
-    if (f->per_alpha > 0.0)
-        return copysign(f->alpha * sm_tanh_guess(f, fabs(y) * f->per_limit), y);
-    const double excess = fabs(y) - f->limit;
-    return excess > 0.0 ? copysign(excess / f->s, y) : 0.0;
+/* About the v where s v + g(v) = y, in lanes: exactly under Coulomb friction, and without friction. */
+SM_INLINE void sm_velocity_guess(const int lanes, const sm_resolvent *f,
+                                 const double *restrict y, double *restrict v) {
+    const double limit = f->limit, per_limit = f->per_limit, per_s = 1.0 / f->s;
+    if (f->per_alpha > 0.0) {
+        SM_SIMD
+        for (int l = 0; l < lanes; l++)
+            v[l] = copysign(f->alpha * sm_tanh_guess(f, fabs(y[l]) * per_limit), y[l]);
+        return;
+    }
+    SM_SIMD
+    for (int l = 0; l < lanes; l++) {
+        const double excess = fabs(y[l]) - limit;
+        v[l] = excess > 0.0 ? copysign(excess * per_s, y[l]) : 0.0;
+    }
 }
 
 /* Friction g at velocities v and its slope dg/dv, in lanes. `load` is the force without friction: a

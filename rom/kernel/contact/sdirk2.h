@@ -24,7 +24,7 @@ typedef struct {
     double *inertia;     /* (N_c, N_c) M / (gamma h) */
     int massless;
     int sticks;          /* Coulomb friction, which has a jump at zero velocity */
-    double tolerance;    /* of the friction limits: what may be left of the residual of tanh friction */
+    double tolerance;    /* of the residual of tanh friction, in friction limits */
     double *factor;      /* (N_c, N_c) Cholesky factor of S */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;

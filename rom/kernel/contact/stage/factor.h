@@ -1,8 +1,8 @@
 /* Dense Cholesky factor of J = S + diag(slope) in lanes, and J x = b by it.
  *
- * J = U^T D^-1 U, with rows U_i from the diagonal on and pivots D. An infinite slope, which a contact
- * has that sticks under Coulomb friction, has the inverse pivot 0: this contact does not move, and
- * the factor is the one of the contacts that slip. Called by newton.h.
+ * J = U^T D^-1 U, with rows U_i from the diagonal on and pivots D. A contact that sticks under Coulomb
+ * friction has an infinite slope and the inverse pivot 0: it does not move, and the factor is the one
+ * of the contacts that slip. Called by newton.h.
  */
 #ifndef SLIPMODE_FACTOR_H
 #define SLIPMODE_FACTOR_H
@@ -54,7 +54,8 @@ SM_INLINE void sm_factorise(const int n, const int lanes, const double *restrict
                 for (int l = 0; l < lanes; l++)
                     w[lanes + l] = next[i * lanes + l] * next[(k + 1) * lanes + l];
             }
-            if (lanes == 1 && w[0] == 0.0 && w[1] == 0.0) continue; /* of contacts that stick */
+            /* contacts that stick; for two contacts a branch costs more than it saves */
+            if (lanes == 1 && n > 2 && w[0] == 0.0 && w[1] == 0.0) continue;
             sm_eliminate(lanes, n - i, w, U + i * lanes, next + i * lanes, row + i * lanes);
         }
         SM_SIMD
@@ -75,7 +76,7 @@ SM_INLINE void sm_divide(const int n, const int lanes, const double *restrict f,
         for (int l = 0; l < lanes; l++) x_k[l] *= U[k * lanes + l];
         if (lanes == 1) {
             const double by = x_k[0];
-            if (by == 0.0) continue;
+            if (n > 2 && by == 0.0) continue;
             SM_SIMD
             for (int j = k + 1; j < n; j++) x[j] -= U[j] * by;
         } else {
@@ -90,7 +91,7 @@ SM_INLINE void sm_divide(const int n, const int lanes, const double *restrict f,
         double sum[SM_LANES] = {0.0};
         if (lanes == 1) {
             double one = 0.0;
-            if (U[k] == 0.0) continue;
+            if (n > 2 && U[k] == 0.0) continue;
             SM_SIMD_SUM(one)
             for (int j = k + 1; j < n; j++) one += U[j] * x[j];
             sum[0] = one;

@@ -1,3 +1,5 @@
+/* Stages of SDIRK2 for lanes side by side: the contacts through periods, called by
+ * torus/rigid/steps.c. */
 #include "contact/stage/solve.h"
 
 #include "contact/stage/newton.h"

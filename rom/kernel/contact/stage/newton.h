@@ -17,12 +17,15 @@
 #define SM_NEWTON_STEPS 1000
 /* Steps until the line search becomes strict, and what it admits of the slope of the potential at
  * the end of a step, as a part of the slope at its start: first much, for steps that pass the
- * minimum a little are good ones; then only rounding, for a potential that never rises has an end. */
+ * minimum a little are good ones; then only rounding, so that the potential never rises. */
 #define SM_LENIENT_STEPS 10
 #define SM_LENIENT_RISE 0.5
 #define SM_STRICT_RISE 1e-6
 /* Parts of a step in a line search at the most: each but the first is half of the one before. */
 #define SM_SHORTER_STEPS 50
+/* Rounding of a velocity, as a part of it, and a force [N] that is added to avoid 0 / 0. */
+#define SM_ROUNDING 1e-15
+#define SM_LEAST_FORCE 1e-300
 /* Velocity in alpha beyond which tanh is 1 to rounding. */
 #define SM_TANH_FLAT 20.0
 /* Change of velocity in alpha up to which a Newton step cannot raise the potential: the slope of tanh
@@ -37,15 +40,15 @@
 SM_INLINE void sm_guess(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     const int sweeps = s->sticks ? 1 : 2;
     for (int sweep = 0; sweep < sweeps; sweep++)
-        for (int i = 0; i < n - sweep; i++) { /* the last contact of the first sweep is up to date */
+        for (int i = 0; i < n - sweep; i++) { /* the last one is up to date */
             const sm_resolvent *f = &s->laws[i];
             const double *restrict r = m->r + i * lanes;
             double *restrict v = m->v + i * lanes;
-            double others[SM_LANES];
-            sm_row_times(n, lanes, s->matrix + (size_t)i * n, m->v, others);
+            double y[SM_LANES];
+            sm_row_times(n, lanes, s->matrix + (size_t)i * n, m->v, y);
             SM_SIMD
-            for (int l = 0; l < lanes; l++)
-                v[l] = sm_velocity_guess(f, r[l] - (others[l] - f->s * v[l]));
+            for (int l = 0; l < lanes; l++) y[l] = r[l] - (y[l] - f->s * v[l]);
+            sm_velocity_guess(lanes, f, y, v);
         }
 }
 
@@ -81,7 +84,7 @@ SM_INLINE sm_status sm_close_balanced(const int n, const int lanes, const sm_ste
         const double limit = s->laws[i].limit;
         double force[SM_LANES];
         SM_SIMD
-        for (int l = 0; l < lanes; l++) force[l] = limit + fabs(r[l]) + 1e-300;
+        for (int l = 0; l < lanes; l++) force[l] = limit + fabs(r[l]) + SM_LEAST_FORCE;
         for (int j = 0; j < n; j++) {
             const double s_ij = s->matrix[(size_t)i * n + j];
             const double *restrict v = m->v + j * lanes;
@@ -109,16 +112,21 @@ SM_INLINE sm_status sm_close_balanced(const int n, const int lanes, const sm_ste
  * step do so: it descends. */
 SM_INLINE void sm_hold_back(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     for (int i = n - 1; i >= 0; i--) {
+        const double *restrict v = m->v + i * lanes, *restrict step = m->step + i * lanes;
+        const double *restrict residual = m->residual + i * lanes;
+        double *restrict slope = m->slope + i * lanes, most = 0.0;
         if (!(s->laws[i].limit > 0.0)) continue;
-        for (int k = i * lanes; k < (i + 1) * lanes; k++) {
-            if (m->v[k] != 0.0 || !(m->step[k] * m->residual[k] < 0.0)) continue;
-            m->slope[k] = INFINITY;
-            m->rows = i;
+        SM_SIMD_MAX(most)
+        for (int l = 0; l < lanes; l++) {
+            const double against = v[l] == 0.0 ? -step[l] * residual[l] : 0.0;
+            slope[l] = against > 0.0 ? INFINITY : slope[l];
+            most = against > most ? against : most;
         }
+        if (most > 0.0) m->rows = i;
     }
 }
 
-/* Adds J^-1 (-g'' step^2 / 2) to the step, -g'' being 2 tanh(v / alpha) g' / alpha. */
+/* Adds J^-1 (-g'' step^2 / 2) to the step of tanh contacts, where it is short. */
 SM_INLINE void sm_correct(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
     double *restrict bend = m->before; /* free until the step is made */
     for (int i = 0; i < n; i++) {
@@ -135,15 +143,15 @@ SM_INLINE void sm_correct(const int n, const int lanes, const sm_stepper *s, sm_
     for (int k = 0; k < n * lanes; k++) m->step[k] += bend[k];
 }
 
-/* Solves J step = residual; under tanh friction, corrects the step by the curvature of g there where
- * it is short: Chebyshev's iteration, which takes three steps where Newton's takes four. */
+/* Solves J step = residual, and corrects the step by the curvature of tanh: Chebyshev's iteration,
+ * which takes three steps where Newton's takes four. */
 SM_INLINE void sm_find_step(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
                             int corrected) {
     const size_t size = (size_t)n * (size_t)lanes;
     do {
-        sm_factorise(n, lanes, s->matrix, m->slope, m->rows, m->factor);
+        sm_factorise(n, lanes, s->matrix, m->slope, n > 2 ? m->rows : 0, m->factor);
         m->rows = n;
-        memcpy(m->step, m->residual, size * sizeof(double));
+        for (size_t k = 0; k < size; k++) m->step[k] = m->residual[k];
         sm_divide(n, lanes, m->factor, m->step);
         if (s->sticks) sm_hold_back(n, lanes, s, m);
     } while (m->rows < n);
@@ -195,17 +203,17 @@ SM_INLINE void sm_descent(const int n, const int lanes, const sm_lanes *m, doubl
     }
 }
 
-/* Shortens the steps of lanes at whose end the potential rises by more than a part of `gain`, its slope
- * at the start of the motion: the first time to the first contact that stopped, where `gain` is not
- * `work`, then by halves. Returns whether there are such lanes. */
+/* Shortens the steps of lanes at whose end the potential rises by more than a part of `gain`, its
+ * slope at the start of the motion: the first time, where `gain` is not `work`, to the first contact
+ * that stopped, then by halves. Returns whether there are such lanes. */
 SM_INLINE int sm_shorten(const int n, const int lanes, const sm_stepper *s, sm_lanes *m,
                          double *work, const double *gain, int strict) {
     const double allowed = strict ? SM_STRICT_RISE : SM_LENIENT_RISE;
     double end[SM_LANES] = {0.0};
     int shorter = 0;
     for (int i = 0; i < n; i++) {
-        /* where friction jumps, the slope is the one before the jump; a steep tanh is like a jump, and
-         * the next step finds the place in it */
+        /* where friction jumps, the slope is the one before the jump; a steep tanh is like a jump,
+         * and the next step finds the place in it */
         const double limit = s->sticks || !strict ? s->laws[i].limit : 0.0;
         const double *restrict v = m->v + i * lanes, *restrict before = m->before + i * lanes;
         const double *restrict residual = m->residual + i * lanes, *restrict g = m->g + i * lanes;
@@ -230,7 +238,7 @@ SM_INLINE int sm_shorten(const int n, const int lanes, const sm_stepper *s, sm_l
         for (int k = l; k < n * lanes; k += lanes) {
             m->step[k] *= part;
             const double moved = m->before[k] + m->step[k];
-            m->v[k] = fabs(moved) > 1e-15 * fabs(m->before[k]) ? moved : 0.0; /* a kink is at 0 */
+            m->v[k] = fabs(moved) > SM_ROUNDING * fabs(m->before[k]) ? moved : 0.0; /* stops at 0 */
         }
     }
     return 1;
@@ -239,17 +247,19 @@ SM_INLINE int sm_shorten(const int n, const int lanes, const sm_stepper *s, sm_l
 /* Solves S v + g(v) = r from the initial guess m->v.
  *
  * A lane on its own whose factor is valid has the solution m->v for the right-hand side m->last_r:
- * under tanh friction the first step is made with the J of it. Tanh friction has converged where the
- * curvature of the last step leaves less than s->tolerance, without another evaluation. */
+ * under tanh friction the guess is moved by a step with the J of it. Tanh friction has converged
+ * where the curvature of the last step leaves less than s->tolerance, without another evaluation. */
 SM_INLINE sm_status sm_newton(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
-    double open[SM_LANES], work[SM_LANES], gain[SM_LANES], rest[SM_LANES];
+    double open[SM_LANES], work[SM_LANES], gain[SM_LANES];
+    double rest[SM_LANES] = {0.0};
     const double tolerance = s->tolerance;
     int is_long = 0;
     for (int l = 0; l < lanes; l++) open[l] = 1.0;
     if (lanes == 1 && m->rows == n && !s->sticks) {
-        for (int i = 0; i < n; i++) m->step[i] = m->residual[i] = m->r[i] - m->last_r[i];
+        for (int i = 0; i < n; i++) m->step[i] = m->r[i] - m->last_r[i];
         sm_divide(n, lanes, m->factor, m->step);
-        is_long = sm_move(n, lanes, s, m, open, rest);
+        sm_correct(n, lanes, s, m);
+        for (int i = 0; i < n; i++) m->v[i] += m->step[i];
     }
     for (int k = 0; k < SM_NEWTON_STEPS; k++) {
         const int strict = k >= SM_LENIENT_STEPS;

@@ -1,3 +1,5 @@
+/* Stages of TR-BDF2 and of ESDIRK4 for one lane: the contacts along a trajectory, called by
+ * slow/motion/contact_march.c and full/esdirk4.h. */
 #include "contact/stage/newton.h"
 #include "contact/stage/solve.h"
 #include "contact/tr_bdf2.h"

@@ -15,8 +15,8 @@ sm_status sm_solve_lanes(const sm_stepper *s, sm_lanes *m);
 /* Makes one stage of SDIRK2, 0 or 1: forcing in m->u; velocity into m->v. */
 sm_status sm_stage_lanes(const sm_stepper *s, sm_lanes *m, int stage);
 
-/* Finds velocities m->v of one lane for m->r, from the velocities m->v of the solution before.
- * `tolerance` is the one of sm_stepper. */
+/* Finds velocities m->v of one lane for m->r, from the velocities m->v of the solution before. Where
+ * S changes and where a march begins, m->rows must be 0: the factor is not valid. */
 sm_status sm_solve_one(const sm_stepper *s, sm_lanes *m);
 
 /* Makes one stage of TR-BDF2, 0 or 1: forcing in m->u; velocity into m->v; M dv/dt in `inertia`, at
