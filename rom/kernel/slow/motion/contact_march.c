@@ -19,10 +19,11 @@
 #define COUNT_ROUNDING 1e-9
 /* Time constants after which a vibration has decayed, to exp(-5) = 0.7 %. */
 #define DECAY_TIMES 5.0
-/* Deviation of a velocity from a straight line above which a step is halved, relative to the
- * largest velocity without friction [-]; in a last step that is read, relative to this tolerance.
- * A deviation above VERY_CURVED tolerances halves the step twice, one below STRAIGHT doubles it. */
+/* Largest deviation of a velocity from a straight line in a step, relative to the largest velocity
+ * without friction [-]: a step with a larger deviation is halved. */
 #define CURVED 0.2
+/* In units of this deviation [-]: the largest deviation in a last step that is read; the deviation
+ * above which a step is halved twice; the deviation below which the next step is twice as long. */
 #define CURVED_LAST 0.3
 #define VERY_CURVED 4.0
 #define STRAIGHT 0.2
