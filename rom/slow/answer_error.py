@@ -110,8 +110,10 @@ class TableError:
         """Return errors at all points (points, ...) from those at measured points (some, ...).
 
         They are relative to a scale that varies little from point to point. Between measured
-        points the error is the largest of the two on either side.
+        points the error is the largest of the two on either side. 0 if none is measured.
         """
+        if not self.at.size:
+            return np.zeros((len(self.scale), *share.shape[1:]))
         share, last = np.nan_to_num(share, nan=1.0), self.at.size - 1
         points = np.arange(len(self.scale))
         after = np.minimum(np.searchsorted(self.at, points), last)
@@ -121,8 +123,6 @@ class TableError:
     @property
     def size(self) -> Floats:
         """|delta S_j| at all points, (points, modes) [N kg^-1/2]."""
-        if not self.at.size:
-            return self.stated
         return self.between(np.abs(self.measured) / self.scale[self.at]) * self.scale + self.stated
 
 

@@ -281,9 +281,7 @@ def _backbone(
     measured = table_error.measured[:, mode] / r[at]
     share = np.abs(np.stack((measured.real, measured.imag), axis=-1)) / size[at, np.newaxis]
     stated = table_error.stated[:, mode] / r
-    of_stiffness, of_loss = (
-        table_error.between(share).T * size + stated if at.size else np.stack((stated, stated))
-    )
+    of_stiffness, of_loss = table_error.between(share).T * size + stated
     frequency_error = of_stiffness / (2.0 * Omega)
     damping_error = of_loss / (2.0 * Omega**2) + 2.0 * np.abs(zeta) * frequency_error / Omega
     # A loss below the rounding error of the stiffness is 0, as of an undamped mode that sticks.

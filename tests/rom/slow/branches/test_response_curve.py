@@ -85,6 +85,15 @@ def test_between_the_folds_of_a_contact_that_opens_integration_finds_the_stable_
         assert (abs(end - a) <= 0.05 * abs(a)) == keeps
 
 
+@pytest.mark.parametrize("Omega", [0.955, 0.96, 0.965])
+def test_beside_a_fold_the_steady_state_is_the_end_of_a_run_from_rest(folding, Omega):
+    *_, model = folding
+    force = 0.145 / abs(model.reduced.mode_shapes[0, 0])
+    inputs = {"force_A": force, "frequency_A": Omega}
+    end = amplitudes(run(model, ({0: 1.0},), np.array([3000.0]), tolerance=1e-9, **inputs))[-1, :1]
+    assert rom.steady(model, [Omega], [{0: force}]) == pytest.approx(end, rel=1e-5)
+
+
 @pytest.mark.oracle
 def test_growth_is_the_decay_of_deviations(both):
     """The real part of an eigenvalue, beside the slow flow itself from two distances."""
