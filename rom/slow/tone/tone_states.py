@@ -1,4 +1,4 @@
-"""Steady states and transients of several modes on one tone.
+"""Steady states of several modes on one or two tones, and transients on one.
 
 A steady state with local contacts is put into the equations of all contacts together, solved
 there, and put into these equations again with twice the time steps and harmonics.
@@ -18,6 +18,7 @@ from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.kernel.handle import Handle
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.tones import check_two_carriers
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
@@ -25,7 +26,7 @@ from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_handle import tone_handle
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
-from slipmode.rom.table.local.local_contacts import STEPS, LocalContacts
+from slipmode.rom.table.local.local_contacts import LocalContacts
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
 
@@ -36,7 +37,9 @@ ToneForce = Mapping[int, complex] | ArrayLike
 # (tests/rom/slow/test_one_tone.py). Errors are reported beyond _LARGE.
 _AVERAGING, _LARGE = 0.1, 0.01
 _TINY = np.finfo(float).tiny
-_FINEST = 8  # factor of the steps and harmonics of the contacts
+# Factor of the steps and harmonics of the contacts, on one tone and on two, whose phase lines and
+# harmonics increase the work of each doubling by sixteen.
+_FINEST = 8, 4
 # Error by the end of the search for a state, 1e-5, and by modes that follow statically, relative
 # to the largest amplitude. Beams of 80 to 400 DOFs were within 2e-5 of harmonic balance.
 _CLOSEST = 3e-5
@@ -44,76 +47,103 @@ _CLOSEST = 3e-5
 
 @frozen
 class ToneState:
-    """A steady state at one frequency.
+    """A steady state at the frequencies of all tones.
 
     Attributes
     ----------
-    modal : (modes + nonresonant,) complex ndarray
-        Amplitudes of all modes [kg^1/2 m].
+    amplitude : (modes,) complex ndarray
+        Of the retained modes, at the carrier of their tone [kg^1/2 m].
     error : (modes,) ndarray
-        Of the amplitudes of the retained modes [kg^1/2 m].
-    deficit : (N_c,) complex ndarray
-        Force deficits of the contacts at the carrier [N].
+        Of `amplitude` [kg^1/2 m].
+    modal : (tones, modes + nonresonant) complex ndarray
+        Amplitudes of all modes at each carrier [kg^1/2 m].
+    deficit : (tones, N_c) complex ndarray
+        Force deficits of the contacts at the carriers [N].
     """
 
-    modal: Complexes
+    amplitude: Complexes
     error: Floats
+    modal: Complexes
     deficit: Complexes
 
 
 @frozen
 class ForcedTone:
-    """A model under one force.
+    """A model under one force on each tone.
 
     Attributes
     ----------
     model : ToneModel
-    response : ToneResponse
+    responses : sequence of ToneResponse
+        Of the same structure, one for each force.
     """
 
     model: ToneModel
-    response: ToneResponse
+    responses: Sequence[ToneResponse]
 
     @classmethod
     def of(
         cls, model: ToneModel, force: Sequence[ToneForce], phase: ArrayLike, frequency: Floats
     ) -> Self:
-        """Return a model under a force, at frequencies (points,) [rad/s] that are checked."""
+        """Return a model under its forces, at frequencies (points, tones) [rad/s].
+
+        Frequencies are checked; of one tone they may be (points,).
+        """
         if not isinstance(model, ToneModel):
             raise SlipmodeError("model: must be of modes that share a tone (rom.reduce(tones=))")
-        vector = _complex_vector(force, model.reduced.n_dofs)
+        reduced = model.reduced
+        vectors = _complex_vectors(force, reduced.tones, reduced.n_dofs)
         angle = as_floats("phase", phase)
-        if angle.size != 1 or not np.isfinite(angle).all():
+        if angle.size not in (1, reduced.tones) or not np.isfinite(angle).all():
             raise SlipmodeError(f"phase: must be a finite number [rad], got {in_one_line(phase)}")
-        if not np.all(np.isfinite(frequency) & (frequency > 0.0)):
+        at = frequency.reshape(-1, reduced.tones)
+        if not np.all(np.isfinite(at) & (at > 0.0)):
             raise SlipmodeError("frequency: must be finite and > 0 [rad/s]")
-        middle = float(np.median(model.reduced.frequency))
-        check_carrier("frequency", "A", middle, frequency)
-        own = np.array([middle])
-        warn(carrier_findings("frequency", "A", own, frequency[:, np.newaxis]), stacklevel=5)
-        return cls(model, ToneResponse(model.reduced, phasor(vector, angle.ravel())))
+        middle = np.array([np.median(reduced.frequency[own]) for own in reduced.on_tones])
+        for tone, each in zip("AB", range(reduced.tones), strict=False):
+            check_carrier("frequency", tone, float(middle[each]), at[:, each])
+        if reduced.tones == 2:
+            check_two_carriers(at)
+        warn(carrier_findings("frequency", "AB", middle, at), stacklevel=5)
+        turned = phasor(vectors, angle.reshape(-1, 1))
+        return cls(model, [ToneResponse(reduced, each) for each in turned])
+
+    @property
+    def response(self) -> ToneResponse:
+        """Response to the first force."""
+        return self.responses[0]
 
     def steady(self, frequency: Floats) -> list[ToneState]:
-        """Return steady states at frequencies (points,) [rad/s], in their order."""
+        """Return steady states at frequencies (points, tones) [rad/s], in their order."""
         found = []
         x: Complexes | None = None
-        for each in frequency.tolist():
+        for each in frequency.reshape(-1, len(self.responses)):
             balance = self._balance(each)
-            x, y = balance.with_local_contacts(x)
-            found.append(self._together(balance, x, y))
+            x, _ = balance.with_local_contacts(x)
+            found.append(self._together(balance, x))
         return found
 
     def with_local_contacts(self, frequency: Floats) -> Complexes:
         """Return amplitudes (points, modes) with local contacts alone."""
         found = []
         x: Complexes | None = None
-        for each in frequency.tolist():
+        for each in frequency.reshape(-1, len(self.responses)):
             x, y = self._balance(each).with_local_contacts(x)
-            found.append(self.response.modal(each, y[0])[: self.model.modes])
+            found.append(self._amplitude(self._modal(each, y[0])))
         return np.array(found)
 
+    def _modal(self, frequency: Floats, deficit: Complexes) -> Complexes:
+        """Return the amplitudes of all modes at each carrier, see `ToneState`."""
+        each = zip(self.responses, frequency.tolist(), deficit, strict=True)
+        return np.array([response.modal(nu, y) for response, nu, y in each])
+
+    def _amplitude(self, modal: Complexes) -> Complexes:
+        """Return the amplitudes (modes,) of the retained modes, each at its own carrier."""
+        own = zip(modal, self.model.reduced.on_tones, strict=True)
+        return np.concatenate([each[modes] for each, modes in own])
+
     def flow(self, frequency: float, tolerance: float) -> ToneFlow:
-        """Return the structure at rest, near a reference frequency [rad/s]."""
+        """Return the structure of one tone at rest, near a reference frequency [rad/s]."""
         return ToneFlow(*self._parts(frequency), frequency, tolerance)
 
     def handle(
@@ -135,8 +165,8 @@ class ForcedTone:
         assert reduced.contacts is not None
         squares = (reduced.frequency**2)[:, np.newaxis]
         share = float((reduced.spring**2 / squares @ reduced.contacts.reference).max())
-        local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].modal
-        off = np.abs(local - exact[: local.size]).max() / max(np.abs(local).max(), _TINY)
+        local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].amplitude
+        off = np.abs(local - exact).max() / max(np.abs(local).max(), _TINY)
         gain = self.response.harmonic_gain(frequency)
         error = float(_AVERAGING * (share + gain) + off)
         if error <= _LARGE:
@@ -151,48 +181,55 @@ class ForcedTone:
         choice = f"have errors of about {percentage(error)}"
         return [Finding("transients", choice, reason, "warning")]
 
-    def _balance(self, frequency: float) -> ContactBalance:
+    def _balance(self, frequency: Floats) -> ContactBalance:
+        each = list(zip(self.responses, frequency.tolist(), strict=True))
         try:
-            G, moved = self.response.flexibility(frequency), self.response.moved(frequency)
+            G = np.array([[response.flexibility(nu) for response, nu in each]])
+            moved = np.array([[response.moved(nu) for response, nu in each]])
         except np.linalg.LinAlgError:
+            where = " or ".join(f"{nu:g}" for nu in frequency)
             raise SlipmodeError(
-                f"frequency = {frequency:g} rad/s: is the natural frequency of a mode without "
+                f"frequency = {where} rad/s: is the natural frequency of a mode without "
                 "damping; give the structure damping, or another frequency"
             ) from None
-        stuck = np.zeros(moved.size)  # G contains the springs of the contacts
-        return ContactBalance(frequency, G[np.newaxis], moved[np.newaxis], self.model.local, stuck)
+        stuck = np.zeros(moved.shape[-1])  # G contains the springs of the contacts
+        return ContactBalance(frequency, G, moved, self.model.local, stuck)
 
-    def _together(self, balance: ContactBalance, x: Complexes, y: Complexes) -> ToneState:
+    def _together(self, balance: ContactBalance, x: Complexes) -> ToneState:
         """Return the state with all contacts together, from the one with local contacts.
 
         The last correction, by equations with twice the steps and harmonics, is the error.
         """
-        own, tolerance, finer = slice(self.model.modes), self.model.tolerance, 1
-        frequency = balance.frequency
+        tolerance, frequency, finer = self.model.tolerance, balance.frequency, 1
         contacts = self._contacts(frequency, finer)
-        while finer < _FINEST:
-            x, y = balance.with_coupled_contacts([contacts], x)
+        while finer < _FINEST[len(self.responses) - 1]:
+            x, harmonics = balance.with_coupled_contacts([contacts], x)
             finer *= 2
             contacts = self._contacts(frequency, finer)
-            better = balance.corrected(contacts, x[0], y[0])
-            modal = self.response.modal(frequency, better)
-            size = max(float(np.abs(modal[own]).max()), _TINY)
-            error = np.abs(modal - self.response.modal(frequency, y[0]))[own] + _CLOSEST * size
+            better = balance.corrected(contacts, x[0], harmonics[0])
+            modal = self._modal(frequency, better)
+            amplitude = self._amplitude(modal)
+            y = harmonics[0, : frequency.size]
+            before = self._amplitude(self._modal(frequency, y))
+            size = max(float(np.abs(amplitude).max()), _TINY)
+            error = np.abs(amplitude - before) + _CLOSEST * size
             off = float(error.max()) / size
             if off <= tolerance:
-                return ToneState(modal, error, better)
+                return ToneState(amplitude, error, modal, better)
+        where = " and ".join(f"{nu:.6g}" for nu in frequency)
         raise SlipmodeError(
-            f"tolerance = {tolerance:g}: the contacts at {frequency:.6g} rad/s need more than "
-            f"{finer * STEPS} steps per period; a tolerance of {2.0 * off:.1g} is within reach"
+            f"tolerance = {tolerance:g}: the contacts at {where} rad/s need more than "
+            f"{contacts.grid.steps} steps per period; a tolerance of {2.0 * off:.1g} is within "
+            "reach"
         )
 
-    def _contacts(self, frequency: float, finer: int) -> CoupledContacts:
+    def _contacts(self, frequency: Floats, finer: int) -> CoupledContacts:
         response, law = self.response, self.model.law
         return CoupledContacts.of(law, response.fast, response.flexibility, frequency, finer)
 
 
-def _complex_vector(force: Any, n_dofs: int) -> Complexes:
-    """Return amplitudes (n,) of a list of one {DOF: amplitude} or array of complex numbers."""
+def _complex_vectors(force: Any, tones: int, n_dofs: int) -> Complexes:
+    """Return amplitudes (tones, n) of {DOF: amplitude} or arrays of complex numbers."""
 
     def of(part: Callable[[Any], Any]) -> Floats:
         given = force
@@ -203,7 +240,7 @@ def _complex_vector(force: Any, n_dofs: int) -> Complexes:
                 else part(each)
                 for each in force
             ]
-        return np.asarray(force_vectors(given, 1, n_dofs)[0])
+        return force_vectors(given, tones, n_dofs)
 
     return np.asarray(of(np.real) + 1j * of(np.imag))
 

@@ -77,9 +77,9 @@ class LocalContacts:
         return cls(onset, CubicHermiteSpline(log, parts, slopes))
 
     def __call__(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-        """Return y and its derivatives by x and by conj(x), at displacements x (..., N_c).
+        """Return y and its derivatives by x and by conj(x), at displacements x (..., 1, N_c).
 
-        Contact j is of the kind j modulo the number of kinds.
+        Derivatives are (..., 1, 1, N_c). Contact j is of the kind j modulo the number of kinds.
         """
         given, x = x, x.reshape(*x.shape[:-1], -1, self.kinds)
         size = np.maximum(np.abs(x), np.finfo(float).tiny)
@@ -100,7 +100,7 @@ class LocalContacts:
             np.asarray(each, dtype=complex).reshape(given.shape)
             for each in (k * x, k + 0.5 * bends, 0.5 * bends * turn)
         )
-        return y, by_x, by_conjugate
+        return y, by_x[..., np.newaxis, :], by_conjugate[..., np.newaxis, :]
 
 
 def local_problem(
