@@ -190,11 +190,12 @@ def steady(
     tones = model.reduced.tones
     _check_frequencies(Omega, tones)
     if isinstance(model, ToneModel):
-        states = ForcedTone.of(model, force, phase, Omega).steady(Omega)
+        points = Omega.reshape(-1, tones)
+        states = ForcedTone.of(model, force, phase, points).steady(points)
         of_modes = [state.amplitude for state in states]
         return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
-    points = model.reduced.carriers(Omega.reshape(-1, tones))
-    found, findings = _steady(model, points, force, phase)
+    carriers = model.reduced.carriers(Omega.reshape(-1, tones))
+    found, findings = _steady(model, carriers, force, phase)
     warn(findings)
     return found.amplitude.reshape(*Omega.shape[:-1], model.modes)
 

@@ -1,11 +1,11 @@
 """Contacts in balance with all modes at the frequencies of one or two tones, by Newton's method.
 
-    x_t = x_0t + G_t (y_t(x) - s x_t)
+    x_k = x_0k + G_k (y_k(x) - s x_k)
 
-has the displacements x_t (N_c,) of the contacts at the carrier of tone t, x_0 by the forces alone,
-the flexibility G of the structure and the force deficits y of the contacts, through which tones
-act on each other. The structure that has G is without the springs s of the contacts: all of k_ref,
-or 0 if its contacts are stuck.
+has the displacements x_k (N_c,) of the contacts at the carriers, and under two tones also at
+harmonics near a mode, x_0 by the forces alone, the flexibility G of the structure and the force
+deficits y of the contacts. The structure that has G is without the springs s of the contacts: all
+of k_ref, or 0 if its contacts are stuck.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _CORRECTIONS = 10  # that Anderson's acceleration keeps
 
 @frozen
 class _Iterate:
-    """A state with coupled contacts, and a step of Newton's method; (tones, N_c) each."""
+    """A state with coupled contacts, and a step of Newton's method; (orders, N_c) each."""
 
     drive: Complexes
     x: Complexes
@@ -50,9 +50,9 @@ class ContactBalance:
     ----------
     frequency : (tones,) ndarray
         [rad/s]
-    flexibility : (structures, tones, N_c, N_c) complex ndarray
+    flexibility : (structures, orders, N_c, N_c) complex ndarray
         G [m/N].
-    moved : (structures, tones, N_c) complex ndarray
+    moved : (structures, orders, N_c) complex ndarray
         x_0 [m].
     local : LocalContacts or LocalTorus
         Contacts on one tone, or on two.
@@ -67,7 +67,7 @@ class ContactBalance:
     springs: Floats
 
     def with_local_contacts(self, start: Complexes | None) -> tuple[Complexes, Complexes]:
-        """Return x and y (structures, tones, N_c), from a guess of x or else from stuck contacts.
+        """Return x and y (structures, orders, N_c), from a guess of x or else from stuck contacts.
 
         Raises
         ------
@@ -96,26 +96,32 @@ class ContactBalance:
         raise self._unsettled()
 
     def with_coupled_contacts(
-        self, contacts: Sequence[CoupledContacts], x: Complexes
+        self,
+        contacts: Sequence[CoupledContacts],
+        x: Complexes,
+        harmonics: Complexes | None = None,
     ) -> tuple[Complexes, Complexes]:
         """Return x, and all harmonics of y, of contacts that act on each other at harmonics, too.
 
-        From the state x with local contacts, whose derivatives Newton's method keeps; Anderson's
-        acceleration improves its steps. `contacts` are the contacts of each structure.
+        From the state x with local contacts, whose derivatives Newton's method keeps, or from a
+        result on fewer steps; Anderson's acceleration improves the steps of Newton's method.
+        `contacts` are the contacts of each structure.
 
         Raises
         ------
         UnsettledError
             If no state is found.
         """
-        every = range(len(x))
-        found = [self._single(k)._coupled(contacts[k], x[k : k + 1]) for k in every]
+        guesses = [None] * len(x) if harmonics is None else list(harmonics)
+        found = [
+            self._single(k)._coupled(contacts[k], x[k], guess) for k, guess in enumerate(guesses)
+        ]
         return np.array([each[0] for each in found]), np.array([each[1] for each in found])
 
     def corrected(
         self, contacts: CoupledContacts, x: Complexes, harmonics: Complexes
     ) -> Complexes:
-        """Return y after a step of Newton's method from x (tones, N_c), of one structure.
+        """Return y after a step of Newton's method from x (orders, N_c), of one structure.
 
         `harmonics` (orders, N_c) are of y at x; `contacts` may have more of them.
         """
@@ -130,15 +136,17 @@ class ContactBalance:
         G, moved = self.flexibility[own], self.moved[own]
         return ContactBalance(self.frequency, G, moved, self.local, self.springs)
 
-    def _coupled(self, contacts: CoupledContacts, x: Complexes) -> tuple[Complexes, Complexes]:
-        """Return x (tones, N_c) and harmonics of a single structure, from x (1, tones, N_c)."""
+    def _coupled(
+        self, contacts: CoupledContacts, x: Complexes, guess: Complexes | None
+    ) -> tuple[Complexes, Complexes]:
+        """Return x and harmonics of a single structure, from x (orders, N_c) and a guess."""
         from scipy import optimize  # takes long to import
 
         anderson: Any = optimize.anderson  # its types allow one number only
 
-        y, *slopes = self.local(x[0])
-        start = x[0] - _times(contacts.far, y)
-        last = self._iterate(contacts, slopes, start)
+        y, *slopes = self.local(x)
+        start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
+        last = self._iterate(contacts, slopes, start, guess)
 
         def correction(given: Floats) -> Floats:
             nonlocal last
@@ -171,9 +179,9 @@ class ContactBalance:
         drive: Complexes,
         guess: Complexes | None = None,
     ) -> _Iterate:
-        """Return the state at a drive (tones, N_c) of a single structure, and its Newton step.
+        """Return the state at a drive (orders, N_c) of a single structure, and its Newton step.
 
-        `slopes` (tones, tones, N_c) are the derivatives of y by x and by conj(x), `guess` the
+        `slopes` (orders, orders, N_c) are the derivatives of y by x and by conj(x), `guess` the
         harmonics of another iterate.
         """
         harmonics = contacts.deficit(drive, guess)
@@ -186,7 +194,7 @@ class ContactBalance:
 
     @cached_property
     def _left(self) -> Complexes:
-        """1 + G s, (structures, tones, N_c, N_c)."""
+        """1 + G s, (structures, orders, N_c, N_c)."""
         return np.asarray(np.eye(self.springs.size) + self.flexibility * self.springs)
 
     def _stuck(self) -> Complexes:
@@ -198,11 +206,11 @@ class ContactBalance:
 
     def _step(self, off: Complexes, by_x: Complexes, by_conjugate: Complexes) -> Complexes:
         """Return dx of J dx + B conj(dx) = -off."""
-        structures, tones, contacts = off.shape
-        G, half = self.flexibility[:, :, :, np.newaxis], tones * contacts
+        structures, orders, contacts = off.shape
+        G, half = self.flexibility[:, :, :, np.newaxis], orders * contacts
         J, B = (-G * by[:, :, np.newaxis] for by in (by_x, by_conjugate))
-        for tone in range(tones):
-            J[:, tone, :, tone] += self._left[:, tone]
+        for order in range(orders):
+            J[:, order, :, order] += self._left[:, order]
         J, B = (each.reshape(structures, half, half) for each in (J, B))
         real = np.block([[(J + B).real, (B - J).imag], [(J + B).imag, (J - B).real]])
         flat = off.reshape(structures, half)
@@ -224,11 +232,11 @@ def _times(matrix: Complexes | Floats, vector: Complexes) -> Complexes:
 
 
 def _norm(x: Complexes) -> Floats:
-    """Return the norms of (structures, tones, N_c), (structures, 1, 1)."""
+    """Return the norms of (structures, orders, N_c), (structures, 1, 1)."""
     return np.asarray(np.linalg.norm(x, axis=(1, 2), keepdims=True))
 
 
 def _changes(slopes: Sequence[Complexes], step: Complexes) -> Complexes:
-    """Return what a step of x (tones, N_c) changes of y, with its `slopes`."""
+    """Return what a step of x (orders, N_c) changes of y, with its `slopes`."""
     by_x, by_conjugate = slopes
     return np.asarray((by_x * step + by_conjugate * step.conj()).sum(axis=1))

@@ -1,14 +1,14 @@
 """All contacts of a structure together, at the forcing frequency of one tone, or of two.
 
 At the higher harmonics contacts act on each other by the flexibility of all modes there. At the
-carriers they have a drive c, and the response of the modes that are fast against them:
+carriers, and at harmonics near a mode, they have a drive c, and a part of the response of modes:
 
-    x_t = c_t + far_t y_t,    x_nm = G_nm y_nm  at all other odd harmonics n Omega_A + m Omega_B
+    x_k = c_k + far_k y_k,    x_nm = G_nm y_nm  at all other odd harmonics n Omega_A + m Omega_B
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Self
 
 import numpy as np
@@ -17,15 +17,14 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.reduction.combination import Order, harmonic_orders
+from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.dual_contacts import DualContacts
 from slipmode.rom.table.local.local_contacts import HIGHEST, STEPS
 
 _MARCH = 1e-7  # distance from periodicity
-# Under two tones, of one doubling less than under one: the torus has phase lines as well, and
-# harmonics of both tones.
-_TORUS_STEPS, _TORUS_LINES, _TORUS_HIGHEST = 128, 16, 7
+# Under two tones there are fewer steps and harmonics, because there are phase lines as well.
+_TORUS_STEPS, LINES, _TORUS_HIGHEST = 128, 16, 7
 FAST = 2.0  # harmonics may come close to modes beyond so many times the carrier
 
 
@@ -70,10 +69,10 @@ class CoupledContacts:
     Attributes
     ----------
     dual : DualContacts
-    far : (tones, N_c, N_c) ndarray
-        Flexibility of the fast modes at the carriers [m/N].
+    far : (drives, N_c, N_c) ndarray
+        Flexibility of the fast modes at the carriers, then static flexibility [m/N].
     flexibility : {(n, m): (N_c, N_c) complex ndarray}
-        The same at the carriers, then G_nm with stuck contacts [m/N].
+        The same at the orders of the drives, then G_nm with stuck contacts [m/N].
     grid : Discretisation
     """
 
@@ -90,6 +89,7 @@ class CoupledContacts:
         flexibility: Callable[[float], Complexes],
         frequency: Floats,
         finer: int = 1,
+        driven: Sequence[Order] = CARRIERS[:1],
     ) -> Self:
         """Return the contacts at frequencies (tones,) [rad/s].
 
@@ -104,23 +104,25 @@ class CoupledContacts:
             Carriers [rad/s].
         finer : int
             Factor of the number of steps, phase lines and harmonics.
+        driven : sequence of (n, m)
+            Harmonics that have a drive: the carriers, and others near a mode.
         """
-        tones, far = frequency.size, fast.at(frequency)
+        tones = frequency.size
+        far = np.array([*fast.at(frequency), *(fast.static for _ in driven[tones:])])
         steps, lines, highest = STEPS, 1, HIGHEST
         if tones == 2:
             quick = int(np.ceil(frequency.max() / frequency[0]))
-            steps, lines, highest = quick * _TORUS_STEPS, finer * _TORUS_LINES, _TORUS_HIGHEST
-        orders = harmonic_orders(finer * (highest + 1) - 1, tones)
-        given = dict(zip(orders, far.astype(complex), strict=False))
-        for order in orders[tones:]:
-            nu = float(np.dot(order[:tones], frequency))
-            given[order] = flexibility(nu)
+            steps, lines, highest = quick * _TORUS_STEPS, finer * LINES, _TORUS_HIGHEST
+        given = dict(zip(driven, far.astype(complex), strict=True))
+        for order in harmonic_orders(finer * (highest + 1) - 1, tones):
+            if order not in driven:
+                given[order] = flexibility(float(np.dot(order[:tones], frequency)))
         modes = (fast.frequency, fast.motion) if fast.frequency.size else (None, None)
         dual = DualContacts(law, fast.static, frequency, np.zeros(tones), None, *modes)
         return cls(dual, far, given, Discretisation(finer * steps, lines))
 
     def deficit(self, drive: Complexes, guess: Complexes | None = None) -> Complexes:
-        """Return harmonics of y at drives c (tones, N_c): of the carriers, then of all orders.
+        """Return harmonics of y at drives c (drives, N_c), in the order of `flexibility`.
 
         `guess` are harmonics (orders, N_c) at a drive nearby, or the first of them.
 
@@ -133,6 +135,7 @@ class CoupledContacts:
         near = np.zeros((1, len(self.flexibility), drive.shape[1]), dtype=complex)
         if guess is not None:
             near[0, : len(guess)] = guess
-        terms = problem.on(self.grid, _MARCH).solve(np.ones((1, len(drive))), near)
+        amplitude = np.ones((1, self.dual.frequency.size))
+        terms = problem.on(self.grid, _MARCH).solve(amplitude, near)
         terms.check_periodic()
         return np.asarray(terms.P[0])

@@ -52,11 +52,19 @@ class DualContacts:
     def problem(
         self, carrier: Floats, coupling: Complexes, flexibility: Mapping[Order, Complexes]
     ) -> ContactProblem:
-        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m)."""
+        """Return the contact problem at carriers (modes,) [rad/s], with G by harmonic (n, m).
+
+        `coupling` (modes, N_c) may go on with given displacements at the harmonics that follow the
+        carriers in `flexibility`.
+        """
+        modes = carrier.size
+        constant = np.zeros((len(flexibility), len(self.static)), dtype=complex)
+        constant[modes : len(coupling)] = coupling[modes:]
         forces = ContactForces(
-            coupling=-np.asarray(coupling, dtype=complex),
+            coupling=-np.asarray(coupling[:modes], dtype=complex),
             reaction=np.array([G - self.static for G in flexibility.values()], dtype=complex),
-            projection=-np.conj(coupling),
+            constant=constant if len(coupling) > modes else None,
+            projection=-np.conj(coupling[:modes]),
         )
         reduced = self.reduced.at_carrier(carrier.tolist())
         return ContactProblem(reduced, self.law, tuple(flexibility), given_forces=forces)

@@ -1,12 +1,13 @@
 """What each contact does under two tones, with amplitudes of its own.
 
 The contacts respond to their harmonics by their own static flexibility, and do not act on each
-other. Their force deficits at the carriers are then y_t(|x_A|, |x_B|) x_t / |x_t|. They are
-computed where they are needed: a table over both amplitudes would cost more than a steady state.
+other. Their force deficits at the carriers, and at harmonics near a mode, are computed where they
+are needed: a table over all these amplitudes would cost more than a steady state.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
@@ -14,39 +15,39 @@ import numpy as np
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.torus.grid import Discretisation
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.reduction.combination import CARRIERS
+from slipmode.rom.reduction.combination import CARRIERS, Order
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.dual_contacts import DualContacts
 
 _GRID = Discretisation(64, 16)  # an initial guess and derivatives need no more
 _MARCH = 1e-6  # distance from periodicity
-_CHANGE = 1e-3  # of a displacement, for derivatives, relative to the larger one of the contact
+_CHANGE = 1e-3  # of a displacement, for derivatives, relative to the largest one of the contact
 
 
 @frozen
 class LocalTorus:
-    """The force deficit of each contact at two carriers against its displacements.
+    """The force deficit of each contact at harmonics of two tones against its displacements.
 
     Attributes
     ----------
     dual : DualContacts
-    carrier : (2,) ndarray
-        [rad/s]
+    orders : sequence of (n, m)
+        The carriers, and harmonics at which displacements are given as well.
     """
 
     dual: DualContacts
-    carrier: Floats
+    orders: Sequence[Order] = CARRIERS
 
     @classmethod
     def of(cls, law: Elastic, flexibility: Floats, carrier: Floats) -> Self:
         """Return contacts with their own static flexibilities (N_c,) [m/N]."""
         static = np.diag(np.maximum(flexibility, 0.0))
-        return cls(DualContacts(law, static, carrier, np.zeros(2)), carrier)
+        return cls(DualContacts(law, static, carrier, np.zeros(2)))
 
     def __call__(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-        """Return y and its derivatives by x and by conj(x), at displacements x (..., 2, N_c).
+        """Return y and its derivatives by x and by conj(x), at displacements x (..., orders, N_c).
 
-        Derivatives (..., 2, 2, N_c) are of y at the first carrier by x at the second one.
+        Derivatives (..., orders, orders, N_c) are of y at the first order by x at the second one.
         """
         rows = x.reshape(-1, *x.shape[-2:])
         found = [self._single(each) for each in rows]
@@ -55,23 +56,21 @@ class LocalTorus:
         return y.reshape(x.shape), by_x.reshape(shape), by_conjugate.reshape(shape)
 
     def _single(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-        """Return y (2, N_c) and derivatives (2, 2, N_c) at displacements (2, N_c)."""
-        size = np.maximum(np.abs(x), np.finfo(float).tiny)
-        turn = np.where(np.abs(x) > 0.0, x / size, 1.0)
-        change = _CHANGE * size.max(axis=0)
-        y = self._deficit(size)
-        slope = np.empty((2, *x.shape), dtype=complex)
-        for tone, one in enumerate(np.eye(2)):
-            slope[:, tone] = (self._deficit(size + one[:, np.newaxis] * change) - y) / change
-        secant = np.eye(2)[..., np.newaxis] * (y / size)
-        by_x = 0.5 * (slope + secant) * turn[:, np.newaxis] * turn.conj()
-        by_conjugate = 0.5 * (slope - secant) * turn[:, np.newaxis] * turn
-        return y * turn, by_x, by_conjugate
+        """Return y (orders, N_c) and derivatives (orders, orders, N_c) at x (orders, N_c)."""
+        change = _CHANGE * np.maximum(np.abs(x).max(axis=0), np.finfo(float).tiny / _CHANGE)
+        y = self._deficit(x)
+        slopes = np.empty((2, len(x), *x.shape), dtype=complex)
+        for part, unit in enumerate((1.0, 1j)):
+            for order, one in enumerate(np.eye(len(x))):
+                moved = x + unit * one[:, np.newaxis] * change
+                slopes[part, :, order] = (self._deficit(moved) - y) / change
+        real, imaginary = slopes
+        return y, 0.5 * (real - 1j * imaginary), 0.5 * (real + 1j * imaginary)
 
-    def _deficit(self, size: Floats) -> Complexes:
-        """Return y at real displacements (2, N_c)."""
-        given = dict.fromkeys(CARRIERS, np.zeros((size.shape[1],) * 2, dtype=complex))
-        problem = self.dual.problem(self.carrier, size.astype(complex), given)
+    def _deficit(self, x: Complexes) -> Complexes:
+        """Return y at displacements (orders, N_c)."""
+        given = dict.fromkeys(self.orders, np.zeros((x.shape[1],) * 2, dtype=complex))
+        problem = self.dual.problem(self.dual.frequency, x, given)
         terms = problem.on(_GRID, _MARCH).solve([[1.0, 1.0]])
         terms.check_periodic()
         return np.asarray(terms.P[0])

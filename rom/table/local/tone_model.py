@@ -84,9 +84,13 @@ class ToneModel:
     @property
     def middle(self) -> float:
         """Middle of the range of the natural frequencies of one tone [rad/s]."""
+        self.check_one_tone()
+        return 0.5 * float(self.reduced.frequency.min() + self.reduced.frequency.max())
+
+    def check_one_tone(self) -> None:
+        """Refuse modes on two tones, for all but their steady states."""
         if self.reduced.tones > 1:
             raise SlipmodeError(_TWO_TONES)
-        return 0.5 * float(self.reduced.frequency.min() + self.reduced.frequency.max())
 
     @property
     def table(self) -> NoReturn:
