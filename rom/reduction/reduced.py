@@ -15,6 +15,7 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.reduction.force_vector import force_vector
+from slipmode.rom.reduction.tones import modes_of_tones, names_on_tones
 from slipmode.rom.representable import LARGEST, SMALLEST
 from slipmode.rom.structure.held import Held, bonded, stuck
 from slipmode.rom.structure.structure import Structure
@@ -33,8 +34,7 @@ REDUCED_ARRAYS = {
     "damping_coupling": "qq",
 }
 
-# Modal force of forces that do no work on their mode, relative to the largest force. Responses are
-# per unit of modal force; this one is not 0, and too small to drive the mode.
+# Modal force of forces that do no work on their mode, relative to the largest force: not 0.
 _NO_WORK = 2.0**-100
 _ROUNDING = 1e-12  # work that is rounding, relative to the work of the forces on single DOFs
 
@@ -100,8 +100,8 @@ class Reduced:
         Aerodynamic influence coefficients c_j [rad^2/s^2], as given to `rom.reduce`.
     structure : Structure or None
         Structure that was reduced, for the static response of DOFs. It is not in files.
-    shares_tone : bool
-        Whether all modes are on one tone, under one force, with one carrier.
+    tone_numbers : tuple of int
+        Tone of each mode if several modes share a tone; otherwise ().
     ratio : float
         Carrier of B relative to A if both are on one tone, see `rom.reduce`; otherwise 0.
     """
@@ -131,7 +131,7 @@ class Reduced:
     force_patterns: Floats | None = None
     aerodynamics: Complexes | None = None
     structure: Structure | None = None
-    shares_tone: bool = False
+    tone_numbers: tuple[int, ...] = ()
     ratio: float = 0.0
 
     def __repr__(self) -> str:
@@ -146,15 +146,23 @@ class Reduced:
 
     @property
     def mode_names(self) -> list[str]:
-        """Names of the modes: A and B, or A, A2, A3, ... if they share a tone."""
-        if self.shares_tone:
-            return ["A", *(f"A{k + 2}" for k in range(len(self.modes) - 1))]
-        return list("AB"[: len(self.modes)])
+        """Names of the modes: A and B, or A, A2, ..., B, B2, ... if they share a tone."""
+        return names_on_tones(self.on_tones)
+
+    @property
+    def shares_tone(self) -> bool:
+        """Whether several modes share a tone, with one force and one carrier."""
+        return bool(self.tone_numbers)
+
+    @property
+    def on_tones(self) -> list[slice]:
+        """The modes of each carrier."""
+        return modes_of_tones(self.tone_numbers or range(len(self.modes)))
 
     @property
     def tones(self) -> int:
         """Number of tones, each with a force and a frequency."""
-        return 1 if self.shares_tone or self.ratio else len(self.modes)
+        return 1 if self.ratio else len(self.on_tones)
 
     def carriers(self, frequency: Floats) -> Floats:
         """Return the carriers (..., modes) at frequencies of the tones (..., tones) [rad/s]."""
@@ -200,10 +208,7 @@ class Reduced:
         return np.asarray(self.aerodynamics.imag / self.structural_frequency)
 
     def held(self, structure: Structure) -> Held:
-        """Return the structure with its contacts bonded (rigid laws) or stuck (elastic laws).
-
-        `structure` is the `Structure` from which this model was reduced.
-        """
+        """Return what was reduced, with contacts bonded (rigid laws) or stuck (elastic laws)."""
         if self.contacts is None:
             return bonded(structure)
         return stuck(structure, self.contacts.reference)
@@ -336,7 +341,7 @@ class Reduced:
         # Modes that follow statically do so with their inertia below their own frequencies, which
         # are above all others. Beyond, the inertia would be far larger than their response.
         inertia = nu**2 * of_modes
-        inertia += np.minimum(nu, self.highest_frequency) ** 2 * (self.carried_mass - of_modes)
+        inertia += np.minimum(nu**2, self.highest_frequency**2) * (self.carried_mass - of_modes)
         return np.asarray(inertia - dampers, dtype=complex)
 
     @property
@@ -425,15 +430,10 @@ class Reduced:
         return replace(self, carrier=frequencies)
 
     def moving(self, contact_motion: Complexes) -> Self:
-        """Return the model with another `contact_motion`, without computing its properties again.
-
-        `contact_motion` (modes, N_c) are the contact displacements per a_j [kg^-1/2].
-        """
+        """Return the model with another `contact_motion`, and its properties computed so far."""
         other = copy(self)
         object.__setattr__(other, "contact_motion", contact_motion)
         return other
-
-    # Forces
 
     def modal_force(self, mode: int, force: Mapping[int, float] | ArrayLike) -> float:
         """Return the modal force phi_j^T f on a retained mode.

@@ -20,10 +20,10 @@ from slipmode.rom.reduction.force_response import ForcePatterns, forces_on_modes
 from slipmode.rom.reduction.reduced import Formulation, Reduced
 from slipmode.rom.reduction.stuck import reduce_stuck
 from slipmode.rom.reduction.tones import (
-    check_tone,
+    check_tones,
     checked_ratio,
     on_one_tone,
-    share_a_tone,
+    shared_tones,
     sliding_law,
 )
 from slipmode.rom.representable import ALLOWED, fits
@@ -60,7 +60,7 @@ def reduce(
         Structure with n DOFs and N_c contact DOFs.
     modes : sequence of int, default (0, 1)
         Modes with stuck contacts to retain, numbered from 0 as in `rom.modes`: A, or A and B; up
-        to 40 modes within 15 % of each other if they share a tone.
+        to 40 modes within 15 % of each other on a tone if they share it.
     formulation : {"consistent", "paper"}
         "consistent" includes residual flexibility, inertia and damping of the contacts, and the
         nonresonant response of modes that do not follow statically. "paper" has constraint modes
@@ -83,9 +83,10 @@ def reduce(
         mode with negative total damping is self-excited (flutter), see `rom.limit_cycles`.
     tones : sequence of int, optional
         Tone of each mode. Modes on one tone, (0, 0, 0), move under one force at its frequency;
-        their frequencies may be equal. They need an elastic law without lift-off, and
-        `rom.tabulate` then returns a `ToneModel`. Default: mode j is on tone j, with a force and a
-        frequency of its own.
+        their frequencies may be equal. (0, 0, 0, 1, 1) has three modes under a first force and two
+        under a second one. Shared tones need an elastic law without lift-off, and `rom.tabulate`
+        then returns a `ToneModel`. Default: mode j is on tone j, with a force and a frequency of
+        its own.
     ratio : float, optional
         Carrier of the second of two modes relative to the first, for instance 3: both are on one
         tone, whose force drives mode A, and a harmonic of the contacts drives mode B (internal
@@ -128,7 +129,7 @@ def reduce(
     if formulation not in get_args(Formulation):
         raise SlipmodeError(f"formulation: must be 'consistent' or 'paper', got {formulation!r}")
     chosen = _checked_modes(modes)
-    shared = share_a_tone(tones, len(chosen))
+    shared = shared_tones(tones, len(chosen))
     if shared:
         sliding_law(law, structure.n_contacts)
     if not (shared or len(chosen) <= 2):
@@ -157,11 +158,11 @@ def reduce(
         else:
             elements = law.elements(structure.n_contacts)
             reduced = reduce_stuck(structure, chosen, elements, smallest_response)
-    reduced = replace(reduced, structure=structure, shares_tone=shared)
+    reduced = replace(reduced, structure=structure, tone_numbers=shared)
     if shared:
         given = {"carrier": carrier, "force_patterns": force_patterns}
         given |= {"aerodynamics": aerodynamics}
-        check_tone(reduced.frequency, chosen, given)
+        check_tones(reduced, given)
     if locked is not None:
         reduced = on_one_tone(reduced, locked, carrier)
         carrier = reduced.carrier.tolist()

@@ -1,4 +1,4 @@
-"""Several modes on one tone: which modes one force can drive together.
+"""Several modes on a tone: which modes one force can drive together.
 
 Modes near its frequency respond to the force itself. A mode near a multiple of it, or a fraction,
 responds to a harmonic of the contacts (internal resonance), on a carrier of a fixed ratio.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -19,8 +20,10 @@ from slipmode.rom.reduction.combination import (
     combination_resonances,
     locked_resonances,
 )
-from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import percentage
+
+if TYPE_CHECKING:
+    from slipmode.rom.reduction.reduced import Reduced
 
 # Each amplitude acts on every other one through each contact. Beyond, harmonic balance of all
 # degrees of freedom costs less.
@@ -28,36 +31,54 @@ _MOST_MODES = 40
 # Relative distance of the frequencies of modes on one tone. A mode further away does not come into
 # resonance with the force when friction changes its frequency, and responds as all other modes do.
 FARTHEST = 0.15
+# Relative distance of two frequencies that are the same: the beat takes a million periods.
+_SAME = 1e-6
 # Largest integer in a ratio of carriers: the harmonics of contacts that reach them end at 15.
 LARGEST_INTEGER = 9
 
 
-def share_a_tone(tones: Sequence[int] | None, modes: int) -> bool:
-    """Return whether several modes are on one tone; refuse what is neither that nor the default.
+def shared_tones(tones: Sequence[int] | None, modes: int) -> tuple[int, ...]:
+    """Return the tone of each mode if several modes share one, otherwise (); refuse others.
 
-    `tones` has the tone of each mode. Default: mode j is on tone j.
+    Default of `tones`: mode j is on tone j.
     """
     if tones is None:
-        return False
+        return ()
     numbers = as_floats("tones", list(tones)).tolist()
     if numbers == list(range(modes)):
-        return False
+        return ()
     if len(numbers) != modes or not set(numbers) <= {0.0, 1.0}:
         raise SlipmodeError(
             f"tones: must be {modes} numbers, the tone 0 or 1 of each mode, got "
             f"{in_one_line(tones)}"
         )
-    if set(numbers) != {0.0}:
+    if numbers != sorted(numbers) or numbers[0]:
         raise SlipmodeError(
-            f"tones = {in_one_line(tones)}: two tones with several modes are not available; "
-            "retain the modes of one tone, all on tone 0"
+            f"tones: must have the modes of tone 0 first, then the modes of tone 1, got "
+            f"{in_one_line(tones)}; change the order of modes"
         )
-    if modes > _MOST_MODES:
+    most = max(numbers.count(tone) for tone in numbers)
+    if most > _MOST_MODES:
         raise SlipmodeError(
-            f"modes: at most {_MOST_MODES} modes share a tone, got {modes}; retain modes near the "
+            f"modes: at most {_MOST_MODES} modes share a tone, got {most}; retain modes near the "
             "forcing frequency, the others respond to it as well"
         )
-    return True
+    return tuple(int(tone) for tone in numbers)
+
+
+def modes_of_tones(numbers: Sequence[int]) -> list[slice]:
+    """Return the modes of each tone, of the tone of each mode (modes,)."""
+    starts = [k for k, tone in enumerate(numbers) if not k or tone != numbers[k - 1]]
+    return [slice(*ends) for ends in zip(starts, [*starts[1:], len(numbers)], strict=True)]
+
+
+def names_on_tones(modes: Sequence[slice]) -> list[str]:
+    """Return the names of the modes of each tone: A, A2, A3, ..., B, B2, ..."""
+    return [
+        name if not k else f"{name}{k + 1}"
+        for name, own in zip("AB", modes, strict=False)
+        for k in range(own.stop - own.start)
+    ]
 
 
 def sliding_law(law: Friction | None, contacts: int) -> Elastic:
@@ -70,20 +91,35 @@ def sliding_law(law: Friction | None, contacts: int) -> Elastic:
     )
 
 
-def check_tone(frequency: Floats, modes: Sequence[int], given: Mapping[str, object]) -> None:
-    """Refuse modes (modes,) [rad/s] that cannot share a tone, and arguments that are given."""
+def check_tones(reduced: Reduced, given: Mapping[str, object]) -> None:
+    """Refuse modes that cannot share a tone, and arguments that are given."""
     for key, value in given.items():
         if value is not None:
             raise SlipmodeError(f"{key}: must be left out if several modes share a tone")
-    low, high = int(frequency.argmin()), int(frequency.argmax())
-    apart = float(frequency[high] / frequency[low] - 1.0)
-    if apart > FARTHEST:
-        raise SlipmodeError(
-            f"tones: mode {modes[low]} at {frequency[low]:.5g} rad/s and mode {modes[high]} at "
-            f"{frequency[high]:.5g} rad/s are {percentage(apart)} apart, and one tone resonates "
-            f"with modes within {percentage(FARTHEST)}; leave one of them out, it still responds "
-            "to the force, or use a tone for each, tones=(0, 1)"
-        )
+    for own in reduced.on_tones:
+        frequency, modes = reduced.frequency[own], reduced.modes[own]
+        low, high = int(frequency.argmin()), int(frequency.argmax())
+        apart = float(frequency[high] / frequency[low] - 1.0)
+        if apart > FARTHEST:
+            raise SlipmodeError(
+                f"tones: mode {modes[low]} at {frequency[low]:.5g} rad/s and mode {modes[high]} "
+                f"at {frequency[high]:.5g} rad/s are {percentage(apart)} apart, and one tone "
+                f"resonates with modes within {percentage(FARTHEST)}; leave one of them out, it "
+                "still responds to the force, or use a tone for each, tones=(0, 1)"
+            )
+
+
+def check_two_carriers(frequency: Floats) -> None:
+    """Refuse frequencies (points, 2) [rad/s] where a harmonic of one tone is the other tone."""
+    for ratio in (frequency[:, 1] / frequency[:, 0]).tolist():
+        near = Fraction(ratio).limit_denominator(LARGEST_INTEGER)
+        odd = near.numerator % 2 and near.denominator % 2
+        if odd and near.numerator <= LARGEST_INTEGER and abs(near / ratio - 1.0) < _SAME:
+            remedy = "choose another frequency" if near != 1 else "put all modes on tone 0"
+            raise SlipmodeError(
+                f"frequency: of tone B is {near} times the frequency of tone A, so that they do "
+                f"not have amplitudes of their own; {remedy}"
+            )
 
 
 def checked_ratio(ratio: float, modes: int) -> Fraction:

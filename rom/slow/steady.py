@@ -143,12 +143,12 @@ def steady(
     model : Model or ToneModel
         Model with one or two modes, or with modes that share a tone.
     frequency : (..., modes) array_like
-        Forcing frequencies Omega_j [rad/s]; (..., 1) if the modes share a tone.
+        Forcing frequencies Omega_j [rad/s]; (..., tones) if modes share a tone.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N]; one if the modes share a tone, complex where DOFs have phases of
+        Force amplitudes [N]; one per tone if modes share a tone, complex where DOFs have phases of
         their own.
     phase : float or (modes,) array_like, default 0.0
-        Phases of the forces psi_j [rad].
+        Phases of the forces psi_j [rad]; (tones,) if modes share a tone.
 
     Returns
     -------
@@ -190,11 +190,12 @@ def steady(
     tones = model.reduced.tones
     _check_frequencies(Omega, tones)
     if isinstance(model, ToneModel):
-        states = ForcedTone.of(model, force, phase, Omega.ravel()).steady(Omega.ravel())
-        of_modes = [state.modal[: model.modes] for state in states]
+        points = Omega.reshape(-1, tones)
+        states = ForcedTone.of(model, force, phase, points).steady(points)
+        of_modes = [state.amplitude for state in states]
         return np.reshape(of_modes, (*Omega.shape[:-1], model.modes))
-    points = model.reduced.carriers(Omega.reshape(-1, tones))
-    found, findings = _steady(model, points, force, phase)
+    carriers = model.reduced.carriers(Omega.reshape(-1, tones))
+    found, findings = _steady(model, carriers, force, phase)
     warn(findings)
     return found.amplitude.reshape(*Omega.shape[:-1], model.modes)
 

@@ -82,7 +82,7 @@ def kept_reduction(
             modes=chosen,
             contacts=elements,
             structure=structure,
-            shares_tone=shares_tone,
+            tone_numbers=(0,) * len(modes) if shares_tone else (),
             **cast(Any, stored),
         )
 

@@ -148,12 +148,14 @@ class MistunedDisk:
             omega.tolist(), "response", unit=" frequencies", delay=1.0, disable=not progress
         )
         for each in each_frequency:
-            G, moved = modes.flexibility(each), modes.moved(each, excited)
-            balance = ContactBalance(each, G, moved, contacts, springs)
+            G, moved = modes.flexibility(each)[:, np.newaxis], modes.moved(each, excited)
+            of_tone, at = moved[:, np.newaxis], np.array([each])
+            balance = ContactBalance(at, G, of_tone, contacts, springs)
             x, y = balance.with_local_contacts(x)
             if not local:
                 x, y = balance.with_coupled_contacts(self._coupled(each), x)
-            found.append(modes.displacement(each, excited, y - springs * x))
+            forces = y[:, 0] - springs * x[:, 0]
+            found.append(modes.displacement(each, excited, forces))
         return DiskResponse(omega, np.stack(found, axis=1))
 
     def flow(
@@ -420,7 +422,7 @@ class MistunedDisk:
         """Return all contacts of each pattern together."""
         sectors, size = self.structure.sectors, self.structure.n_contacts
         groups: Any = [(self.law, range(j * size, (j + 1) * size)) for j in range(sectors)]
-        fast = self._stuck.fast_modes(frequency)
+        fast, at = self._stuck.fast_modes(frequency), np.array([frequency])
 
         @cache
         def flexibility(nu: float) -> Complexes:
@@ -430,10 +432,10 @@ class MistunedDisk:
 
         law = Contacts(groups)
 
-        def of_pattern(at: int) -> CoupledContacts:
-            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[at], frequency)
+        def of_pattern(pattern: int) -> CoupledContacts:
+            return CoupledContacts.of(law, fast, lambda nu: flexibility(nu)[pattern], at)
 
-        return [of_pattern(at) for at in range(len(self.deviation))]
+        return [of_pattern(pattern) for pattern in range(len(self.deviation))]
 
     def _local(self, frequency: float, at_carrier: Complexes) -> LocalContacts:
         """Return the contacts with the mean flexibility of all nodal diameters.

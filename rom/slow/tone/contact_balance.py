@@ -1,10 +1,11 @@
-"""Contacts in balance with all modes at one forcing frequency, by Newton's method.
+"""Contacts in balance with all modes at the frequencies of one or two tones, by Newton's method.
 
-    x = x_0 + G (y(x) - s x)
+    x_k = x_0k + G_k (y_k(x) - s x_k)
 
-has the displacements x (N_c,) of the contacts at the carrier, x_0 by the forces alone, the
-flexibility G of the structure and the force deficits y of the contacts. The structure that has G
-is without the springs s of the contacts: all of k_ref, or 0 if its contacts are stuck.
+has the displacements x_k (N_c,) of the contacts at the carriers, and under two tones also at
+harmonics near a mode, x_0 by the forces alone, the flexibility G of the structure and the force
+deficits y of the contacts. The structure that has G is without the springs s of the contacts: all
+of k_ref, or 0 if its contacts are stuck.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.table.local.local_contacts import LocalContacts
+from slipmode.rom.table.local.local_torus import LocalTorus
 
 _ITERATIONS, _HALVINGS = 60, 8
 # Relative change of x at which iterations end: with local contacts, and with coupled ones, which
@@ -30,40 +32,42 @@ _CORRECTIONS = 10  # that Anderson's acceleration keeps
 
 @frozen
 class _Iterate:
-    """A state with coupled contacts, and a step of Newton's method; (N_c,) each."""
+    """A state with coupled contacts, and a step of Newton's method; (orders, N_c) each."""
 
     drive: Complexes
     x: Complexes
     y: Complexes
+    harmonics: Complexes  # of the force deficits, (orders, N_c)
     step: Complexes  # of x
     change: Complexes  # of the drive
 
 
 @frozen
 class ContactBalance:
-    """Structures with the same contacts at one frequency, such as mistuning patterns of a disk.
+    """Structures with the same contacts and frequencies, such as mistuning patterns of a disk.
 
     Attributes
     ----------
-    frequency : float
+    frequency : (tones,) ndarray
         [rad/s]
-    flexibility : (structures, N_c, N_c) complex ndarray
+    flexibility : (structures, orders, N_c, N_c) complex ndarray
         G [m/N].
-    moved : (structures, N_c) complex ndarray
+    moved : (structures, orders, N_c) complex ndarray
         x_0 [m].
-    local : LocalContacts
+    local : LocalContacts or LocalTorus
+        Contacts on one tone, or on two.
     springs : (N_c,) ndarray
         s [N/m].
     """
 
-    frequency: float
+    frequency: Floats
     flexibility: Complexes
     moved: Complexes
-    local: LocalContacts
+    local: LocalContacts | LocalTorus
     springs: Floats
 
     def with_local_contacts(self, start: Complexes | None) -> tuple[Complexes, Complexes]:
-        """Return x and y (structures, N_c); `start` is a guess of x, by default stuck contacts.
+        """Return x and y (structures, orders, N_c), from a guess of x or else from stuck contacts.
 
         Raises
         ------
@@ -76,45 +80,55 @@ class ContactBalance:
         for _ in range(_ITERATIONS):
             step = self._step(off, by_x, by_conjugate)
             # Along Newton's direction, as far as the residual falls.
-            length, before = np.ones((len(x), 1)), np.linalg.norm(off, axis=1, keepdims=True)
+            length, before = np.ones((len(x), 1, 1)), _norm(off)
             for _ in range(_HALVINGS):
                 tried = x + length * step
                 y, by_x, by_conjugate = self.local(tried)
                 off = self._residual(tried, y)
-                after = np.linalg.norm(off, axis=1, keepdims=True)
+                after = _norm(off)
                 worse = after > (1.0 - 0.1 * length) * before + np.finfo(float).tiny
                 if not worse.any():
                     break
                 length[worse] *= 0.5
             x = tried
-            small = np.linalg.norm(step, axis=1) <= _CONVERGED * np.linalg.norm(x, axis=1)
-            if small.all():
+            if np.all(_norm(step) <= _CONVERGED * _norm(x)):
                 return x, y
         raise self._unsettled()
 
     def with_coupled_contacts(
-        self, contacts: Sequence[CoupledContacts], x: Complexes
+        self,
+        contacts: Sequence[CoupledContacts],
+        x: Complexes,
+        harmonics: Complexes | None = None,
     ) -> tuple[Complexes, Complexes]:
-        """Return x and y of contacts that act on each other at the higher harmonics, too.
+        """Return x, and all harmonics of y, of contacts that act on each other at harmonics, too.
 
-        From the state x with local contacts, whose derivatives Newton's method keeps; Anderson's
-        acceleration improves its steps. `contacts` are the contacts of each structure.
+        From the state x with local contacts, whose derivatives Newton's method keeps, or from a
+        result on fewer steps; Anderson's acceleration improves the steps of Newton's method.
+        `contacts` are the contacts of each structure.
 
         Raises
         ------
         UnsettledError
             If no state is found.
         """
-        every = range(len(x))
-        found = [self._single(k)._coupled(contacts[k], x[k : k + 1]) for k in every]
+        guesses = [None] * len(x) if harmonics is None else list(harmonics)
+        found = [
+            self._single(k)._coupled(contacts[k], x[k], guess) for k, guess in enumerate(guesses)
+        ]
         return np.array([each[0] for each in found]), np.array([each[1] for each in found])
 
-    def corrected(self, contacts: CoupledContacts, x: Complexes, y: Complexes) -> Complexes:
-        """Return y (N_c,) after a step of Newton's method from x, y (N_c,), of one structure."""
-        slopes = self.local(x[np.newaxis])[1:]
-        at = self._iterate(contacts, slopes, x - contacts.far @ y)
-        by_x, by_conjugate = (each[0] for each in slopes)
-        return np.asarray(at.y + by_x * at.step + by_conjugate * at.step.conj())
+    def corrected(
+        self, contacts: CoupledContacts, x: Complexes, harmonics: Complexes
+    ) -> Complexes:
+        """Return y after a step of Newton's method from x (orders, N_c), of one structure.
+
+        `harmonics` (orders, N_c) are of y at x; `contacts` may have more of them.
+        """
+        slopes = self.local(x)[1:]
+        drive = x - _times(contacts.far, harmonics[: len(x)])
+        at = self._iterate(contacts, slopes, drive, harmonics)
+        return np.asarray(at.y + _changes(slopes, at.step))
 
     def _single(self, number: int) -> ContactBalance:
         """Return one of the structures."""
@@ -122,21 +136,23 @@ class ContactBalance:
         G, moved = self.flexibility[own], self.moved[own]
         return ContactBalance(self.frequency, G, moved, self.local, self.springs)
 
-    def _coupled(self, contacts: CoupledContacts, x: Complexes) -> tuple[Complexes, Complexes]:
-        """Return x and y (N_c,) of a single structure, from the state x (1, N_c)."""
+    def _coupled(
+        self, contacts: CoupledContacts, x: Complexes, guess: Complexes | None
+    ) -> tuple[Complexes, Complexes]:
+        """Return x and harmonics of a single structure, from x (orders, N_c) and a guess."""
         from scipy import optimize  # takes long to import
 
         anderson: Any = optimize.anderson  # its types allow one number only
 
         y, *slopes = self.local(x)
-        start = x[0] - contacts.far @ y[0]
-        last = self._iterate(contacts, slopes, start)
+        start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
+        last = self._iterate(contacts, slopes, start, guess)
 
         def correction(given: Floats) -> Floats:
             nonlocal last
             drive = given.view(complex)
             if not np.array_equal(drive, last.drive):
-                last = self._iterate(contacts, slopes, drive)
+                last = self._iterate(contacts, slopes, drive, last.harmonics)
             return last.change.view(float)
 
         closest = _COUPLED * float(np.linalg.norm(x))
@@ -154,25 +170,31 @@ class ContactBalance:
                 )
             except (optimize.NoConvergence, ValueError):
                 raise self._unsettled() from None
-        return last.x, last.y
+        return last.x, last.harmonics
 
     def _iterate(
-        self, contacts: CoupledContacts, slopes: Sequence[Complexes], drive: Complexes
+        self,
+        contacts: CoupledContacts,
+        slopes: Sequence[Complexes],
+        drive: Complexes,
+        guess: Complexes | None = None,
     ) -> _Iterate:
-        """Return the state at a drive (N_c,) of a single structure, and its Newton step.
+        """Return the state at a drive (orders, N_c) of a single structure, and its Newton step.
 
-        `slopes` (1, N_c) are the derivatives of y by x and by conj(x).
+        `slopes` (orders, orders, N_c) are the derivatives of y by x and by conj(x), `guess` the
+        harmonics of another iterate.
         """
-        y = contacts.deficit(drive)
-        x = drive + contacts.far @ y
-        by_x, by_conjugate = slopes
+        harmonics = contacts.deficit(drive, guess)
+        y = harmonics[: len(drive)]
+        x = drive + _times(contacts.far, y)
+        by_x, by_conjugate = (each[np.newaxis] for each in slopes)
         step = self._step(self._residual(x[np.newaxis], y[np.newaxis]), by_x, by_conjugate)[0]
-        change = step - contacts.far @ (by_x[0] * step + by_conjugate[0] * step.conj())
-        return _Iterate(drive, x, y, step, change)
+        change = step - _times(contacts.far, _changes(slopes, step))
+        return _Iterate(drive, x, y, harmonics, step, change)
 
     @cached_property
     def _left(self) -> Complexes:
-        """1 + G s, (structures, N_c, N_c)."""
+        """1 + G s, (structures, orders, N_c, N_c)."""
         return np.asarray(np.eye(self.springs.size) + self.flexibility * self.springs)
 
     def _stuck(self) -> Complexes:
@@ -180,24 +202,41 @@ class ContactBalance:
         return np.asarray(np.linalg.solve(self._left, self.moved[..., np.newaxis])[..., 0])
 
     def _residual(self, x: Complexes, y: Complexes) -> Complexes:
-        left, right = (
-            (matrix @ vector[..., np.newaxis])[..., 0]
-            for matrix, vector in ((self._left, x), (self.flexibility, y))
-        )
-        return np.asarray(left - self.moved - right)
+        return _times(self._left, x) - self.moved - _times(self.flexibility, y)
 
     def _step(self, off: Complexes, by_x: Complexes, by_conjugate: Complexes) -> Complexes:
         """Return dx of J dx + B conj(dx) = -off."""
-        G = self.flexibility
-        J, B = self._left - G * by_x[:, np.newaxis], -G * by_conjugate[:, np.newaxis]
+        structures, orders, contacts = off.shape
+        G, half = self.flexibility[:, :, :, np.newaxis], orders * contacts
+        J, B = (-G * by[:, :, np.newaxis] for by in (by_x, by_conjugate))
+        for order in range(orders):
+            J[:, order, :, order] += self._left[:, order]
+        J, B = (each.reshape(structures, half, half) for each in (J, B))
         real = np.block([[(J + B).real, (B - J).imag], [(J + B).imag, (J - B).real]])
-        right = -np.concatenate((off.real, off.imag), axis=-1)[..., np.newaxis]
+        flat = off.reshape(structures, half)
+        right = -np.concatenate((flat.real, flat.imag), axis=-1)[..., np.newaxis]
         found = np.linalg.solve(real, right)[..., 0]
-        half = off.shape[-1]
-        return np.asarray(found[..., :half] + 1j * found[..., half:])
+        return np.asarray(found[:, :half] + 1j * found[:, half:]).reshape(off.shape)
 
     def _unsettled(self) -> UnsettledError:
+        where = " and ".join(f"{each:g}" for each in self.frequency)
         return UnsettledError(
-            f"contacts: no steady state was found at {self.frequency:g} rad/s; start further "
+            f"contacts: no steady state was found at {where} rad/s; start further "
             "away from the resonance, or use smaller steps of frequency"
         )
+
+
+def _times(matrix: Complexes | Floats, vector: Complexes) -> Complexes:
+    """Return the products of matrices (..., N_c, N_c) and vectors (..., N_c)."""
+    return np.asarray((matrix @ vector[..., np.newaxis])[..., 0])
+
+
+def _norm(x: Complexes) -> Floats:
+    """Return the norms of (structures, orders, N_c), (structures, 1, 1)."""
+    return np.asarray(np.linalg.norm(x, axis=(1, 2), keepdims=True))
+
+
+def _changes(slopes: Sequence[Complexes], step: Complexes) -> Complexes:
+    """Return what a step of x (orders, N_c) changes of y, with its `slopes`."""
+    by_x, by_conjugate = slopes
+    return np.asarray((by_x * step + by_conjugate * step.conj()).sum(axis=1))

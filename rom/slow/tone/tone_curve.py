@@ -72,7 +72,7 @@ class ToneCurve(Tabulated):
         """
         check_dof(dof, self.response.reduced.n_dofs)
         modal, deficit = (
-            np.transpose([getattr(state, name) for state in self.states])
+            np.transpose([getattr(state, name)[0] for state in self.states])
             for name in ("modal", "deficit")
         )
         return self.response.displacement(modal, deficit, dof)
@@ -198,7 +198,7 @@ def curve_of_tone(
     forced = ForcedTone.of(model, force, phase, ends)
     Omega = _frequencies(forced, ends)
     states = forced.steady(Omega)
-    amplitude = np.array([state.modal[: model.modes] for state in states])
+    amplitude = np.array([state.amplitude for state in states])
     error = np.array([state.error for state in states])
     names = tuple(model.reduced.mode_names)
     return ToneCurve(Omega, amplitude, error, names, forced.response, states)

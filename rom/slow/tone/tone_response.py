@@ -14,7 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.reduction.interaction.internal_resonance import mode_gains
+from slipmode.rom.reduction.combination import Order
+from slipmode.rom.reduction.interaction.internal_resonance import (
+    harmonic_decay,
+    harmonic_gain,
+    mode_gains,
+)
 from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.core_tone import ToneOutputs
@@ -72,6 +77,18 @@ class ToneResponse:
         h = np.arange(3.0, HIGHEST + 1.0, 2.0)
         gain, _ = mode_gains(self.reduced, h * frequency, h**2)
         return float(gain[:, len(self.reduced.modes) :].max(initial=0.0))
+
+    def mode_gain(self, orders: Sequence[Order], carrier: Floats) -> Floats:
+        """Return the largest gain of any mode at harmonics of carriers [rad/s], (orders,).
+
+        See `slipmode.rom.reduction.interaction.internal_resonance`.
+        """
+        assert self.reduced.contacts is not None
+        stiffness = (self._motion**2 * self.reduced.contacts.reference).max(axis=1)
+        D = self.reduced.modal_stiffness(np.array(orders) @ carrier)
+        decay = harmonic_decay(orders)[:, np.newaxis]
+        gain = harmonic_gain(stiffness, np.einsum("...kk->...k", D), decay)
+        return np.asarray(gain.max(axis=1))
 
     @cached_property
     def fast(self) -> FastModes:

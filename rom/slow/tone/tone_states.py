@@ -1,4 +1,4 @@
-"""Steady states and transients of several modes on one tone.
+"""Steady states of several modes on one or two tones, and transients on one.
 
 A steady state with local contacts is put into the equations of all contacts together, solved
 there, and put into these equations again with twice the time steps and harmonics.
@@ -7,6 +7,7 @@ there, and put into these equations again with twice the time steps and harmonic
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -16,16 +17,19 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import carrier_findings, check_carrier
 from slipmode.rom.kernel import Structure
+from slipmode.rom.reduction.combination import CARRIERS, Order, harmonic_orders
 from slipmode.rom.reduction.force_response import phasor
 from slipmode.rom.reduction.force_vector import force_vectors
+from slipmode.rom.reduction.tones import check_two_carriers
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.core_tone import core_tone
-from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
+from slipmode.rom.slow.tone.coupled_contacts import LINES, CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
-from slipmode.rom.table.local.local_contacts import STEPS, LocalContacts
+from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+from slipmode.rom.table.local.local_torus import LocalTorus
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
 
@@ -36,84 +40,124 @@ ToneForce = Mapping[int, complex] | ArrayLike
 # (tests/rom/slow/test_one_tone.py). Errors are reported beyond _LARGE.
 _AVERAGING, _LARGE = 0.1, 0.01
 _TINY = np.finfo(float).tiny
-_FINEST = 8  # factor of the steps and harmonics of the contacts
+# Factor of the steps and harmonics of the contacts, on one tone and on two, whose phase lines and
+# harmonics increase the work of each doubling by sixteen.
+_FINEST = 8, 4
+# Contact displacement by a mode at a harmonic of two tones, relative to the carriers', from which
+# on Newton's method solves it, and most of these harmonics. On a plate with six harmonics above
+# 0.003 the iteration of the torus took 300 periods, and 3 periods without them.
+_LARGE_GAIN, _MOST_DRIVEN = 0.002, 20
 # Error by the end of the search for a state, 1e-5, and by modes that follow statically, relative
 # to the largest amplitude. Beams of 80 to 400 DOFs were within 2e-5 of harmonic balance.
-_CLOSEST = 3e-5
+# Under two tones the phase lines close with the ratio of frequencies to 1e-3 or less, and modes
+# do not respond to the highest harmonics: drawn plates were within 8e-5 of time integration where
+# all resolutions agree (tests/rom/slow/test_two_tones.py).
+_CLOSEST = 3e-5, 2e-4
 
 
 @frozen
 class ToneState:
-    """A steady state at one frequency.
+    """A steady state at the frequencies of all tones.
 
     Attributes
     ----------
-    modal : (modes + nonresonant,) complex ndarray
-        Amplitudes of all modes [kg^1/2 m].
+    amplitude : (modes,) complex ndarray
+        Of the retained modes, at the carrier of their tone [kg^1/2 m].
     error : (modes,) ndarray
-        Of the amplitudes of the retained modes [kg^1/2 m].
-    deficit : (N_c,) complex ndarray
-        Force deficits of the contacts at the carrier [N].
+        Of `amplitude` [kg^1/2 m].
+    modal : (tones, modes + nonresonant) complex ndarray
+        Amplitudes of all modes at each carrier [kg^1/2 m].
+    deficit : (tones, N_c) complex ndarray
+        Force deficits of the contacts at the carriers [N].
     """
 
-    modal: Complexes
+    amplitude: Complexes
     error: Floats
+    modal: Complexes
     deficit: Complexes
 
 
 @frozen
 class ForcedTone:
-    """A model under one force.
+    """A model under one force on each tone.
 
     Attributes
     ----------
     model : ToneModel
-    response : ToneResponse
+    responses : sequence of ToneResponse
+        Of the same structure, one for each force.
     """
 
     model: ToneModel
-    response: ToneResponse
+    responses: Sequence[ToneResponse]
 
     @classmethod
     def of(
         cls, model: ToneModel, force: Sequence[ToneForce], phase: ArrayLike, frequency: Floats
     ) -> Self:
-        """Return a model under a force, at frequencies (points,) [rad/s] that are checked."""
+        """Return a model under its forces, at frequencies (points, tones) [rad/s].
+
+        Frequencies are checked; of one tone they may be (points,).
+        """
         if not isinstance(model, ToneModel):
             raise SlipmodeError("model: must be of modes that share a tone (rom.reduce(tones=))")
-        vector = _complex_vector(force, model.reduced.n_dofs)
+        if frequency.ndim == 1:
+            model.check_one_tone()
+        reduced = model.reduced
+        vectors = _complex_vectors(force, reduced.tones, reduced.n_dofs)
         angle = as_floats("phase", phase)
-        if angle.size != 1 or not np.isfinite(angle).all():
+        if angle.size not in (1, reduced.tones) or not np.isfinite(angle).all():
             raise SlipmodeError(f"phase: must be a finite number [rad], got {in_one_line(phase)}")
-        if not np.all(np.isfinite(frequency) & (frequency > 0.0)):
+        at = frequency.reshape(-1, reduced.tones)
+        if not np.all(np.isfinite(at) & (at > 0.0)):
             raise SlipmodeError("frequency: must be finite and > 0 [rad/s]")
-        middle = float(np.median(model.reduced.frequency))
-        check_carrier("frequency", "A", middle, frequency)
-        own = np.array([middle])
-        warn(carrier_findings("frequency", "A", own, frequency[:, np.newaxis]), stacklevel=5)
-        return cls(model, ToneResponse(model.reduced, phasor(vector, angle.ravel())))
+        middle = np.array([np.median(reduced.frequency[own]) for own in reduced.on_tones])
+        for tone, each in zip("AB", range(reduced.tones), strict=False):
+            check_carrier("frequency", tone, float(middle[each]), at[:, each])
+        if reduced.tones == 2:
+            check_two_carriers(at)
+        warn(carrier_findings("frequency", "AB", middle, at), stacklevel=5)
+        turned = phasor(vectors, angle.reshape(-1, 1))
+        return cls(model, [ToneResponse(reduced, each) for each in turned])
+
+    @property
+    def response(self) -> ToneResponse:
+        """Response to the first force."""
+        return self.responses[0]
 
     def steady(self, frequency: Floats) -> list[ToneState]:
-        """Return steady states at frequencies (points,) [rad/s], in their order."""
+        """Return steady states at frequencies (points, tones) [rad/s], in their order."""
         found = []
         x: Complexes | None = None
-        for each in frequency.tolist():
-            balance = self._balance(each)
-            x, y = balance.with_local_contacts(x)
-            found.append(self._together(balance, x, y))
+        for each in frequency.reshape(-1, len(self.responses)):
+            driven = self._driven(each)
+            balance = self._balance(each, driven)
+            x, _ = balance.with_local_contacts(self._start(x, driven))
+            found.append(self._together(balance, x, driven))
         return found
 
     def with_local_contacts(self, frequency: Floats) -> Complexes:
         """Return amplitudes (points, modes) with local contacts alone."""
         found = []
         x: Complexes | None = None
-        for each in frequency.tolist():
-            x, y = self._balance(each).with_local_contacts(x)
-            found.append(self.response.modal(each, y[0])[: self.model.modes])
+        for each in frequency.reshape(-1, len(self.responses)):
+            driven = self._driven(each)
+            x, y = self._balance(each, driven).with_local_contacts(self._start(x, driven))
+            found.append(self._amplitude(self._modal(each, y[0, : each.size])))
         return np.array(found)
 
+    def _modal(self, frequency: Floats, deficit: Complexes) -> Complexes:
+        """Return the amplitudes of all modes at each carrier, see `ToneState`."""
+        each = zip(self.responses, frequency.tolist(), deficit, strict=True)
+        return np.array([response.modal(nu, y) for response, nu, y in each])
+
+    def _amplitude(self, modal: Complexes) -> Complexes:
+        """Return the amplitudes (modes,) of the retained modes, each at its own carrier."""
+        own = zip(modal, self.model.reduced.on_tones, strict=True)
+        return np.concatenate([each[modes] for each, modes in own])
+
     def flow(self, frequency: float, tolerance: float) -> ToneFlow:
-        """Return the structure at rest, near a reference frequency [rad/s]."""
+        """Return the structure of one tone at rest, near a reference frequency [rad/s]."""
         return ToneFlow(*self._parts(frequency), frequency, tolerance)
 
     def core(self, frequency: float, elastic: Sequence[int], contact: bool) -> Structure:
@@ -133,8 +177,8 @@ class ForcedTone:
         assert reduced.contacts is not None
         squares = (reduced.frequency**2)[:, np.newaxis]
         share = float((reduced.spring**2 / squares @ reduced.contacts.reference).max())
-        local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].modal
-        off = np.abs(local - exact[: local.size]).max() / max(np.abs(local).max(), _TINY)
+        local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].amplitude
+        off = np.abs(local - exact).max() / max(np.abs(local).max(), _TINY)
         gain = self.response.harmonic_gain(frequency)
         error = float(_AVERAGING * (share + gain) + off)
         if error <= _LARGE:
@@ -149,48 +193,86 @@ class ForcedTone:
         choice = f"have errors of about {percentage(error)}"
         return [Finding("transients", choice, reason, "warning")]
 
-    def _balance(self, frequency: float) -> ContactBalance:
+    def _driven(self, frequency: Floats) -> list[Order]:
+        """Return the carriers, and harmonics of two tones that move the contacts through a mode.
+
+        Newton's method solves the contacts there. Other harmonics are left to the iteration of
+        the torus, which diverges with these.
+        """
+        carriers = list(CARRIERS[: frequency.size])
+        if frequency.size == 1:
+            return carriers
+        orders = [each for each in harmonic_orders(HIGHEST, 2)[2:] if 2 * abs(each[1]) < LINES]
+        gain = self.response.mode_gain(orders, frequency)
+        strongest = np.argsort(-gain, kind="stable")[:_MOST_DRIVEN]
+        return carriers + [orders[k] for k in strongest if gain[k] > _LARGE_GAIN]
+
+    def _start(self, x: Complexes | None, driven: Sequence[Order]) -> Complexes | None:
+        """Return a guess of x at the harmonics, from x at others; they share the carriers."""
+        if x is None:
+            return None
+        tones, start = len(self.responses), np.zeros((1, len(driven), x.shape[-1]), dtype=complex)
+        start[:, :tones] = x[..., :tones, :]
+        return start
+
+    def _balance(self, frequency: Floats, driven: Sequence[Order]) -> ContactBalance:
+        tones, local = frequency.size, self.model.local
+        nu = [float(np.dot(order[:tones], frequency)) for order in driven]
+        if isinstance(local, LocalTorus):
+            local = replace(local, orders=driven)
         try:
-            G, moved = self.response.flexibility(frequency), self.response.moved(frequency)
+            G = np.array([[self.response.flexibility(each) for each in nu]])
+            moved = np.zeros((1, len(nu), self.model.reduced.n_contacts), dtype=complex)
+            for tone, response in enumerate(self.responses):
+                moved[0, tone] = response.moved(nu[tone])
         except np.linalg.LinAlgError:
+            where = " or ".join(f"{nu:g}" for nu in frequency)
             raise SlipmodeError(
-                f"frequency = {frequency:g} rad/s: is the natural frequency of a mode without "
+                f"frequency = {where} rad/s: is the natural frequency of a mode without "
                 "damping; give the structure damping, or another frequency"
             ) from None
-        stuck = np.zeros(moved.size)  # G contains the springs of the contacts
-        return ContactBalance(frequency, G[np.newaxis], moved[np.newaxis], self.model.local, stuck)
+        stuck = np.zeros(moved.shape[-1])  # G contains the springs of the contacts
+        return ContactBalance(frequency, G, moved, local, stuck)
 
-    def _together(self, balance: ContactBalance, x: Complexes, y: Complexes) -> ToneState:
+    def _together(
+        self, balance: ContactBalance, x: Complexes, driven: Sequence[Order]
+    ) -> ToneState:
         """Return the state with all contacts together, from the one with local contacts.
 
         The last correction, by equations with twice the steps and harmonics, is the error.
         """
-        own, tolerance, finer = slice(self.model.modes), self.model.tolerance, 1
-        frequency = balance.frequency
-        contacts = self._contacts(frequency, finer)
-        while finer < _FINEST:
-            x, y = balance.with_coupled_contacts([contacts], x)
+        tolerance, frequency, finer = self.model.tolerance, balance.frequency, 1
+        contacts = self._contacts(frequency, finer, driven)
+        harmonics: Complexes | None = None
+        while finer < _FINEST[len(self.responses) - 1]:
+            x, harmonics = balance.with_coupled_contacts([contacts], x, harmonics)
             finer *= 2
-            contacts = self._contacts(frequency, finer)
-            better = balance.corrected(contacts, x[0], y[0])
-            modal = self.response.modal(frequency, better)
-            size = max(float(np.abs(modal[own]).max()), _TINY)
-            error = np.abs(modal - self.response.modal(frequency, y[0]))[own] + _CLOSEST * size
+            contacts = self._contacts(frequency, finer, driven)
+            better = balance.corrected(contacts, x[0], harmonics[0])[: frequency.size]
+            modal = self._modal(frequency, better)
+            amplitude = self._amplitude(modal)
+            y = harmonics[0, : frequency.size]
+            before = self._amplitude(self._modal(frequency, y))
+            size = max(float(np.abs(amplitude).max()), _TINY)
+            error = np.abs(amplitude - before) + _CLOSEST[frequency.size - 1] * size
             off = float(error.max()) / size
             if off <= tolerance:
-                return ToneState(modal, error, better)
+                return ToneState(amplitude, error, modal, better)
+        where = " and ".join(f"{nu:.6g}" for nu in frequency)
         raise SlipmodeError(
-            f"tolerance = {tolerance:g}: the contacts at {frequency:.6g} rad/s need more than "
-            f"{finer * STEPS} steps per period; a tolerance of {2.0 * off:.1g} is within reach"
+            f"tolerance = {tolerance:g}: the contacts at {where} rad/s need more than "
+            f"{contacts.grid.steps} steps per period; a tolerance of {2.0 * off:.1g} is within "
+            "reach"
         )
 
-    def _contacts(self, frequency: float, finer: int) -> CoupledContacts:
+    def _contacts(self, frequency: Floats, finer: int, driven: Sequence[Order]) -> CoupledContacts:
         response, law = self.response, self.model.law
-        return CoupledContacts.of(law, response.fast, response.flexibility, frequency, finer)
+        flexibility = response.flexibility
+        return CoupledContacts.of(law, response.fast, flexibility, frequency, finer, driven)
 
 
-def _complex_vector(force: Any, n_dofs: int) -> Complexes:
-    """Return amplitudes (n,) of a list of one {DOF: amplitude} or array of complex numbers."""
+def _complex_vectors(force: Any, tones: int, n_dofs: int) -> Complexes:
+    """Return amplitudes (tones, n) of {DOF: amplitude} or arrays of complex numbers."""
 
     def of(part: Callable[[Any], Any]) -> Floats:
         given = force
@@ -201,7 +283,7 @@ def _complex_vector(force: Any, n_dofs: int) -> Complexes:
                 else part(each)
                 for each in force
             ]
-        return np.asarray(force_vectors(given, 1, n_dofs)[0])
+        return force_vectors(given, tones, n_dofs)
 
     return np.asarray(of(np.real) + 1j * of(np.imag))
 

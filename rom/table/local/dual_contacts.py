@@ -21,7 +21,7 @@ from slipmode.rom.short_repr import frozen
 class DualContacts:
     """Contacts with the force deficit y = k_ref x_c - f, see `slipmode.rom.reduction.stuck`.
 
-        x_c = coupling a exp(i theta) + c.c. + sum_h G_h y_h exp(i h theta)
+        x_c = sum_j coupling_j a_j exp(i theta_j) + c.c. + sum_nm G_nm y_nm exp(i (n, m) theta)
 
     Attributes
     ----------
@@ -29,8 +29,8 @@ class DualContacts:
     static : (N_c, N_c) ndarray
         Real flexibility of the march [m/N], symmetric and positive semidefinite, to which every
         harmonic adds what its own differs by. Harmonics that are not given have it.
-    carrier : float
-        Frequency Omega of the carrier [rad/s].
+    carriers : (tones,) ndarray
+        Frequencies Omega_j [rad/s].
     marched_frequency : (modes,) ndarray, optional
         Natural frequencies of modes that are marched beside the contacts [rad/s], where a harmonic
         comes close to them. They are not part of `static`. The march has them with a damping of
@@ -41,26 +41,33 @@ class DualContacts:
 
     law: Elastic
     static: Floats
-    carrier: float
+    carriers: Floats
     marched_frequency: Floats | None = None
     marched_motion: Floats | None = None
 
     def problem(
         self, coupling: Complexes, flexibility: Mapping[Order, Complexes]
     ) -> ContactProblem:
-        """Return the contact problem of a coupling (N_c,), with G by harmonic (n, m)."""
-        moved = coupling[np.newaxis]
+        """Return the contact problem with G by harmonic (n, m).
+
+        `coupling` (tones, N_c) may go on with given displacements at the harmonics that follow the
+        carriers in `flexibility`.
+        """
+        tones = self.carriers.size
+        moved, constant = coupling[:tones], np.zeros((len(flexibility), len(self.static)), complex)
+        constant[tones : len(coupling)] = coupling[tones:]
         reaction = np.array([G - self.static for G in flexibility.values()], dtype=complex)
-        forces = ContactForces(-moved, reaction, projection=-moved.conj())
+        given = constant if len(coupling) > tones else None
+        forces = ContactForces(-moved, reaction, constant=given, projection=-moved.conj())
         return ContactProblem(self.reduced, self.law, tuple(flexibility), given_forces=forces)
 
     @cached_property
     def reduced(self) -> Reduced:
-        """The carrier as a mode that moves no contact, and the contacts as the core reads them."""
+        """The carriers as modes that move no contact, and the contacts as the core reads them."""
         given = {"stiffness": -self.static}
         if self.marched_frequency is not None and self.marched_motion is not None:
             given["nonresonant_frequency"] = self.marched_frequency
             given["nonresonant_spring"] = -self.marched_motion
         elements = self.law.elements(len(self.static))
-        frequency = np.array([self.carrier])
-        return modes_alone(frequency, np.zeros(1), np.zeros((1, 1)), elements, **given)
+        still = np.zeros(self.carriers.size)
+        return modes_alone(self.carriers, still, still[np.newaxis], elements, **given)

@@ -76,8 +76,8 @@ class LocalContacts:
         every = [at_carrier, *(flexibility(h * frequency) for h in odd)]
         # each contact on its own
         own = {(h, 0): np.diag(g) for h, g in zip((1, *odd), every, strict=True)}
-        dual = DualContacts(law, np.diag(np.maximum(every[-1].real, 0.0)), frequency)
-        problem = dual.problem(np.ones(at_carrier.size, dtype=complex), own)
+        dual = DualContacts(law, np.diag(np.maximum(every[-1].real, 0.0)), np.array([frequency]))
+        problem = dual.problem(np.ones((1, at_carrier.size), dtype=complex), own)
         limit, stiffness = law.elements(at_carrier.size).slider.T
         onset = 0.5 * float((limit / stiffness).min())
         past = np.geomspace(_NEAREST, _FARTHEST, _NODES)
@@ -90,9 +90,9 @@ class LocalContacts:
         return cls(onset, CubicHermiteSpline(log, parts, slopes))
 
     def __call__(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
-        """Return y and its derivatives by x and by conj(x), at displacements x (..., N_c).
+        """Return y and its derivatives by x and by conj(x), at displacements x (..., 1, N_c).
 
-        Contact j is of the kind j modulo the number of kinds.
+        Derivatives are (..., 1, 1, N_c). Contact j is of the kind j modulo the number of kinds.
         """
         given, x = x, x.reshape(*x.shape[:-1], -1, self.kinds)
         size = np.maximum(np.abs(x), np.finfo(float).tiny)
@@ -112,4 +112,4 @@ class LocalContacts:
             np.asarray(each, dtype=complex).reshape(given.shape)
             for each in (k * x, k + 0.5 * bends, 0.5 * bends * turn)
         )
-        return y, by_x, by_conjugate
+        return y, by_x[..., np.newaxis, :], by_conjugate[..., np.newaxis, :]

@@ -1,4 +1,4 @@
-"""Several modes of a structure on one tone, with a friction table for each contact."""
+"""Several modes of a structure on one or two tones, with the friction of each contact."""
 
 from __future__ import annotations
 
@@ -14,19 +14,25 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.tones import sliding_law
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.local_contacts import LocalContacts
+from slipmode.rom.table.local.local_torus import LocalTorus
 
 _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
     "rom.steady, rom.response_curve, rom.tone_flow, fmu.Component or fmu.export"
 )
+_TWO_TONES = (
+    "model: its modes are on two tones, which have steady states alone; use rom.steady, or retain "
+    "the modes of one tone"
+)
 
 
 @frozen
 class ToneModel:
-    """Represent several modes on one tone. They act on each other through all contacts.
+    """Represent modes that share one or two tones. They act on each other through all contacts.
 
     `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
-    `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it.
+    `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it on one tone,
+    `rom.steady` on two tones.
 
     Attributes
     ----------
@@ -37,14 +43,14 @@ class ToneModel:
     tolerance : float
         Largest error of steady amplitudes relative to the largest of them, and of a step in time
         [-].
-    local : LocalContacts
-        Force deficit of each contact against its displacement.
+    local : LocalContacts or LocalTorus
+        Force deficit of each contact against its displacement, on one tone or two.
     """
 
     reduced: Reduced
     law: Elastic
     tolerance: float
-    local: LocalContacts
+    local: LocalContacts | LocalTorus
 
     @classmethod
     def of(cls, reduced: Reduced, law: Friction, tolerance: float) -> Self:
@@ -62,10 +68,13 @@ class ToneModel:
         reference = None if reduced.contacts is None else reduced.contacts.reference
         check_law(reduced.n_contacts, reference, law)
         sliding = sliding_law(law, reduced.n_contacts)
-        middle = float(reduced.frequency.mean())
+        middle = np.array([reduced.frequency[own].mean() for own in reduced.on_tones])
+        if middle.size == 2:
+            local = LocalTorus.of(sliding, -np.diag(reduced.stiffness), middle)
+            return cls(reduced, sliding, tolerance, local)
         alone = np.zeros(reduced.n_contacts, dtype=complex)
-        local = local_contacts(reduced, sliding, middle, alone)
-        return cls(reduced, sliding, tolerance, local)
+        table = local_contacts(reduced, sliding, float(middle[0]), alone)
+        return cls(reduced, sliding, tolerance, table)
 
     @property
     def modes(self) -> int:
@@ -74,8 +83,14 @@ class ToneModel:
 
     @property
     def middle(self) -> float:
-        """Middle of the range of the natural frequencies [rad/s]."""
+        """Middle of the range of the natural frequencies of one tone [rad/s]."""
+        self.check_one_tone()
         return 0.5 * float(self.reduced.frequency.min() + self.reduced.frequency.max())
+
+    def check_one_tone(self) -> None:
+        """Refuse modes on two tones, for all but their steady states."""
+        if self.reduced.tones > 1:
+            raise SlipmodeError(_TWO_TONES)
 
     @property
     def table(self) -> NoReturn:

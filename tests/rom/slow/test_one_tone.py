@@ -188,7 +188,8 @@ def test_components_are_flows_whose_force_does_the_work_of_friction_and_dampers(
     [
         (lambda _: reduce((0, 4, 5), (0, 0, 0)), "tones: mode 0 at .* rad/s and mode 5 at .*15 %"),
         (lambda _: reduce((0, 1, 2), None), r"modes: must be one or two .*tones=\(0, 0, ...\)"),
-        (lambda _: reduce((0, 1, 2), (0, 0, 1)), "tones = .*two tones with several modes"),
+        (lambda _: reduce((0, 4, 5), (0, 0, 1)), "tones: mode 0 at .* rad/s and mode 4 at .*15 %"),
+        (lambda _: reduce((4, 0, 5), (0, 1, 0)), "tones: must have the modes of tone 0 first"),
         (lambda _: reduce(tones=(0,)), "tones: must be 2 numbers, the tone 0 or 1"),
         (lambda _: reduce(range(41), (0,) * 41), "modes: at most 40 modes share a tone, got 41"),
         (lambda _: reduce(ratio=3), "ratio, tones: leave one out"),
