@@ -40,6 +40,7 @@ typedef struct {
     double *stage_v;           /* (stages) velocities */
     double *stage_dv;          /* (stages) accelerations times gamma h */
     double *stiffness;         /* Lambda */
+    double *per_step;          /* 1 / (gamma h); elastic contacts: 1 / own */
     double *inverse;           /* A^-1: its diagonal, or (n) rows */
     double *load;              /* right-hand side of A */
     double *pattern;           /* (SM_MODES) force patterns, where absent 0 */
@@ -111,20 +112,20 @@ SM_INLINE void sm_esdirk4_free(sm_esdirk4 *m, const double *force, double *restr
     const size_t width = m->width;
     const double *restrict base_q = m->base_q, *restrict base_v = m->base_v;
     const double *restrict stiffness = m->stiffness, *restrict inverse = m->inverse;
-    const double *restrict pattern_response = m->pattern_response, *restrict second =
-                                                                       m->pattern_response + width;
+    const double *restrict first = m->pattern_response, *restrict second = first + width;
+    const double *restrict per_step = m->per_step;
     double *restrict load = m->load;
-    const double per_step = 1.0 / (SM_FULL_GAMMA * m->h), f_0 = force[0], f_1 = force[1];
+    const double f_0 = force[0], f_1 = force[1];
     if (m->diagonal) {
         SM_EACH(k, width) {
-            const double load_k = base_v[k] * per_step - stiffness[k] * base_q[k];
-            v[k] = inverse[k] * load_k + pattern_response[k] * f_0 + second[k] * f_1;
+            const double load_k = base_v[k] * per_step[k] - stiffness[k] * base_q[k];
+            v[k] = inverse[k] * load_k + first[k] * f_0 + second[k] * f_1;
         }
         return;
     }
-    SM_EACH(k, width) load[k] = base_v[k] * per_step - stiffness[k] * base_q[k];
+    SM_EACH(k, width) load[k] = base_v[k] * per_step[k] - stiffness[k] * base_q[k];
     sm_esdirk4_divide(m, v);
-    SM_EACH(k, width) v[k] += pattern_response[k] * f_0 + second[k] * f_1;
+    SM_EACH(k, width) v[k] += first[k] * f_0 + second[k] * f_1;
 }
 
 /* Friction at the contacts: from the free velocities v to the velocities of the stage. */

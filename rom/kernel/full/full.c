@@ -41,7 +41,8 @@ static sm_status check_elastic_values(const sm_full *full) {
 static sm_status check_values(const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t entries = full->diagonal ? n : n * n;
-    if (!sm_all_finite(full->stiffness, n) || !sm_all_finite(full->damping, entries) || !sm_all_finite(full->inverse, entries) ||
+    if (!sm_all_finite(full->stiffness, n) || !sm_all_finite(full->damping, entries) ||
+        !sm_all_finite(full->inverse, entries) ||
         !sm_all_finite(full->directions, contacts * n) ||
         !sm_all_finite(full->patterns, (size_t)full->modes * n) ||
         !sm_all_finite(full->output, (size_t)full->outputs * n))
@@ -63,7 +64,7 @@ static size_t width_of(const sm_full *full) {
 
 static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
-    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
+    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
     m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
     m->stage_dv = sm_take(block, SM_ESDIRK4_STAGES * width);
@@ -100,6 +101,8 @@ static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full 
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t width = m->width, rows = full->diagonal ? 1 : n;
     memcpy(m->stiffness, full->stiffness, n * sizeof(double));
+    for (size_t k = 0; k < n; k++)
+        m->per_step[k] = 1.0 / (elastic ? full->own[k] : SM_FULL_GAMMA * full->step);
     for (size_t i = 0; i < rows; i++)
         memcpy(m->inverse + i * width, full->inverse + i * n, n * sizeof(double));
     for (size_t j = 0; j < (size_t)full->modes; j++) {
