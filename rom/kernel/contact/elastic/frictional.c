@@ -21,7 +21,7 @@
 #define LONGEST_PATH 30.0
 /* Excess of a stretch over the limit, relative to it, that is more than rounding. */
 #define EXCESS 1e-9
-/* Square of the argument up to which hyperbolic functions are summed as series. */
+/* Square of k below which sinh(k) / k is summed as a series: to 1e-16 with four terms. */
 #define SERIES_END 1e-2
 
 /* A step of one contact that is closed at its end. */
@@ -35,24 +35,14 @@ typedef struct {
     sm_dual trial[2];   /* e at the end of the path if the contact sticks */
 } path;
 
-/* Sets sinh(k) / k and (cosh(k) - 1) / k^2 from k^2. */
-static void hyperbolic(sm_dual square, sm_dual *sinh_part, sm_dual *cosh_part) {
-    const double m = square.value;
-    double s, c, s_slope, c_slope;
-    if (m < SERIES_END) {
-        s = 1.0 + m / 6.0 * (1.0 + m / 20.0 * (1.0 + m / 42.0 * (1.0 + m / 72.0)));
-        c = 0.5 * (1.0 + m / 12.0 * (1.0 + m / 30.0 * (1.0 + m / 56.0 * (1.0 + m / 90.0))));
-        s_slope = (1.0 + m / 10.0 * (1.0 + m / 28.0 * (1.0 + m / 54.0))) / 6.0;
-        c_slope = (1.0 + m / 15.0 * (1.0 + m / 37.333333333333336 * (1.0 + m / 67.5))) / 24.0;
-    } else {
-        const double k = sqrt(m), hyperbolic_cosine = cosh(k);
-        s = sinh(k) / k;
-        c = (hyperbolic_cosine - 1.0) / m;
-        s_slope = 0.5 * (hyperbolic_cosine - s) / m;
-        c_slope = (0.5 * s - c) / m;
-    }
-    *sinh_part = sm_dual_of(s, s_slope, square, 0.0, square);
-    *cosh_part = sm_dual_of(c, c_slope, square, 0.0, square);
+/* Returns sinh(k) / k from k^2. */
+static sm_dual sinh_ratio(sm_dual square) {
+    const double m = square.value, k = sqrt(m);
+    if (m >= SERIES_END)
+        return sm_dual_of(sinh(k) / k, 0.5 * (cosh(k) - sinh(k) / k) / m, square, 0.0, square);
+    return sm_dual_of(1.0 + m / 6.0 * (1.0 + m / 20.0 * (1.0 + m / 42.0 * (1.0 + m / 72.0))),
+                      (1.0 + m / 10.0 * (1.0 + m / 28.0 * (1.0 + m / 54.0))) / 6.0, square, 0.0,
+                      square);
 }
 
 /* Returns the part of the path after which |e| reaches rho; the contact slides at its end. */
@@ -98,9 +88,11 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
     const double length = sqrt(sm_dual_dot(q, q).value);
     for (int k = 0; k < 2 && length > LONGEST_PATH; k++)
         q[k] = sm_dual_scale(LONGEST_PATH / length, q[k]);
-    sm_dual sinh_part, cosh_part;
-    hyperbolic(sm_dual_dot(q, q), &sinh_part, &cosh_part);
-    const sm_dual turn = sm_dual_add(sinh_part, sm_dual_mul(sm_dual_dot(q, d), cosh_part));
+    const sm_dual square = sm_dual_dot(q, q), half = sinh_ratio(sm_dual_scale(0.25, square));
+    /* (cosh(k) - 1) / k^2 = 2 sinh(k / 2)^2 / k^2 */
+    const sm_dual cosh_part = sm_dual_scale(0.5, sm_dual_mul(half, half));
+    const sm_dual turn =
+        sm_dual_add(sinh_ratio(square), sm_dual_mul(sm_dual_dot(q, d), cosh_part));
     for (int k = 0; k < 2; k++) d[k] = sm_dual_add(d[k], sm_dual_mul(turn, q[k]));
     normalise(d);
 }
