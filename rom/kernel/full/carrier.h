@@ -1,8 +1,9 @@
 /* Harmonic forces F cos(theta + ph) at the stages of equal time steps.
  *
- * From one step to the next each phasor advances by a complex factor, and a sweep advances that:
- * two complex products instead of a cosine. Exact angles anchor the recurrence every
- * SM_EXACT_STEPS steps, so that rounding does not pile up.
+ * From one step to the next each phasor is multiplied by a complex factor; in a sweep the factor
+ * changes in the same way: two complex products instead of a cosine. Exact angles restart the
+ * recurrence every SM_EXACT_STEPS steps, against rounding. full.c and the steps of this folder call
+ * these functions.
  */
 #ifndef SLIPMODE_CARRIER_H
 #define SLIPMODE_CARRIER_H
@@ -25,15 +26,17 @@ typedef struct {
     double offset[SM_CARRIER_STAGES]; /* of each stage from the start of the step [s] */
     const sm_inputs *inputs;
     sm_phasors wave[SM_MODES];        /* exp(i (theta_j + ph_j)) */
-    sm_phasors by[SM_MODES];          /* advance the wave from this step to the next */
-    sm_phasors bend[SM_MODES];        /* advance those, in a sweep */
+    sm_phasors by[SM_MODES];          /* factors of the wave from this step to the next */
+    sm_phasors bend[SM_MODES];        /* factors of these factors, in a sweep */
 } sm_carrier;
 
+/* Sets the phasor of a stage. */
 SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
     z->re[stage] = cos(angle);
     z->im[stage] = sin(angle);
 }
 
+/* Multiplies the phasors of all stages. */
 SM_INLINE void sm_advance_phasors(sm_phasors *z, const sm_phasors *by) {
     for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
         const double re = z->re[stage] * by->re[stage] - z->im[stage] * by->im[stage];
@@ -42,7 +45,7 @@ SM_INLINE void sm_advance_phasors(sm_phasors *z, const sm_phasors *by) {
     }
 }
 
-/* Exact phasors of the step that starts `elapsed` seconds after the inputs do. */
+/* Sets exact phasors of the step that starts `elapsed` seconds after the inputs do. */
 static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
     const sm_inputs *inputs = carrier->inputs;
     const double h = carrier->h;
@@ -59,6 +62,7 @@ static inline void sm_carrier_anchor(sm_carrier *carrier, double elapsed) {
     }
 }
 
+/* Advances the phasors to the next step. */
 SM_INLINE void sm_carrier_advance(sm_carrier *carrier) {
     for (int j = 0; j < carrier->modes; j++) {
         sm_advance_phasors(&carrier->wave[j], &carrier->by[j]);
@@ -67,7 +71,7 @@ SM_INLINE void sm_carrier_advance(sm_carrier *carrier) {
     }
 }
 
-/* Forces (SM_MODES) at a stage of the step that starts `elapsed` seconds after the inputs do. */
+/* Sets forces (SM_MODES) at a stage of the step that starts `elapsed` seconds after the inputs. */
 SM_INLINE void sm_carrier_force(const sm_carrier *carrier, int stage, double elapsed,
                                 double *force) {
     const sm_inputs *inputs = carrier->inputs;

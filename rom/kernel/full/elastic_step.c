@@ -1,3 +1,4 @@
+/* One implicit step with elastic contacts: elastic_step.h states the equations. */
 #include "full/elastic_step.h"
 
 void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width,
@@ -8,7 +9,6 @@ void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width
         .contacts = n, .width = width, .remembered = sm_elastic_memory(elastic)};
     s->own = sm_take(block, width);
     s->ahead = sm_take(block, width);
-    s->per_own = sm_take(block, width);
     s->directions = sm_take(block, n * width);
     s->gather = sm_take(block, n * width);
     s->u = sm_take(block, n);
@@ -16,12 +16,6 @@ void sm_elastic_step_place(sm_elastic_step *s, const sm_full *full, size_t width
     s->v_c = sm_take(block, n);
     s->memory = sm_take(block, s->remembered);
     sm_elastic_solver_place(&s->solver, elastic, full->contacts, full->flexibility, block);
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const sm_element *element = &elastic->element[e];
-        if (element->law == SM_FRICTIONAL)
-            s->static_closure =
-                fmax(s->static_closure, element->preload / element->normal_stiffness);
-    }
 }
 
 void sm_elastic_step_set(sm_elastic_step *s, const sm_full *full) {
@@ -30,7 +24,6 @@ void sm_elastic_step_set(sm_elastic_step *s, const sm_full *full) {
     for (size_t k = 0; k < n; k++) {
         s->own[k] = full->own[k];
         s->ahead[k] = full->ahead[k];
-        s->per_own[k] = 1.0 / full->own[k];
     }
     for (size_t i = 0; i < s->contacts; i++) {
         memcpy(s->directions + i * s->width, full->directions + i * n, n * sizeof(double));
@@ -42,45 +35,16 @@ void sm_elastic_step_set(sm_elastic_step *s, const sm_full *full) {
     }
 }
 
-/* The displacement below which the solver finds rounding: it resolves 1e-11 of those that the
- * contacts remember. */
-static double least(const sm_elastic_step *s) {
-    double largest = s->static_closure;
-    for (size_t i = 0; i < s->contacts; i++) largest = fmax(largest, fabs(s->x_c[i]));
-    for (size_t i = 0; i < s->remembered; i++) largest = fmax(largest, fabs(s->memory[i]));
-    return 1e-3 * largest;
-}
-
-/* base_q = q + b v, and the velocities v_1 that contacts without forces would leave, in stage_v;
- * what they lead to in `load`. */
+/* Sets base_q = q + b v and base_v = v + b a; without contact forces, stage_v has the velocities
+ * and `load` the displacements at the end of the step. */
 SM_INLINE void move_freely(const sm_elastic_step *s, sm_esdirk4 *m, const double *force) {
-    const size_t width = s->width;
-    const double *restrict q = m->q, *restrict v = m->v, *restrict a = m->stage_dv;
-    const double *restrict own = s->own, *restrict ahead = s->ahead, *restrict per = s->per_own;
-    const double *restrict stiffness = m->stiffness, *restrict inverse = m->inverse;
-    const double *restrict first = m->pattern_response, *restrict second = first + width;
-    double *restrict base_q = m->base_q, *restrict load = m->load, *restrict after = m->stage_v;
-    const double f_0 = force[0], f_1 = force[1];
-    if (m->diagonal) {
-        SM_EACH(k, width) {
-            const double moved = q[k] + ahead[k] * v[k];
-            const double pushed = (v[k] + ahead[k] * a[k]) * per[k] - stiffness[k] * moved;
-            const double now = inverse[k] * pushed + first[k] * f_0 + second[k] * f_1;
-            base_q[k] = moved;
-            after[k] = now;
-            load[k] = moved + own[k] * now;
-        }
-        return;
+    const double *restrict ahead = s->ahead, *restrict own = s->own;
+    SM_EACH(k, s->width) {
+        m->base_q[k] = m->q[k] + ahead[k] * m->v[k];
+        m->base_v[k] = m->v[k] + ahead[k] * m->stage_dv[k];
     }
-    SM_EACH(k, width) {
-        base_q[k] = q[k] + ahead[k] * v[k];
-        load[k] = (v[k] + ahead[k] * a[k]) * per[k] - stiffness[k] * base_q[k];
-    }
-    sm_esdirk4_divide(m, after);
-    SM_EACH(k, width) {
-        after[k] += first[k] * f_0 + second[k] * f_1;
-        load[k] = base_q[k] + own[k] * after[k];
-    }
+    sm_esdirk4_free(m, force, m->stage_v);
+    SM_EACH(k, s->width) m->load[k] = m->base_q[k] + own[k] * m->stage_v[k];
 }
 
 SM_HOT sm_status sm_elastic_step_take(sm_elastic_step *s, sm_esdirk4 *m, double elapsed) {
@@ -90,7 +54,6 @@ SM_HOT sm_status sm_elastic_step_take(sm_elastic_step *s, sm_esdirk4 *m, double 
     move_freely(s, m, force);
     for (size_t i = 0; i < s->contacts; i++)
         s->u[i] = sm_full_dot(s->gather + i * width, m->load, width);
-    s->solver.least = least(s);
     const sm_status status = sm_elastic_solve(&s->solver, s->u, s->memory, s->x_c);
     if (status != SM_OK) return status;
     double *restrict after = m->stage_v;
@@ -102,13 +65,11 @@ SM_HOT sm_status sm_elastic_step_take(sm_elastic_step *s, sm_esdirk4 *m, double 
         m->force[i] = now;
         m->x_c[i] = s->x_c[i];
     }
-    double *restrict q = m->q, *restrict v = m->v, *restrict a = m->stage_dv;
-    const double *restrict own = s->own, *restrict ahead = s->ahead, *restrict per = s->per_own;
-    const double *restrict base_q = m->base_q;
+    const double *restrict own = s->own;
     SM_EACH(k, width) {
-        a[k] = (after[k] - v[k] - ahead[k] * a[k]) * per[k];
-        v[k] = after[k];
-        q[k] = base_q[k] + own[k] * after[k];
+        m->stage_dv[k] = (after[k] - m->base_v[k]) * m->per_step[k];
+        m->v[k] = after[k];
+        m->q[k] = m->base_q[k] + own[k] * after[k];
     }
     memcpy(s->memory, s->solver.next, s->remembered * sizeof(double));
     sm_carrier_advance(&m->carrier);

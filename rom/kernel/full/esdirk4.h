@@ -7,7 +7,7 @@
  *   A v + W g(W^T v) = f + u / (gamma h) - Lambda x,   A = I / (gamma h) + C + gamma h Lambda.
  * With free velocities v_0 = A^-1 (...) the contacts see S v_c + g(v_c) = S W^T v_0,
  * S = (W^T A^-1 W)^-1, and v = v_0 - A^-1 W g: O(n N_c) a stage where A is diagonal. Elastic
- * contacts have a step of their own, elastic_step.h, which uses the same arrays.
+ * contacts have another step, elastic_step.h, in the same arrays. full.c makes the steps.
  */
 #ifndef SLIPMODE_ESDIRK4_H
 #define SLIPMODE_ESDIRK4_H
@@ -17,9 +17,9 @@
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
 #define SM_FULL_BLOCK \
-    4 /* coordinates go in blocks of this many, the last one filled with zeros */
+    4 /* coordinates in a block for the vectoriser; the last block is filled with zeros */
 
-/* For each coordinate k, in blocks that the vectoriser takes whole. */
+/* Loops over the coordinates k, block by block. */
 #define SM_EACH(k, width)                                           \
     for (size_t block = 0; block < (width); block += SM_FULL_BLOCK) \
         SM_SIMD for (size_t k = block; k < block + SM_FULL_BLOCK; k++)
@@ -35,13 +35,14 @@ typedef struct {
     double *x_c, *force;       /* (N_c) contact displacement, friction force */
     const double *v_c;         /* (N_c) contact velocity */
     double dissipated;         /* at the contacts [J] */
-    double *base_q, *base_v;   /* what the stage starts from */
+    double *base_q, *base_v;   /* start of the stage */
     double *stage_v;           /* (stages) velocities */
     double *stage_dv;          /* (stages) accelerations times gamma h */
     double *stiffness;         /* Lambda */
+    double *per_step;          /* 1 / (gamma h); elastic contacts: 1 / own */
     double *inverse;           /* A^-1: its diagonal, or (n) rows */
     double *load;              /* right-hand side of A */
-    double *pattern;           /* (SM_MODES) force patterns, where absent 0 */
+    double *pattern;           /* (SM_MODES) force patterns, 0 if absent */
     double *pattern_response;            /* (SM_MODES) A^-1 pattern */
     double *response;          /* (N_c) A^-1 W */
     double *gather;            /* (N_c) S W^T */
@@ -50,7 +51,7 @@ typedef struct {
 static const double SM_ESDIRK4_OFFSET[SM_ESDIRK4_STAGES] = {
     0.0, 0.5, 83.0 / 250.0, 31.0 / 50.0, 17.0 / 20.0, 1.0};
 
-/* Weights of the earlier stages; that of the stage itself is SM_FULL_GAMMA. */
+/* Weights of the earlier stages; the weight of the stage itself is SM_FULL_GAMMA. */
 static const double SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES][SM_ESDIRK4_STAGES] = {
     {0.0},
     {0.25},
@@ -60,7 +61,7 @@ static const double SM_ESDIRK4_WEIGHT[SM_ESDIRK4_STAGES][SM_ESDIRK4_STAGES] = {
      2285395.0 / 8070912.0},
     {82889.0 / 524892.0, 0.0, 15625.0 / 83664.0, 69875.0 / 102672.0, -2260.0 / 8211.0}};
 
-/* What a stage starts from: the state, moved by the `stage` earlier ones (a literal). */
+/* Sets the start of a stage: the state, moved by the `stage` (a literal) earlier stages. */
 SM_INLINE void sm_esdirk4_combine(const int stage, sm_esdirk4 *m) {
     const size_t width = m->width;
     const double *restrict q = m->q, *restrict v = m->v;
@@ -77,6 +78,7 @@ SM_INLINE void sm_esdirk4_combine(const int stage, sm_esdirk4 *m) {
     }
 }
 
+/* Sets the start of any stage. */
 SM_INLINE void sm_esdirk4_start_stage(sm_esdirk4 *m, int stage) {
     switch (stage) {
     case 1: sm_esdirk4_combine(1, m); break;
@@ -87,13 +89,14 @@ SM_INLINE void sm_esdirk4_start_stage(sm_esdirk4 *m, int stage) {
     }
 }
 
+/* Returns the product of two rows. */
 SM_INLINE double sm_full_dot(const double *restrict a, const double *restrict b, size_t width) {
     double part[SM_FULL_BLOCK] = {0.0};
     SM_EACH(k, width) part[k % SM_FULL_BLOCK] += a[k] * b[k];
     return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
-/* v = A^-1 load, dense */
+/* Sets v = A^-1 load, for a dense matrix. */
 SM_INLINE void sm_esdirk4_divide(const sm_esdirk4 *m, double *restrict v) {
     const size_t width = m->width;
     const double *restrict load = m->load;
@@ -105,28 +108,28 @@ SM_INLINE void sm_esdirk4_divide(const sm_esdirk4 *m, double *restrict v) {
     }
 }
 
-/* Velocities v of the stage as they would be without friction, under forces (SM_MODES). */
+/* Sets the velocities v of the stage without friction, under forces (SM_MODES). */
 SM_INLINE void sm_esdirk4_free(sm_esdirk4 *m, const double *force, double *restrict v) {
     const size_t width = m->width;
     const double *restrict base_q = m->base_q, *restrict base_v = m->base_v;
     const double *restrict stiffness = m->stiffness, *restrict inverse = m->inverse;
-    const double *restrict pattern_response = m->pattern_response, *restrict second =
-                                                                       m->pattern_response + width;
+    const double *restrict first = m->pattern_response, *restrict second = first + width;
+    const double *restrict per_step = m->per_step;
     double *restrict load = m->load;
-    const double per_step = 1.0 / (SM_FULL_GAMMA * m->h), f_0 = force[0], f_1 = force[1];
+    const double f_0 = force[0], f_1 = force[1];
     if (m->diagonal) {
         SM_EACH(k, width) {
-            const double load_k = base_v[k] * per_step - stiffness[k] * base_q[k];
-            v[k] = inverse[k] * load_k + pattern_response[k] * f_0 + second[k] * f_1;
+            const double load_k = base_v[k] * per_step[k] - stiffness[k] * base_q[k];
+            v[k] = inverse[k] * load_k + first[k] * f_0 + second[k] * f_1;
         }
         return;
     }
-    SM_EACH(k, width) load[k] = base_v[k] * per_step - stiffness[k] * base_q[k];
+    SM_EACH(k, width) load[k] = base_v[k] * per_step[k] - stiffness[k] * base_q[k];
     sm_esdirk4_divide(m, v);
-    SM_EACH(k, width) v[k] += pattern_response[k] * f_0 + second[k] * f_1;
+    SM_EACH(k, width) v[k] += first[k] * f_0 + second[k] * f_1;
 }
 
-/* Friction at the contacts: from the free velocities v to the velocities of the stage. */
+/* Adds the effect of friction to the velocities v without it. */
 SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
     const int contacts = m->contacts;
     const size_t width = m->width;
@@ -144,7 +147,7 @@ SM_INLINE sm_status sm_esdirk4_friction(sm_esdirk4 *m, double *restrict v) {
     return status;
 }
 
-/* Contact displacement and dissipated energy: the same quadrature as the step's. */
+/* Adds to contact displacements and dissipated energy, by the quadrature of the step. */
 SM_INLINE void sm_esdirk4_accumulate(sm_esdirk4 *m, double weight) {
     for (int i = 0; i < m->contacts; i++) {
         m->x_c[i] += weight * m->v_c[i];
@@ -152,8 +155,8 @@ SM_INLINE void sm_esdirk4_accumulate(sm_esdirk4 *m, double weight) {
     }
 }
 
-/* The step that starts `elapsed` seconds after the inputs do. On entry stage_dv[0] belongs to the
- * state, and the carrier to this step; both are made ready for the next one. */
+/* Makes the step that starts `elapsed` seconds after the inputs do. On entry stage_dv[0] belongs to
+ * the state and the carrier to this step; on return, to the next ones. */
 SM_INLINE sm_status sm_esdirk4_step(sm_esdirk4 *m, double elapsed) {
     const size_t width = m->width;
     const double h = m->h, own = SM_FULL_GAMMA * h;

@@ -1,4 +1,9 @@
-/* Full-order time integration: the march over many steps, and its memory. */
+/* Time integration of I q'' + C q' + Lambda q + W g = f(t) with friction at the contacts.
+ *
+ * Coordinates are such that the mass matrix is I and the stiffness matrix Lambda diagonal. Steps
+ * with rigid friction are in esdirk4.h, steps with elastic contacts in elastic_step.c.
+ * sm_full_march, which rom/full calls, checks its arguments, makes the steps and samples the
+ * motion. */
 #include "full/elastic_step.h"
 #include "full/esdirk4.h"
 
@@ -15,6 +20,7 @@ size_t sm_full_state_count(const sm_full *full) {
     return 2 * (size_t)full->coordinates + 3 * (size_t)full->contacts + 1 + remembered;
 }
 
+/* Checks sizes and pointers. */
 static sm_status check_sizes(const sm_full *full) {
     /* (n, n) matrices fit the memory of a workstation */
     if (!full || full->coordinates < 1 || full->coordinates > 16384) return SM_BAD_ARGUMENT;
@@ -31,6 +37,7 @@ static sm_status check_sizes(const sm_full *full) {
     return full->limit && full->resistance ? SM_OK : SM_BAD_ARGUMENT;
 }
 
+/* Checks the values that elastic contacts need. */
 static sm_status check_elastic_values(const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     if (!sm_all_finite(full->flexibility, contacts * contacts) ||
@@ -41,10 +48,12 @@ static sm_status check_elastic_values(const sm_full *full) {
     return SM_OK;
 }
 
+/* Checks that all values are finite and in their ranges. */
 static sm_status check_values(const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t entries = full->diagonal ? n : n * n;
-    if (!sm_all_finite(full->stiffness, n) || !sm_all_finite(full->damping, entries) || !sm_all_finite(full->inverse, entries) ||
+    if (!sm_all_finite(full->stiffness, n) || !sm_all_finite(full->damping, entries) ||
+        !sm_all_finite(full->inverse, entries) ||
         !sm_all_finite(full->directions, contacts * n) ||
         !sm_all_finite(full->patterns, (size_t)full->modes * n) ||
         !sm_all_finite(full->output, (size_t)full->outputs * n))
@@ -59,14 +68,16 @@ static sm_status check_values(const sm_full *full) {
     return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
 }
 
+/* Returns the number of coordinates, rounded up to whole blocks. */
 static size_t width_of(const sm_full *full) {
     const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
     return blocks * SM_FULL_BLOCK;
 }
 
+/* Takes the arrays from a block, or counts them. */
 static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
     const size_t width = width_of(full), contacts = (size_t)full->contacts;
-    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->load};
+    double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
     m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
     m->stage_dv = sm_take(block, SM_ESDIRK4_STAGES * width);
@@ -87,7 +98,7 @@ static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, 
     m->v_c = m->lane.v;
 }
 
-/* to = A^-1 from, for one row of n values. */
+/* Sets to = A^-1 from, for one row of n values. */
 static void divide(const sm_full *full, const double *from, double *to) {
     const size_t n = (size_t)full->coordinates;
     for (size_t i = 0; i < n; i++) {
@@ -97,11 +108,13 @@ static void divide(const sm_full *full, const double *from, double *to) {
     }
 }
 
-/* What does not change from step to step. */
+/* Sets the arrays that are constant in time. */
 static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
     const size_t width = m->width, rows = full->diagonal ? 1 : n;
     memcpy(m->stiffness, full->stiffness, n * sizeof(double));
+    for (size_t k = 0; k < n; k++)
+        m->per_step[k] = 1.0 / (elastic ? full->own[k] : SM_FULL_GAMMA * full->step);
     for (size_t i = 0; i < rows; i++)
         memcpy(m->inverse + i * width, full->inverse + i * n, n * sizeof(double));
     for (size_t j = 0; j < (size_t)full->modes; j++) {
@@ -131,7 +144,7 @@ static sm_status prepare(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full 
     return status;
 }
 
-/* stage_dv[0] = f - Lambda q - C v - W g, times gamma h where friction is rigid */
+/* Sets stage_dv[0] = f - Lambda q - C v - W g, times gamma h if friction is rigid. */
 static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double *force) {
     const size_t n = (size_t)full->coordinates, width = m->width;
     for (size_t k = 0; k < n; k++) {
@@ -146,6 +159,7 @@ static void start_acceleration(sm_esdirk4 *m, const sm_full *full, const double 
     }
 }
 
+/* Starts from a state at `elapsed`. */
 static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
                   const sm_inputs *inputs, double elapsed, const double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
@@ -174,6 +188,7 @@ static void start(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full,
     start_acceleration(m, full, force);
 }
 
+/* Writes the state. */
 static void finish(const sm_esdirk4 *m, const sm_elastic_step *elastic, const sm_full *full,
                    double *state) {
     const size_t n = (size_t)full->coordinates, contacts = (size_t)full->contacts;
@@ -188,7 +203,7 @@ static void finish(const sm_esdirk4 *m, const sm_elastic_step *elastic, const sm
         memcpy(force_c + contacts + 1, elastic->memory, elastic->remembered * sizeof(double));
 }
 
-/* `steps` steps, the first one `elapsed` seconds after the inputs start; `first` of the run. */
+/* Makes steps `first` to `first + steps` of a run that starts `elapsed` seconds into the inputs. */
 SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double elapsed,
                               size_t first, size_t steps) {
     for (size_t k = first; k < first + steps; k++) {
@@ -202,12 +217,14 @@ SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double el
     return SM_OK;
 }
 
+/* Returns the product of two vectors. */
 static double dot(const double *a, const double *b, size_t n) {
     double sum = 0.0;
     for (size_t k = 0; k < n; k++) sum += a[k] * b[k];
     return sum;
 }
 
+/* Writes displacements, velocities and forces of the contacts. */
 static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *contact) {
     const size_t contacts = (size_t)full->contacts;
     for (size_t i = 0; i < contacts; i++) {
@@ -220,6 +237,7 @@ static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *co
     }
 }
 
+/* Checks the arguments of sm_full_march. */
 static sm_status check_run(const sm_full *full, const sm_inputs *inputs, double elapsed,
                            const double *state, const sm_full_samples *samples) {
     sm_status status = check_sizes(full);

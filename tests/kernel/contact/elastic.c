@@ -28,7 +28,7 @@ static void new_joints(joints *j, int modes) {
     j->element[2] = (sm_element){.law = SM_FRICTIONAL, .column = {4, 5}, .tangents = 1,
                                  .gap = decades(-2.0, 2.0)};
     for (int e = 0; e < 3; e += 2) {
-        j->element[e].friction = 0.3 * random_number();
+        j->element[e].friction = random_number();
         j->element[e].tangential_stiffness = decades(-1.5, 3.0);
         j->element[e].normal_stiffness = decades(-1.5, 3.0);
     }

@@ -1,4 +1,5 @@
-/* Numbers that carry their derivatives by the displacements of a contact. */
+/* Numbers that carry their derivatives with respect to the displacements of a contact: forward
+ * differentiation for frictional.c. */
 #ifndef SLIPMODE_DUAL_H
 #define SLIPMODE_DUAL_H
 
@@ -12,7 +13,7 @@ typedef struct {
 
 static inline sm_dual sm_dual_constant(double value) { return (sm_dual){.value = value}; }
 
-/* f(a, b) with its derivatives by a and b. */
+/* Returns f(a, b) from its value and its partial derivatives with respect to a and b. */
 static inline sm_dual sm_dual_of(double value, double by_a, sm_dual a, double by_b, sm_dual b) {
     sm_dual f = {.value = value};
     for (int k = 0; k < SM_DUALS; k++) f.slope[k] = by_a * a.slope[k] + by_b * b.slope[k];
@@ -40,7 +41,7 @@ static inline sm_dual sm_dual_scale(double factor, sm_dual a) {
     return sm_dual_of(factor * a.value, factor, a, 0.0, a);
 }
 
-/* The root of a, 0 where rounding made a negative. */
+/* Returns the square root of a, or 0 if rounding made a negative. */
 static inline sm_dual sm_dual_root(sm_dual a) {
     const double root = a.value > 0.0 ? sqrt(a.value) : 0.0;
     return sm_dual_of(root, root > 0.0 ? 0.5 / root : 0.0, a, 0.0, a);

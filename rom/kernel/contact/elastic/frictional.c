@@ -1,15 +1,15 @@
-/* Coulomb's cone over an elastic surface that may open: N = N0 + k_n (x_n - gap) >= 0, |f_t| <= mu N.
+/* Coulomb friction on an elastic surface that may open:
+ * N = N0 + k_n (x_n - gap) >= 0, |f_t| <= mu N.
  *
- * Return map along the straight line from where the contact was to where it is, with N linear on
- * it, exact on that line: second order in its length. The contact remembers its sliders, then all
- * its displacements.
+ * The return map is exact for a straight path from the previous displacements to x, with N linear
+ * along it: second order in its length. The memory holds the sliders s, then the displacements.
  *
- * - An open contact has its sliders where it is; on the way in they stop at touch-down.
- * - In one tangential direction sliders are at x - mu N / k_t wherever they slide.
- * - In two, the elastic stretch e = x - s grows with x until |e| = rho = mu N / k_t. From there on
- *   s follows e's direction d, a tractrix: with the straight path q in units of rho and
- *   kappa = |q|, d becomes d + q (sinh(kappa) / kappa + (q . d) (cosh(kappa) - 1) / kappa^2), of
- *   unit length.
+ * - The sliders of an open contact follow it; when it closes they stop at touch-down.
+ * - In one tangential direction a sliding slider is at x - mu N / k_t.
+ * - In two directions the elastic stretch e = x - s grows with x until |e| = rho = mu N / k_t. From
+ *   there on s moves in the direction d of e, a tractrix: with the straight path q in units of rho
+ *   and kappa = |q|, d becomes d + q (sinh(kappa) / kappa + (q . d) (cosh(kappa) - 1) / kappa^2),
+ *   normalised.
  */
 #include "contact/elastic/law.h"
 
@@ -17,40 +17,35 @@
 
 #include "contact/elastic/dual.h"
 
-#define LONGEST_PATH 30.0   /* in units of rho: beyond, the direction is that of the path */
+/* Path in units of rho, beyond which e points along the path to rounding: exp(-30) = 1e-13. */
+#define LONGEST_PATH 30.0
+/* Excess of a stretch over the limit, relative to it, that is more than rounding. */
+#define EXCESS 1e-9
+/* Square of k below which sinh(k) / k is summed as a series: to 1e-16 with four terms. */
+#define SERIES_END 1e-2
 
-/* What a step of one contact is made of. */
+/* A step of one contact that is closed at its end. */
 typedef struct {
     int tangents;
-    double rho[2];      /* mu N / k_t where the path begins and where it ends */
-    double rho_slope;   /* of the latter, by x_n */
-    double stretch[2];  /* e where the path begins, within rho */
-    int held;           /* its sliders begin the path where they were */
-    sm_dual path[2];    /* from where it touches, if it was open */
-    sm_dual trial[2];   /* e at its end if it sticks */
+    double rho[2];      /* mu N / k_t at the start and at the end of the path */
+    double rho_slope;   /* d rho[1] / d x_n */
+    double stretch[2];  /* e at the start of the path, within rho */
+    int unmoved;        /* the sliders start the path at their positions in the memory */
+    sm_dual path[2];    /* displacement, of an open contact from touch-down on */
+    sm_dual trial[2];   /* e at the end of the path if the contact sticks */
 } path;
 
-/* sinh(k) / k and (cosh(k) - 1) / k^2 as functions of k^2. */
-static void hyperbolic(sm_dual square, sm_dual *sinh_part, sm_dual *cosh_part) {
-    const double m = square.value;
-    double s, c, s_slope, c_slope;
-    if (m < 1e-2) {
-        s = 1.0 + m / 6.0 * (1.0 + m / 20.0 * (1.0 + m / 42.0 * (1.0 + m / 72.0)));
-        c = 0.5 * (1.0 + m / 12.0 * (1.0 + m / 30.0 * (1.0 + m / 56.0 * (1.0 + m / 90.0))));
-        s_slope = (1.0 + m / 10.0 * (1.0 + m / 28.0 * (1.0 + m / 54.0))) / 6.0;
-        c_slope = (1.0 + m / 15.0 * (1.0 + m / 37.333333333333336 * (1.0 + m / 67.5))) / 24.0;
-    } else {
-        const double k = sqrt(m), hyperbolic_cosine = cosh(k);
-        s = sinh(k) / k;
-        c = (hyperbolic_cosine - 1.0) / m;
-        s_slope = 0.5 * (hyperbolic_cosine - s) / m;
-        c_slope = (0.5 * s - c) / m;
-    }
-    *sinh_part = sm_dual_of(s, s_slope, square, 0.0, square);
-    *cosh_part = sm_dual_of(c, c_slope, square, 0.0, square);
+/* Returns sinh(k) / k from k^2. */
+static sm_dual sinh_ratio(sm_dual square) {
+    const double m = square.value, k = sqrt(m);
+    if (m >= SERIES_END)
+        return sm_dual_of(sinh(k) / k, 0.5 * (cosh(k) - sinh(k) / k) / m, square, 0.0, square);
+    return sm_dual_of(1.0 + m / 6.0 * (1.0 + m / 20.0 * (1.0 + m / 42.0 * (1.0 + m / 72.0))),
+                      (1.0 + m / 10.0 * (1.0 + m / 28.0 * (1.0 + m / 54.0))) / 6.0, square, 0.0,
+                      square);
 }
 
-/* The part of the path after which |e| reaches rho; it has done so at the end. */
+/* Returns the part of the path after which |e| reaches rho; the contact slides at its end. */
 static sm_dual onset(const path *p, const sm_dual stretch[2], sm_dual grown) {
     const sm_dual a = sm_dual_sub(sm_dual_dot(p->path, p->path), sm_dual_mul(grown, grown));
     const sm_dual along = sm_dual_dot(stretch, p->path);
@@ -62,19 +57,19 @@ static sm_dual onset(const path *p, const sm_dual stretch[2], sm_dual grown) {
     const sm_dual root = sm_dual_root(square);
     if (b.value > 0.0)
         return sm_dual_div(sm_dual_scale(-2.0, c), sm_dual_add(b, root));
-    if (!(a.value > 0.0)) return sm_dual_constant(0.0); /* no path: it slides by rounding */
+    if (!(a.value > 0.0)) return sm_dual_constant(0.0); /* no path: slip by rounding */
     return sm_dual_div(sm_dual_sub(root, b), sm_dual_scale(2.0, a));
 }
 
-/* A vector of unit length. */
+/* Scales a vector to unit length. */
 static void normalise(sm_dual d[2]) {
     const sm_dual size = sm_dual_root(sm_dual_dot(d, d));
     for (int k = 0; k < 2; k++) d[k] = sm_dual_div(d[k], size);
 }
 
-/* Direction of e at the end of a path on which the contact slides in two directions. */
+/* Sets d to the direction of e at the end of a path with slip in two directions. */
 static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
-    if (p->rho[0] == 0.0) { /* e is nothing before the path */
+    if (p->rho[0] == 0.0) { /* e starts from 0 */
         memcpy(d, p->path, sizeof p->path);
         normalise(d);
         return;
@@ -93,18 +88,20 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
     const double length = sqrt(sm_dual_dot(q, q).value);
     for (int k = 0; k < 2 && length > LONGEST_PATH; k++)
         q[k] = sm_dual_scale(LONGEST_PATH / length, q[k]);
-    sm_dual sinh_part, cosh_part;
-    hyperbolic(sm_dual_dot(q, q), &sinh_part, &cosh_part);
-    const sm_dual turn = sm_dual_add(sinh_part, sm_dual_mul(sm_dual_dot(q, d), cosh_part));
+    const sm_dual square = sm_dual_dot(q, q), half = sinh_ratio(sm_dual_scale(0.25, square));
+    /* (cosh(k) - 1) / k^2 = 2 sinh(k / 2)^2 / k^2 */
+    const sm_dual cosh_part = sm_dual_scale(0.5, sm_dual_mul(half, half));
+    const sm_dual turn =
+        sm_dual_add(sinh_ratio(square), sm_dual_mul(sm_dual_dot(q, d), cosh_part));
     for (int k = 0; k < 2; k++) d[k] = sm_dual_add(d[k], sm_dual_mul(turn, q[k]));
     normalise(d);
 }
 
-/* A stretch beyond rho, where the load was scaled down or sliders were carried over from another
- * phase line: sliders follow at once, straight. From outside the disk no path would enter it
- * without a leap of the force, and steps in which it does had no solution. */
+/* Moves sliders straight to the limit if their stretch exceeds rho: after a change of the load, or
+ * if they were carried over from another phase line. Otherwise the force would jump when the path
+ * enters the disk of radius rho, and some steps would have no solution. */
 static void slide_within(path *p) {
-    const double rho = (1.0 + 1e-9) * p->rho[0]; /* beyond by more than rounding */
+    const double rho = (1.0 + EXCESS) * p->rho[0];
     const double square = p->stretch[0] * p->stretch[0] + p->stretch[1] * p->stretch[1];
     if (square <= rho * rho) return;
     const double part = p->rho[0] / sqrt(square);
@@ -112,20 +109,20 @@ static void slide_within(path *p) {
         p->stretch[k] *= part;
         p->trial[k].value = p->stretch[k] + p->path[k].value;
     }
-    p->held = 0;
+    p->unmoved = 0;
 }
 
-/* The path of a contact that is closed at its end, under normal forces N there and N_old before. */
+/* Returns the path of a contact that is closed at its end, from normal force N_old to N. */
 static path path_of(const sm_element *element, const double *x, const double *memory, double N,
                     double N_old) {
     const double *x_old = memory + element->tangents;
     const double per_load = element->friction / element->tangential_stiffness;
     path p = {.tangents = element->tangents,
-              .held = N_old >= 0.0,
+              .unmoved = N_old >= 0.0,
               .rho = {per_load * fmax(N_old, 0.0), per_load * N},
               .rho_slope = per_load * element->normal_stiffness};
     const int normal = element->tangents;
-    sm_dual closed = sm_dual_constant(1.0); /* the part of the path after touch-down */
+    sm_dual closed = sm_dual_constant(1.0); /* part of the path after touch-down */
     if (N_old < 0.0) {
         closed.value = N / (N - N_old);
         closed.slope[normal] =
@@ -140,7 +137,7 @@ static path path_of(const sm_element *element, const double *x, const double *me
         p.stretch[k] = x_old[k] - memory[k];
         p.trial[k].value = x[k] - memory[k];
     }
-    if (p.tangents == 2 && p.held) slide_within(&p);
+    if (p.tangents == 2 && p.unmoved) slide_within(&p);
     return p;
 }
 
@@ -177,7 +174,7 @@ void sm_frictional_evaluate(const sm_element *element, double scale, const doubl
         result->force[k] = element->tangential_stiffness * e[k].value;
         for (int j = 0; j <= tangents; j++)
             result->tangent[k][j] = element->tangential_stiffness * e[k].slope[j];
-        if (result->state == SM_SLIP || !p.held) next[k] = x[k] - e[k].value;
+        if (result->state == SM_SLIP || !p.unmoved) next[k] = x[k] - e[k].value;
         else next[k] = memory[k];
     }
     memcpy(next + tangents, x, (size_t)(tangents + 1) * sizeof(double));

@@ -1,3 +1,4 @@
+/* Elastic contact laws: evaluation of any element, checks, and the public sm_elastic_force. */
 #include "contact/elastic/law.h"
 
 #include <string.h>
@@ -28,13 +29,14 @@ void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, d
     sm_frictional_evaluate(element, scale, own, memory, result);
 }
 
+/* Returns whether a contact DOF is among the first columns of an element. */
 static int has_column(const sm_element *element, int columns, int32_t column) {
     for (int k = 0; k < columns; k++)
         if (element->column[k] == column) return 1;
     return 0;
 }
 
-/* Whether the columns of element e are contact DOFs that neither it nor one before it has. */
+/* Returns whether the columns of element e are contact DOFs that occur only once up to it. */
 static int allowed_columns(const sm_elastic *elastic, int32_t e, int32_t contacts) {
     const sm_element *element = &elastic->element[e];
     for (int k = 0; k < sm_element_columns(element); k++) {
@@ -48,6 +50,7 @@ static int allowed_columns(const sm_elastic *elastic, int32_t e, int32_t contact
     return 1;
 }
 
+/* Checks limits and stiffnesses of sliders. */
 static sm_status check_sliders(const sm_elastic *elastic, const sm_element *element) {
     if (element->sliders < 1 || element->first_slider < 0 ||
         element->first_slider > elastic->sliders - element->sliders)
@@ -59,6 +62,7 @@ static sm_status check_sliders(const sm_elastic *elastic, const sm_element *elem
     return SM_OK;
 }
 
+/* Checks the parameters of a frictional contact. */
 static sm_status check_frictional(const sm_element *element) {
     const double values[] = {element->friction, element->preload, element->gap,
                              element->tangential_stiffness, element->normal_stiffness};

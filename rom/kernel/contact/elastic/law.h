@@ -1,8 +1,9 @@
-/* Elastic contact laws as return maps: f = law(x, memory), and its tangent.
+/* Elastic contact laws as return maps: f = law(x, memory), and the tangent df/dx.
  *
- * Memory is where the sliders are: a slider of stiffness k at s pulls with k (x - s), at most with
- * its limit, and follows x beyond. Where the limit varies it is also where the contact was. The
- * reference stiffness is that of the contact while it sticks.
+ * A slider of stiffness k at position s has the force k (x - s) up to its limit; beyond, it follows
+ * x. The memory holds the positions s of the sliders; if the limit varies, also the displacements
+ * of the previous step. The reference stiffness is the stiffness of a sticking contact. solve.c and
+ * sm_elastic_force evaluate the laws.
  */
 #ifndef SLIPMODE_ELASTIC_LAW_H
 #define SLIPMODE_ELASTIC_LAW_H
@@ -13,25 +14,25 @@
 
 #define SM_MOST_COLUMNS 3 /* of an element: two tangential directions and the normal */
 
-/* What an element does to the contact DOFs that it has, in its own order of them. */
+/* Forces of an element on its contact DOFs, in the order of its columns. */
 typedef struct {
     double force[SM_MOST_COLUMNS];
     double tangent[SM_MOST_COLUMNS][SM_MOST_COLUMNS]; /* d force / d x */
     sm_contact_state state;
-    double *next; /* set by the caller: where the memory after the motion goes; may be `memory` */
+    double *next; /* set by the caller: receives the memory after the motion; may be `memory` */
 } sm_element_force;
 
-/* Contact DOFs of an element. */
+/* Returns the number of contact DOFs of an element. */
 static inline int sm_element_columns(const sm_element *element) {
     return element->law == SM_SLIDERS ? 1 : element->tangents + 1;
 }
 
-/* Doubles that an element remembers. */
+/* Returns the number of doubles that an element remembers. */
 static inline int sm_element_memory(const sm_element *element) {
     return element->law == SM_SLIDERS ? element->sliders : 2 * element->tangents + 1;
 }
 
-/* Whether any contact slides in two directions. */
+/* Returns whether any contact slides in two directions. */
 static inline int sm_elastic_slides_in_two(const sm_elastic *elastic) {
     int found = 0;
     for (int32_t e = 0; e < elastic->elements; e++)
@@ -39,7 +40,7 @@ static inline int sm_elastic_slides_in_two(const sm_elastic *elastic) {
     return found;
 }
 
-/* Jenkins elements side by side (Jenkins' law and Iwan's) at displacement x. */
+/* Evaluates parallel Jenkins elements (Jenkins' law and Iwan's) at displacement x. */
 static inline void sm_sliders_evaluate(const sm_elastic *elastic, const sm_element *element,
                                        double scale, double x, const double *memory,
                                        sm_element_force *result) {
@@ -64,17 +65,18 @@ static inline void sm_sliders_evaluate(const sm_elastic *elastic, const sm_eleme
     result->tangent[0][0] = tangent;
 }
 
-/* Any element at displacements x (N_c), reached from `memory`, with limits and preloads times
- * `scale`. */
+/* Evaluates any element at displacements x (N_c), reached from `memory`, with limits and preloads
+ * times `scale`. */
 void sm_element_evaluate(const sm_elastic *elastic, const sm_element *element, double scale,
                          const double *x, const double *memory, sm_element_force *result);
 
-/* Whether limits and preloads times s make x and f s times as large: there is no gap. */
+/* Returns whether x and f are proportional to a common factor of limits and preloads: no gap. */
 int sm_elastic_homogeneous(const sm_elastic *elastic);
 
+/* Checks that each contact DOF belongs to one element, and the parameters of all laws. */
 sm_status sm_elastic_check(const sm_elastic *elastic, int32_t contacts);
 
-/* Friction with a varying normal force, frictional.c, at displacements x of the element's columns. */
+/* Evaluates friction with a varying normal force, at displacements x of the element's columns. */
 void sm_frictional_evaluate(const sm_element *element, double scale, const double *x,
                             const double *memory, sm_element_force *result);
 

@@ -1,220 +1,265 @@
+/* Semismooth Newton method for x - R y(x) = u with a line search.
+ *
+ * Iterates fulfil x = u + R y, with unbalanced forces w = y(x) - y. Newton's step is dy = w + q,
+ * dx = R dy, with (I - D R) q = D R w, D = dy/dx: q is 0 where contacts stick. The step ends where
+ * its work g = dx . (y - y(x)) vanishes; it is reversed if g > 0 at its start and all of it fails.
+ *
+ * Sliders have a convex potential with the derivative g along the step: the solution is unique and
+ * found from any guess. Friction under a varying normal force has no potential; if it is strong,
+ * several solutions or none can exist. The solver returns the one reached from the guess, in time
+ * steps the contact forces y of the previous step, or SM_NOT_CONVERGED. */
 #include "contact/elastic/solve.h"
 
-#include <string.h>
 #include <stdlib.h>
 
-#include "base/block.h"
 #include "base/check.h"
-#include "contact/elastic/newton.h"
+#include "base/lanes.h"
+#include "contact/elastic/equations.h"
 
-#define MOST_HELD 4.0
-#define TOLERANCE 1e-11 /* of the displacements */
+/* Residual of displacements, relative to the largest displacement. */
+#define TOLERANCE 1e-11
+/* Relative to the tolerated residual: an unbalanced force with less effect waits until it grows. */
+#define NEGLECTED 1e-3
+/* Displacement that is rounding, relative to gaps, the closure by preloads and Newton's steps. */
+#define ROUNDING 1e-14
+/* Contacts may return to 0 from the displacements that they remember: the tolerance refers to this
+ * part of them at least. */
+#define REMEMBERED 1e-3
+/* Relative to k_ref: a smaller change of the tangent stiffness is rounding, the contact sticks. */
+#define STICKING 1e-14
+/* Drawn contacts needed up to 22 with friction coefficients below 0.5, up to 64 below 1. */
+#define MAX_ITERATIONS 100
+/* Work at the end of the line search, relative to its start. With 0.03 instead, some of 1e5 drawn
+ * steps with friction coefficients up to 1 do not converge. */
+#define REMAINING_WORK 0.01
+/* Work that is rounding, relative to the work of the contact forces: a dozen rounding errors. */
+#define WORK_ROUNDING 3e-15
+#define MAX_SEARCHES 40 /* evaluations of a line search, each of which shortens its interval */
+#define LEAST_CUT 0.1   /* of this interval, so that a kink near its lower end is approached */
 
-/* Normal displacements of further initial guesses, relative to all displacements. */
-static const double START[] = {0.0, -1.0, 1.0, -1e3, 1e3};
+/* Returns the larger number, or `a` if b is NaN; faster than fmax. */
+SM_INLINE double larger(double a, double b) { return b > a ? b : a; }
+
+/* Returns the largest of `least` and of the magnitudes of n numbers. */
+SM_INLINE double largest(double least, const double *values, size_t n) {
+    SM_SIMD_MAX(least)
+    for (size_t i = 0; i < n; i++) least = larger(least, fabs(values[i]));
+    return least;
+}
 
 void sm_elastic_solver_place(sm_elastic_solver *s, const sm_elastic *elastic, int contacts,
                              const double *flexibility, sm_block *block) {
     const size_t n = (size_t)contacts;
     *s = (sm_elastic_solver){.elastic = elastic, .contacts = contacts, .scale = 1.0,
-                             .slides = 1, .jenkins = 1, .flexibility = flexibility};
-    double **rows[] = {&s->f,     &s->y,  &s->step, &s->trial, &s->start,        &s->right,
-                       &s->limit, &s->z,  &s->by,   &s->own,   &s->own_residual, &s->taken_before,
-                       &s->residual_before};
+                             .slides = 1, .flexibility = flexibility,
+                             .remembered = sm_elastic_memory(elastic)};
+    double **rows[] = {&s->f,        &s->y,    &s->own_y,  &s->unbalanced, &s->residual,
+                       &s->step,     &s->step_y, &s->trial, &s->right};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
     s->deficit = sm_take(block, SM_MOST_COLUMNS * n);
     s->matrix = sm_take(block, n * n);
-    s->piece = sm_take(block, 2 * n);
-    s->next = sm_take(block, sm_elastic_memory(elastic));
-    int32_t **numbers[] = {&s->active, &s->changed, &s->owner};
-    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; k++)
-        *numbers[k] = (void *)sm_take(block, sm_doubles(n * sizeof(int32_t)));
+    s->next = sm_take(block, s->remembered);
+    s->active = (void *)sm_take(block, sm_doubles(n * sizeof(int32_t)));
+    s->owner = (void *)sm_take(block, sm_doubles(n * sizeof(int32_t)));
     s->state = (void *)sm_take(block, sm_doubles((size_t)elastic->elements * sizeof(int32_t)));
     if (!block->memory) return;
     for (int32_t e = 0; e < elastic->elements; e++) {
         const sm_element *element = &elastic->element[e];
-        const double *slider = elastic->slider + 2 * (size_t)element->first_slider;
         s->slides &= element->law == SM_SLIDERS;
-        s->jenkins &= s->slides && element->sliders == 1 && element->column[0] == e
-                      && slider[1] == elastic->reference[e];
-        if (s->jenkins) s->limit[e] = slider[0];
+        if (element->law == SM_FRICTIONAL) {
+            s->closure = larger(s->closure, element->preload / element->normal_stiffness);
+            s->gap = larger(s->gap, element->gap);
+        }
         for (int k = 0; k < sm_element_columns(element); k++) s->owner[element->column[k]] = e;
     }
 }
 
-/* The displacements that the residual is small against, but for x itself: u, and where x came from,
- * as u may be zero where sliders hold x at another place, and both may be. */
-SM_INLINE double given_scale(const sm_elastic_solver *s, const double *u) {
+/* Adds R values to `to` (N_c). */
+SM_INLINE void add_product(const sm_elastic_solver *s, const double *values, double *to) {
     const size_t n = (size_t)s->contacts;
-    return sm_largest(sm_largest(s->least, u, n), s->start, n);
-}
-
-/* The residual at x below which it is solved. */
-SM_INLINE double tolerated(const sm_elastic_solver *s, double given, const double *x) {
-    return sm_larger(TOLERANCE * sm_largest(given, x, (size_t)s->contacts), s->rounding);
-}
-
-/* What rounding makes of preloads and gaps, as displacements. */
-static double rounding_of(const sm_elastic *elastic, double scale) {
-    double largest = 0.0;
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const sm_element *element = &elastic->element[e];
-        if (element->law != SM_FRICTIONAL) continue;
-        const double preload = scale * element->preload / element->normal_stiffness;
-        largest = sm_larger(largest, sm_larger(preload, element->gap));
-    }
-    return 1e-15 * largest;
-}
-
-/* What was found at displacements. */
-typedef struct {
-    double residual, allowed; /* largest entry; below `allowed` it is solved */
-} found;
-
-/* x as if there were no y; what there is comes next. */
-SM_INLINE void begin(sm_elastic_solver *s, const double *u, const double *x) {
-    for (int i = 0; i < s->contacts; i++) {
-        s->taken[i] = 0.0;
-        s->residual[i] = x[i] - u[i];
+    for (size_t k = 0; k < n; k++) {
+        const double *restrict column = s->flexibility + k * n;
+        const double value = values[k];
+        if (value == 0.0) continue;
+        SM_SIMD
+        for (size_t i = 0; i < n; i++) to[i] += column[i] * value;
     }
 }
 
-/* Evaluates the contacts at x. The residual of sliders at the last x is updated. Contacts that open
- * are stiffer than the structure, and updates over large steps would lose digits. */
-SM_INLINE found look(sm_elastic_solver *s, const double *u, double given, const double *memory,
-                     const double *x) {
-    s->yielding = sm_evaluate(s, memory, x);
-    const double allowed = tolerated(s, given, x);
-    return (found){s->slides ? sm_renew_residual(s, allowed) : sm_find_residual(s, u, x), allowed};
+/* Sets x = u + R y. */
+SM_INLINE void find_displacement(const sm_elastic_solver *s, const double *u, const double *y,
+                                 double *x) {
+    memcpy(x, u, (size_t)s->contacts * sizeof(double));
+    add_product(s, y, x);
 }
 
-/* A part of the step from x: `to`, and of sliders the residual there with the y that it leads to. */
-SM_INLINE void take_part(sm_elastic_solver *s, double part, const double *x, double *to) {
-    for (int i = 0; i < s->contacts; i++) to[i] = x[i] + part * s->step[i];
-    for (int i = 0; i < s->contacts && s->slides; i++) {
-        s->taken[i] = s->taken_before[i] + part * s->z[i];
-        s->residual[i] = (1.0 - part) * s->residual_before[i];
+/* Evaluates element e; its DOFs that do not stick become active. */
+SM_INLINE void evaluate_element(sm_elastic_solver *s, int32_t e, const double *memory,
+                             const double *x, double *next) {
+    const sm_element *element = &s->elastic->element[e];
+    const int columns = sm_element_columns(element);
+    sm_element_force at;
+    at.next = next;
+    sm_element_evaluate(s->elastic, element, s->scale, x, memory, &at);
+    s->state[e] = (int32_t)at.state;
+    for (int k = 0; k < columns; k++) {
+        const int32_t i = element->column[k];
+        const double reference = s->elastic->reference[i];
+        double *deficit = s->deficit + (size_t)i * SM_MOST_COLUMNS;
+        int sticks = 1;
+        s->f[i] = at.force[k];
+        s->y[i] = reference * x[i] - at.force[k];
+        for (int j = 0; j < columns; j++) {
+            deficit[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
+            sticks &= fabs(deficit[j]) <= STICKING * reference;
+        }
+        if (!sticks) s->active[s->yielding++] = i;
     }
 }
 
-/* x moved along the step until the residual falls. */
-SM_INLINE found search(sm_elastic_solver *s, const double *u, double given,
-                       const double *memory, double *x, double residual) {
-    double part = 1.0;
-    found at;
-    for (int halving = 0; halving <= 6; halving++, part *= 0.5) {
-        take_part(s, part, x, s->trial);
-        at = look(s, u, given, memory, s->trial);
-        if (at.residual <= (1.0 - 0.1 * part) * residual) break;
+/* Sets f, y, next, state, the active DOFs and their deficit at displacements x. */
+SM_INLINE void evaluate(sm_elastic_solver *s, const double *memory, const double *x) {
+    s->yielding = 0;
+    double *next = s->next;
+    for (int32_t e = 0; e < s->elastic->elements; e++) {
+        const int remembered = sm_element_memory(&s->elastic->element[e]);
+        evaluate_element(s, e, memory, x, next);
+        memory += remembered;
+        next += remembered;
     }
-    memcpy(x, s->trial, (size_t)s->contacts * sizeof(double));
-    return at;
 }
 
-/* From x - R taken = u + residual. */
-SM_HOT_ONE static sm_status newton(sm_elastic_solver *s, const double *u, const double *memory,
-                                   double *x) {
-    const double given = given_scale(s, u);
-    found at = look(s, u, given, memory, x);
-    for (int iteration = 0; iteration < 40; iteration++) {
-        if (at.residual <= at.allowed) return SM_OK;
-        if (!isfinite(at.residual)) return SM_NOT_FINITE;
-        if (!sm_find_step(s, 0.0)) return SM_NOT_CONVERGED;
-        at = search(s, u, given, memory, x, at.residual);
-    }
-    return at.residual <= at.allowed ? SM_OK : SM_NOT_CONVERGED;
-}
-
-/* Where Newton's steps go round in circles: u is brought up in ever smaller pieces. That arrives
- * wherever the solution is unique, as it is for sliders, and for friction that is not strong. */
-static sm_status in_pieces(sm_elastic_solver *s, const double *u, const double *memory,
-                           double *x) {
+/* Sets the unbalanced forces of iterate y and the residual; returns its largest entry. */
+SM_INLINE double find_residual(sm_elastic_solver *s, const double *y, double tolerated) {
     const size_t n = (size_t)s->contacts;
-    begin(s, u, s->start);
-    look(s, u, given_scale(s, u), memory, s->start); /* the start solves for u + residual */
-    double done = 0.0, piece = 0.5;
-    double *part_u = s->piece, *start_u = part_u + n;
-    for (size_t i = 0; i < n; i++) start_u[i] = u[i] + s->residual[i];
-    memcpy(x, s->start, n * sizeof(double));
-    for (int tries = 0; done < 1.0; tries++) {
-        if (tries == 1000) return SM_NOT_CONVERGED;
-        const double to = fmin(1.0, done + piece);
-        for (size_t i = 0; i < n; i++) part_u[i] = start_u[i] + to * (u[i] - start_u[i]);
-        begin(s, part_u, x);
-        const sm_status status = newton(s, part_u, memory, x);
-        if (status == SM_NOT_FINITE) return status;
-        if (status == SM_OK) {
-            done = to;
-            piece *= 2.0;
-            memcpy(s->start, x, n * sizeof(double));
-        } else {
-            piece *= 0.5;
-            if (piece < 1.0 / 65536.0) return status;
-            memcpy(x, s->start, n * sizeof(double));
+    const double *reference = s->elastic->reference;
+    for (size_t i = 0; i < n; i++) {
+        const double unbalanced = s->y[i] - y[i];
+        const int neglected = fabs(unbalanced) <= NEGLECTED * tolerated * reference[i];
+        s->unbalanced[i] = neglected ? 0.0 : unbalanced;
+        s->residual[i] = 0.0;
+    }
+    add_product(s, s->unbalanced, s->residual);
+    return largest(0.0, s->residual, n);
+}
+
+/* Sets `right` to q at the active DOFs, from (I - D R) q = D residual. Where this is singular, q is
+ * 0: the step goes along the unbalanced forces. */
+SM_INLINE void find_reaction(sm_elastic_solver *s, size_t m) {
+    const size_t n = (size_t)s->contacts;
+    for (size_t a = 0; a < m; a++) {
+        const size_t i = (size_t)s->active[a];
+        const sm_element *element = &s->elastic->element[s->owner[i]];
+        double *restrict row = s->matrix + a * m;
+        s->right[a] = 0.0;
+        for (size_t b = 0; b < m; b++) row[b] = a == b ? 1.0 : 0.0;
+        for (int k = 0; k < sm_element_columns(element); k++) {
+            const double deficit = s->deficit[i * SM_MOST_COLUMNS + (size_t)k];
+            const double *restrict column = s->flexibility + (size_t)element->column[k] * n;
+            if (deficit == 0.0) continue;
+            s->right[a] += deficit * s->residual[element->column[k]];
+            for (size_t b = 0; b < m; b++) row[b] -= deficit * column[s->active[b]];
         }
     }
-    return SM_OK;
+    if (!sm_eliminate(m, s->matrix, s->right)) memset(s->right, 0, m * sizeof(double));
 }
 
-/* Strong friction may jam and let go at once: there the way ends, and x jumps. It creeps by
- * dx/dt = -residual, in implicit steps of 1 / held that grow as the residual falls. */
-static sm_status creep(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
-    const double given = given_scale(s, u);
-    begin(s, u, x);
-    found at = look(s, u, given, memory, x);
-    double held = MOST_HELD;
-    for (int iteration = 0; iteration < 400; iteration++) {
-        if (at.residual <= at.allowed) return SM_OK;
-        if (!isfinite(at.residual)) return SM_NOT_FINITE;
-        if (!sm_find_step(s, held)) return SM_NOT_CONVERGED;
-        take_part(s, 1.0 / (1.0 + held), x, x);
-        const double before = at.residual;
-        at = look(s, u, given, memory, x);
-        held = fmin(MOST_HELD, held * at.residual / before);
+/* Returns the work of the step against the unbalanced forces, `part` of it after iterate y. */
+SM_INLINE double work(const sm_elastic_solver *s, const double *y, double part) {
+    double sum = 0.0;
+    for (int i = 0; i < s->contacts; i++)
+        sum += s->step[i] * (y[i] + part * s->step_y[i] - s->y[i]);
+    return sum;
+}
+
+/* Sets Newton's step of x and y. */
+SM_INLINE void find_step(sm_elastic_solver *s) {
+    const size_t n = (size_t)s->contacts, m = (size_t)s->yielding;
+    find_reaction(s, m);
+    memcpy(s->step_y, s->unbalanced, n * sizeof(double));
+    for (size_t a = 0; a < m; a++) s->step_y[s->active[a]] += s->right[a];
+    memset(s->step, 0, n * sizeof(double));
+    add_product(s, s->step_y, s->step);
+}
+
+/* Reverses the step. */
+SM_INLINE void reverse_step(sm_elastic_solver *s) {
+    for (int i = 0; i < s->contacts; i++) {
+        s->step[i] = -s->step[i];
+        s->step_y[i] = -s->step_y[i];
+    }
+}
+
+/* Evaluates the contacts after a part of the step from x and y; returns the work there. */
+SM_INLINE double try_part(sm_elastic_solver *s, const double *x, const double *y,
+                          const double *memory, double part) {
+    for (int i = 0; i < s->contacts; i++) s->trial[i] = x[i] + part * s->step[i];
+    evaluate(s, memory, s->trial);
+    return work(s, y, part);
+}
+
+/* Sets `trial` to the part of the step at which its work vanishes, by false position limited to the
+ * lower half of the interval, and evaluates the contacts there; returns the part. */
+SM_INLINE double search(sm_elastic_solver *s, const double *x, const double *y,
+                        const double *memory) {
+    double size = 0.0, low = 0.0, high = 1.0, part = 1.0, at_low = work(s, y, 0.0);
+    for (int i = 0; i < s->contacts; i++) size += fabs(s->step[i] * y[i]);
+    const double remaining = larger(REMAINING_WORK * fabs(at_low), WORK_ROUNDING * size);
+    double now = try_part(s, x, y, memory, part);
+    if (at_low > 0.0 && fabs(now) > remaining) {
+        reverse_step(s);
+        at_low = -at_low;
+        now = try_part(s, x, y, memory, part);
+    }
+    for (int k = 0; k < MAX_SEARCHES; k++) {
+        if (fabs(now) <= remaining || (now < 0.0 && part == 1.0)) break;
+        if (now > 0.0) {
+            high = part;
+            part = low + (high - low) * fmin(fmax(at_low / (at_low - now), LEAST_CUT), 0.5);
+        } else {
+            low = part;
+            at_low = now;
+            part = 0.5 * (low + high);
+        }
+        now = try_part(s, x, y, memory, part);
+    }
+    return part;
+}
+
+SM_HOT_ONE sm_status sm_elastic_follow(sm_elastic_solver *s, const double *u, const double *memory,
+                                       double *x, double *y) {
+    const size_t n = (size_t)s->contacts;
+    const double remembered = REMEMBERED * largest(0.0, memory, s->remembered);
+    const double given = largest(largest(larger(s->resolved, remembered), u, n), x, n);
+    const double rounding = ROUNDING * larger(s->scale * s->closure, s->gap);
+    double longest = 0.0; /* of the steps */
+    evaluate(s, memory, x);
+    for (int iteration = 0; iteration < MAX_ITERATIONS; iteration++) {
+        const double tolerated = larger(TOLERANCE * largest(given, x, n), rounding);
+        const double residual = find_residual(s, y, tolerated);
+        if (!isfinite(residual)) return SM_NOT_FINITE;
+        if (residual <= tolerated && ROUNDING * longest <= tolerated) return SM_OK;
+        if (residual <= tolerated) { /* x has lost digits in long steps */
+            longest = 0.0;
+            find_displacement(s, u, y, x);
+            evaluate(s, memory, x);
+            continue;
+        }
+        find_step(s);
+        longest = largest(longest, s->step, n);
+        const double part = search(s, x, y, memory);
+        for (size_t i = 0; i < n; i++) y[i] += part * s->step_y[i];
+        memcpy(x, s->trial, n * sizeof(double));
     }
     return SM_NOT_CONVERGED;
 }
 
-/* Another initial guess: x = u, as if all contacts stuck, but moved in their normal direction. */
-static void displaced_guess(sm_elastic_solver *s, const double *u, double normal, double *x) {
-    const sm_elastic *elastic = s->elastic;
-    const double moved = normal * tolerated(s, given_scale(s, u), u) / TOLERANCE;
-    memcpy(x, u, (size_t)s->contacts * sizeof(double));
-    for (int32_t e = 0; e < elastic->elements; e++) {
-        const sm_element *element = &elastic->element[e];
-        if (element->law == SM_FRICTIONAL) x[element->column[element->tangents]] += moved;
-    }
-}
-
-/* From wherever it takes: the residual is that of x on entry. */
-static sm_status solve(sm_elastic_solver *s, const double *u, const double *memory, double *x) {
-    memcpy(s->start, x, (size_t)s->contacts * sizeof(double));
-    s->rounding = rounding_of(s->elastic, s->scale);
-    sm_status status = newton(s, u, memory, x);
-    if (status == SM_NOT_CONVERGED) status = in_pieces(s, u, memory, x);
-    if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
-    for (int start = 0; status == SM_NOT_CONVERGED && start < (int)(sizeof START / sizeof *START); start++) {
-        displaced_guess(s, u, START[start], x);
-        begin(s, u, x);
-        status = newton(s, u, memory, x);
-        if (status == SM_NOT_CONVERGED) status = creep(s, u, memory, x);
-    }
-    return status;
-}
-
 sm_status sm_elastic_solve(sm_elastic_solver *s, const double *u, const double *memory,
                            double *x) {
-    s->taken = s->own;
-    s->residual = s->own_residual;
-    begin(s, u, x);
-    return solve(s, u, memory, x);
-}
-
-sm_status sm_elastic_follow(sm_elastic_solver *s, const double *u, const double *memory, double *x,
-                            double *taken, double *residual) {
-    s->taken = taken;
-    s->residual = residual;
-    return solve(s, u, memory, x);
+    evaluate(s, memory, x);
+    memcpy(s->own_y, s->y, (size_t)s->contacts * sizeof(double));
+    find_displacement(s, u, s->own_y, x);
+    return sm_elastic_follow(s, u, memory, x, s->own_y);
 }
 
 sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,

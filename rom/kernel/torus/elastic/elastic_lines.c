@@ -6,33 +6,38 @@
 #include "base/check.h"
 #include "contact/elastic/reversal.h"
 
-#define RESOLVED 1e-3 /* of the displacement of contacts that stick: the solver resolves no less */
+/* Displacement that the solver resolves, relative to that of contacts that stick. */
+#define RESOLVED 1e-3
+/* Turns of line B in a period are whole up to this relative error. */
+#define WHOLE 1e-9
 
+/* Returns the doubles of the harmonics of y. */
 static size_t harmonics_size(const sm_elastic_lines *e) {
     return 2 * e->lines.orders * e->lines.contacts;
 }
 
 /* ---- closed phase lines ---------------------------------------------------------------- */
 
-/* By how many lines their ends lie behind their beginnings; 0 where they are not closed, the ratio
- * no multiple of 1 / lines, or the ends of half a period lie between the lines. */
+/* Returns the number of lines from the start of a line to its end. It is 0 if the ratio is no
+ * multiple of 1 / lines (open lines), or if half a period ends between two lines. */
 static size_t shift_of(const sm_elastic_lines *e, int half) {
     const double lines = (double)e->lines.lines, turns = e->lines.ratio * lines;
     const double whole = nearbyint(turns), by = half ? 0.5 * (whole - lines) : whole;
-    if (fabs(turns - whole) >= 1e-9 * turns || by != nearbyint(by)) return 0;
+    if (fabs(turns - whole) >= WHOLE * turns || by != nearbyint(by)) return 0;
     return (size_t)(fmod(by, lines) + lines) % e->lines.lines;
 }
 
+/* Chooses half or whole periods: sm_torus_law.by_halves. */
 static int by_halves(sm_march *m, int half) {
     sm_elastic_lines *e = m->lines;
-    /* under forces with odd harmonics alone, sliders repeat half a period with opposite sign */
+    /* if all harmonics are odd, sliders repeat with opposite sign after half a period */
     e->half = half && e->solver.slides && sm_is_odd(m->task->grid)
               && (e->contact->modes == 1 || shift_of(e, 1) > 0);
     e->shift = shift_of(e, e->half);
     return e->half;
 }
 
-/* The memory (lines, memory_size) by the places where the lines began the march. */
+/* Copies the memory (lines, memory_size) to or from the order in which the lines first started. */
 static void exchange_memory(sm_march *m, double *by_place, int back) {
     const sm_elastic_lines *e = m->lines;
     for (size_t p = 0; p < e->lines.lines; p++) {
@@ -46,7 +51,7 @@ static void exchange_memory(sm_march *m, double *by_place, int back) {
 
 void sm_elastic_lines_start(sm_elastic_lines *e, double displacement) {
     const size_t lines = e->lines.lines;
-    e->solver.least = RESOLVED * displacement;
+    e->solver.resolved = RESOLVED * displacement;
     e->turned = 0;
     sm_phases_start(&e->lines.phases);
     memset(e->history, 0, SM_HISTORIES * e->lines.contacts * lines * sizeof(double));
@@ -55,6 +60,7 @@ void sm_elastic_lines_start(sm_elastic_lines *e, double displacement) {
     sm_marched_start(&e->marched);
 }
 
+/* Starts the contacts at a point: sm_torus_law.start. */
 static void start(sm_march *m, const double *Y) {
     sm_elastic_lines *e = m->lines;
     const sm_scales scales =
@@ -62,7 +68,7 @@ static void start(sm_march *m, const double *Y) {
     sm_elastic_lines_start(e, scales.response);
     if (!Y) return;
     sm_marched_begin(&e->marched, &e->lines, Y);
-    if (e->solver.jenkins) sm_place_sliders(e, Y);
+    if (e->solver.slides) sm_place_sliders(e, Y);
 }
 
 /* ---- steps ----------------------------------------------------------------------------- */
@@ -87,18 +93,18 @@ void sm_elastic_lines_displace(sm_elastic_lines *e, const double *amplitude, con
     }
 }
 
-/* Corrects the sliders that turned back between the last two steps of line p, and y for it. */
+/* Corrects the sliders that turned back around the last step of line p, and y. */
 static void reverse(sm_elastic_lines *e, size_t p) {
     const size_t at = p * e->lines.contacts;
     const sm_reversal reversal = {
         .x = e->x_before, .z = {e->stuck_x[1] + at, e->stuck_x[0] + at, e->own_stuck_x},
-        .gives = e->yields, .now = e->solver.slides ? e->own_y : NULL,
+        .compliance = e->compliance, .now = e->solver.slides ? e->own_y : NULL,
         .before = e->own_correction};
     sm_elastic_reverse(e->contact->elastic, &reversal, e->memory + p * e->memory_size);
 }
 
-/* Solves a step of line p: its force deficit under u. u and y are `stride` doubles apart from
- * contact to contact; y_mean (N_c) has the corrections that means over steps need. */
+/* Solves a step of line p for its force deficit y under u. Entries of u and y for two contacts are
+ * `stride` doubles apart; y_mean (N_c) includes the corrections for means over steps. */
 static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, double *y,
                            double *y_mean) {
     const size_t n = e->lines.contacts, stride = e->lines.stride, at = p * n;
@@ -111,21 +117,21 @@ static sm_status step_line(sm_elastic_lines *e, size_t p, const double *u, doubl
         last_u[i] = e->own_u[i];
     }
     const sm_status status =
-        sm_elastic_follow(&e->solver, e->own_u, memory, x, e->y + at, e->residual + at);
+        sm_elastic_follow(&e->solver, e->own_u, memory, x, e->y + at);
     if (status != SM_OK) return status;
     memcpy(e->own_y, e->solver.y, n * sizeof(double));
     memset(e->own_correction, 0, n * sizeof(double));
     if (e->solver.slides && e->solver.yielding > 0)
         sm_elastic_begin(&e->solver, e->x_before, memory, e->own_y);
     memcpy(memory, e->solver.next, e->memory_size * sizeof(double));
-    for (size_t i = 0; i < n; i++) e->own_stuck_x[i] = x[i] - e->yields[i] * e->solver.y[i];
+    for (size_t i = 0; i < n; i++) e->own_stuck_x[i] = x[i] - e->compliance[i] * e->solver.y[i];
     if (e->slipped[p]) reverse(e, p);
     e->slipped[p] = e->solver.yielding > 0;
     memcpy(e->stuck_x[1] + at, e->stuck_x[0] + at, n * sizeof(double));
     memcpy(e->stuck_x[0] + at, e->own_stuck_x, n * sizeof(double));
     for (size_t i = 0; i < n; i++) {
-        /* the correction of the step before is added now: for the modes once; for means over steps
-         * by linear extrapolation through this step and the last */
+        /* the correction of the previous step is added now: once for the modes; for means over
+         * steps by linear extrapolation through both steps */
         y[i * stride] = e->own_y[i] + e->own_correction[i];
         y_mean[i] = e->own_y[i] + 2.0 * e->own_correction[i] - correction[i];
         correction[i] = e->own_correction[i];
@@ -153,12 +159,13 @@ sm_status sm_elastic_lines_step(sm_elastic_lines *e, size_t first, size_t count,
 
 /* ---- periods --------------------------------------------------------------------------- */
 
+/* Changes the sign of numbers. */
 static void negate(double *values, size_t count) {
     for (size_t k = 0; k < count; k++) values[k] = -values[k];
 }
 
-/* Begins the next period: phases, and sliders that moved on the line before only. Half a period
- * later odd motion has the opposite sign. */
+/* Starts the next period: turns the phases and carries sliders over. After half a period, odd
+ * motion has the opposite sign. */
 static void turn(sm_elastic_lines *e) {
     const size_t lines = e->lines.lines;
     sm_phases_turn(&e->lines.phases, e->half ? 0.5 * (e->lines.ratio - 1.0) : e->lines.ratio);
@@ -170,6 +177,7 @@ static void turn(sm_elastic_lines *e) {
     negate(e->marched.state, sm_marched_size(e->contact->response, e->lines.stride));
 }
 
+/* Integrates the contacts over a period: sm_torus_law.period. */
 static sm_status march_period(sm_march *m) {
     sm_elastic_lines *e = m->lines;
     const size_t n = e->lines.contacts, steps = e->lines.steps / (e->half ? 2 : 1);
@@ -196,27 +204,28 @@ static sm_status march_period(sm_march *m) {
 
 /* ---- memory ---------------------------------------------------------------------------- */
 
-/* A slider forgets its position as soon as it slides. One that slides in two directions keeps a
- * part of it for many periods: then the memory of the contacts is among the unknowns. */
+/* Returns the doubles of memory that are unknowns of periodic motion. A slider forgets its position
+ * when it slides; in two directions it keeps a part of it for many periods. */
 static size_t memory_unknowns(const sm_elastic_lines *e) {
     const int closed = e->contact->modes == 1 || shift_of(e, 0) > 0;
     return closed && sm_elastic_slides_in_two(e->contact->elastic) ? e->lines.lines * e->memory_size
                                                                    : 0;
 }
 
+/* Takes the arrays from a block, or counts them. */
 static void place(sm_elastic_lines *e, sm_block *block) {
     const sm_contact *contact = e->contact;
     const size_t n = e->lines.contacts, lines = e->lines.lines;
     sm_phase_lines_place(&e->lines, block);
     e->flexibility = sm_take(block, n * n);
     e->history = sm_take(block, 0);
-    double **histories[SM_HISTORIES] = {&e->x,          &e->u,          &e->y,         &e->residual,
+    double **histories[SM_HISTORIES] = {&e->x,          &e->u,          &e->y,
                                         &e->stuck_x[0], &e->stuck_x[1], &e->correction};
     for (int k = 0; k < SM_HISTORIES; k++) *histories[k] = sm_take(block, n * lines);
     e->slipped = (void *)sm_take(block, sm_doubles(lines * sizeof(int32_t)));
     e->memory = sm_take(block, lines * e->memory_size);
     e->memory_at_start = sm_take(block, lines * e->memory_size);
-    double **rows[] = {&e->yields, &e->x_before,       &e->own_u, &e->own_stuck_x,
+    double **rows[] = {&e->compliance, &e->x_before,       &e->own_u, &e->own_stuck_x,
                        &e->own_y,  &e->own_correction, &e->square};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
     e->Y = sm_take(block, harmonics_size(e));
@@ -226,6 +235,7 @@ static void place(sm_elastic_lines *e, sm_block *block) {
                             block);
 }
 
+/* Frees the lines: sm_torus_law.release. */
 static void release(sm_march *m) {
     sm_elastic_lines *e = m->lines;
     if (e) free(e->block);
@@ -233,7 +243,8 @@ static void release(sm_march *m) {
 }
 
 sm_status sm_elastic_make(sm_march *m) {
-    static const sm_torus_law law = {start, march_period, by_halves, exchange_memory, NULL, release};
+    static const sm_torus_law law = {start,           march_period, by_halves,
+                                     exchange_memory, NULL,         release};
     const sm_contact *contact = m->contact;
     const sm_discretisation *grid = m->task->grid;
     const size_t n = (size_t)contact->contacts;
@@ -253,7 +264,7 @@ sm_status sm_elastic_make(sm_march *m) {
     place(e, &block);
     for (size_t k = 0; k < n * n; k++) e->flexibility[k] = -contact->stiffness[k];
     for (size_t i = 0; i < n && e->solver.slides; i++)
-        e->yields[i] = e->flexibility[i * n + i];
+        e->compliance[i] = e->flexibility[i * n + i];
     m->points = 1;
     m->memory = memory_unknowns(e);
     m->response = e->response;

@@ -4,8 +4,8 @@
 
 #include "base/lanes.h"
 
-#define ENTRIES 8 /* of advance: (p, v, g_0, g_1) to p, and to v */
-#define WIDTH SM_VECTOR /* the stride is a multiple */
+#define ENTRIES 8 /* of `advance` for a mode: factors of p, v, g_0, g_1 in p, and in v */
+#define WIDTH SM_VECTOR /* the stride is a multiple of it */
 
 void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t contacts,
                       size_t stride, sm_block *block) {
@@ -17,7 +17,7 @@ void sm_marched_start(sm_marched *m) {
     memset(m->state, 0, sm_marched_size(m->response, m->stride) * sizeof(double));
 }
 
-/* s (lines) += 2 Re(G r exp(i m t_B0)), of a complex G and r. */
+/* Adds 2 Re(G r exp(i m t_B0)) to s (lines), for complex G and r. */
 static void add_turned(const sm_phase_lines *l, int m, const double G[2], const double r[2],
                        double *s) {
     const double re = 2.0 * (G[0] * r[0] - G[1] * r[1]), im = 2.0 * (G[0] * r[1] + G[1] * r[0]);
@@ -50,7 +50,7 @@ SM_HOT void sm_marched_displace(const sm_marched *m, double *u) {
             const double *restrict by = m->response->advance + ENTRIES * k;
             const double *restrict drawn = m->response->projection + k * m->contacts;
             const double *restrict s = m->state + 3 * k * m->stride + first;
-            double now[WIDTH]; /* stays in registers */
+            double now[WIDTH]; /* kept in registers */
             SM_SIMD
             for (size_t p = 0; p < WIDTH; p++)
                 now[p] = by[0] * s[p] + by[1] * s[m->stride + p] + by[2] * s[2 * m->stride + p];
@@ -69,7 +69,7 @@ SM_HOT void sm_marched_advance(sm_marched *m, const double *y) {
             const double *restrict drawn = m->response->projection + k * m->contacts;
             double *restrict s = m->state + 3 * k * m->stride + first;
             double *restrict v = s + m->stride, *restrict g = v + m->stride;
-            double force[WIDTH] = {0.0}; /* stays in registers */
+            double force[WIDTH] = {0.0}; /* kept in registers */
             for (size_t i = 0; i < m->contacts; i++) {
                 const double *restrict from = y + i * m->stride + first;
                 SM_SIMD

@@ -1,5 +1,8 @@
-/* Modes that are integrated along the phase lines with the contacts, and the response of all other
- * modes to harmonics; see sm_modal_response. */
+/* Modes that are integrated in time with the contacts, along the phase lines of a point.
+ *
+ * Mode k moves under the force g_k = drawn_k y, linear in time over a step: (p, v) at its end
+ * follow from (p, v, g) at its start and g at its end by `advance`; see sm_modal_response.
+ * elastic_lines.c calls these functions in each step. */
 #ifndef SLIPMODE_MARCHED_H
 #define SLIPMODE_MARCHED_H
 
@@ -11,25 +14,28 @@
 typedef struct {
     const sm_modal_response *response; /* NULL: there are none */
     size_t modes, contacts;
-    size_t stride;   /* lines, and lanes that only fill vectors up */
+    size_t stride;   /* lines, rounded up to whole vectors */
     double *state;   /* (modes, 3, stride): p, v, and the force g on it */
 } sm_marched;
 
+/* Returns the number of integrated modes. */
 static inline size_t sm_marched_modes(const sm_modal_response *response) {
     return response ? (size_t)response->marched : 0;
 }
+/* Returns the doubles of their state. */
 static inline size_t sm_marched_size(const sm_modal_response *response, size_t stride) {
     return 3 * sm_marched_modes(response) * stride;
 }
+/* Takes the state from a block, or counts it. */
 void sm_marched_place(sm_marched *m, const sm_modal_response *response, size_t contacts,
                       size_t stride, sm_block *block);
-/* All at rest. */
+/* Sets all modes at rest. */
 void sm_marched_start(sm_marched *m);
-/* As they move in the end where the contacts have the harmonics Y (orders, N_c, 2). */
+/* Sets the periodic motion of the modes under harmonics Y (orders, N_c, 2) of y, at t = 0. */
 void sm_marched_begin(sm_marched *m, const sm_phase_lines *lines, const double *Y);
-/* u (N_c, stride) += what the modes do to the contacts in a step without its force. */
+/* Adds to u (N_c, stride) the displacement by the modes at the end of a step, without its force. */
 void sm_marched_displace(const sm_marched *m, double *u);
-/* To the end of the step, where the contacts have y (N_c, stride). */
+/* Advances the modes to the end of the step, where the force deficit is y (N_c, stride). */
 void sm_marched_advance(sm_marched *m, const double *y);
 
 #endif

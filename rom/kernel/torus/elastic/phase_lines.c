@@ -9,7 +9,7 @@
 
 #define WIDTH SM_VECTOR
 #define TOGETHER SM_TOGETHER
-#define POWERS SM_POWERS /* whose sums over the lines are formed together */
+#define POWERS SM_POWERS /* values of m whose sums over the lines are formed together */
 
 void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
     l->stride = sm_whole_lines(l->lines);
@@ -34,12 +34,12 @@ void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
         }
 }
 
-/* Of a step, sums over the harmonics of each |m|: u = Re sum_m by_power_m exp(i m t_B0). */
+/* Sums the harmonics of each |m| at a step: u = Re sum_m by_power_m exp(i m t_B0). */
 SM_INLINE void add_harmonics(const sm_phase_lines *l, const double *phasor, double *by_power) {
     memset(by_power, 0, 2 * l->phases.powers * l->row * sizeof(double));
     for (size_t q = 0; q < l->orders; q++, phasor += 2) {
         const int m = l->order[2 * q + 1];
-        const double c = phasor[0], s = phasor[1], back = m < 0 ? -1.0 : 1.0; /* its conjugate */
+        const double c = phasor[0], s = phasor[1], back = m < 0 ? -1.0 : 1.0; /* conjugate of |m| */
         const double *restrict re = l->harmonics + 2 * q * l->row, *restrict im = re + l->row;
         double *restrict to = by_power + 2 * (size_t)abs(m) * l->row, *restrict im_to = to + l->row;
         for (size_t first = 0; first < l->row; first += WIDTH) {
@@ -52,11 +52,11 @@ SM_INLINE void add_harmonics(const sm_phase_lines *l, const double *phasor, doub
     }
 }
 
-/* u of WIDTH lines of a contact at `count` steps, a literal; u[k] is `all` after u[k - 1]. */
+/* Sets u of WIDTH lines of a contact at `count` (a literal) steps. */
 SM_INLINE void displace(const size_t count, const sm_phase_lines *l, const double *by_power,
                         const double *across, double *u) {
     const size_t all = l->contacts * l->stride, step = 2 * l->phases.powers * l->row;
-    double sum[TOGETHER][WIDTH] = {{0.0}}; /* stays in registers */
+    double sum[TOGETHER][WIDTH] = {{0.0}}; /* kept in registers */
     for (size_t m = 0; m < l->phases.powers; m++, across += 2 * l->stride, by_power += 2 * l->row) {
         for (size_t k = 0; k < count; k++) {
             const double re = by_power[k * step], im = by_power[k * step + l->row];
@@ -88,9 +88,9 @@ void sm_phase_lines_clear(sm_phase_lines *l) {
     memset(l->sums, 0, 2 * l->orders * l->row * sizeof(double));
 }
 
-/* Of WIDTH contacts at a step, sums of y exp(-i m t_B0) over the lines for POWERS m from m on. */
+/* Sums y exp(-i m t_B0) of WIDTH contacts at a step over the lines, for POWERS values of m. */
 SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, double *by_power) {
-    double re[POWERS][WIDTH] = {{0.0}}, im[POWERS][WIDTH] = {{0.0}}; /* stay in registers */
+    double re[POWERS][WIDTH] = {{0.0}}, im[POWERS][WIDTH] = {{0.0}}; /* kept in registers */
     for (size_t p = 0; p < l->lines; p++, y += l->row)
         for (size_t j = 0; j < POWERS; j++) {
             const double *from = l->phases.across + 2 * (m + j) * l->stride + p;
@@ -107,15 +107,15 @@ SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, dou
     }
 }
 
-/* Adds what WIDTH contacts have at `count` steps, a literal, to their sums of each harmonic. */
+/* Adds the sums over lines of WIDTH contacts at `count` (a literal) steps to their harmonics. */
 SM_INLINE void add_steps(const size_t count, const sm_phase_lines *l, const double *phasor,
                          double weight, const double *by_power, double *sums) {
     const size_t step = 2 * l->phases.powers * l->row;
     for (size_t q = 0; q < l->orders; q++, phasor += 2, sums += 2 * l->row) {
         const int m = l->order[2 * q + 1];
         const double *from = by_power + 2 * (size_t)abs(m) * l->row;
-        const double back = m < 0 ? -1.0 : 1.0; /* its conjugate */
-        double re[WIDTH], im[WIDTH]; /* stay in registers */
+        const double back = m < 0 ? -1.0 : 1.0; /* conjugate of |m| */
+        double re[WIDTH], im[WIDTH]; /* kept in registers */
         memcpy(re, sums, sizeof re);
         memcpy(im, sums + l->row, sizeof im);
         for (size_t k = 0; k < count; k++) {

@@ -1,8 +1,9 @@
-/* Harmonics along phase lines t_B = t_B0 + ratio t_A, side by side in lanes: the forcing at the
- * steps of a period from its harmonics, and the harmonics of the result.
+/* Displacements along phase lines t_B = t_B0 + ratio t_A from their harmonics, and the harmonics of
+ * the force deficit; lines lie side by side in lanes.
  *
- * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over harmonics of one |m|
- * are formed once a step, for all lines.
+ * exp(i (n t_A + m t_B)) = exp(i (n + m ratio) t_A) exp(i m t_B0): sums over the harmonics of one
+ * |m| are formed once in a step for all lines. elastic_lines.c and torus/growth.c call these
+ * functions.
  */
 #ifndef SLIPMODE_PHASE_LINES_H
 #define SLIPMODE_PHASE_LINES_H
@@ -12,8 +13,8 @@
 typedef struct {
     size_t contacts, orders, lines;
     size_t steps;         /* of a period of mode A */
-    size_t stride;        /* lines, and lanes that only fill vectors up: sm_whole_lines */
-    size_t row;           /* the same of contacts */
+    size_t stride;        /* lines, rounded up to whole vectors: sm_whole_lines */
+    size_t row;           /* contacts, rounded up to whole vectors */
     const int32_t *order; /* (orders, 2): n, m */
     double ratio;         /* omega_B / omega_A */
     double *phasor;       /* (steps, orders, 2): exp(i (n + m ratio) t_A) */
@@ -25,15 +26,16 @@ typedef struct {
     double *y_mean;       /* (SM_TOGETHER, lines, row): y for the sums */
 } sm_phase_lines;
 
-/* Takes the memory; sizes, orders and ratio are set. */
+/* Takes the arrays from a block, or counts them; sizes, orders and ratio are set. */
 void sm_phase_lines_place(sm_phase_lines *lines, sm_block *block);
-/* u at the ends of up to SM_TOGETHER steps from `first` on. */
+/* Sets u at the ends of up to SM_TOGETHER steps from `first` on. */
 void sm_phase_lines_displace(sm_phase_lines *lines, size_t first, size_t count);
-/* Sums begin at nothing; y_mean at the ends of steps adds to them, times `weight`. */
+/* Sets the sums to 0. */
 void sm_phase_lines_clear(sm_phase_lines *lines);
+/* Adds y_mean at the ends of these steps, times `weight`, to the sums. */
 void sm_phase_lines_add(sm_phase_lines *lines, size_t first, size_t count, double weight);
-/* Y (orders, N_c, 2): the sums as means over so many steps and the lines. The mean itself is (0,
- * 0): of two conjugates one half. */
+/* Sets Y (orders, N_c, 2), the means of the sums over `steps` and the lines. Harmonic (0, 0) is the
+ * mean value, which counts half in the real part of a sum. */
 void sm_phase_lines_collect(const sm_phase_lines *lines, size_t steps, double *Y);
 
 #endif

@@ -1,7 +1,11 @@
+/* Initial positions of sliders in periodic motion: after a period, and from harmonics.
+ *
+ * elastic_lines.c calls both functions, which elastic_lines.h describes. */
 #include <string.h>
 
 #include "torus/elastic/elastic_lines.h"
 
+/* Carries the positions of one slider over, from the lines on which it has moved. */
 static void carry_over(const sm_elastic_lines *e, const double *at_start, double *now) {
     const size_t lines = e->lines.lines, stride = e->memory_size;
     const double sign = e->half ? -1.0 : 1.0;
@@ -31,19 +35,29 @@ void sm_carry_sliders_over(sm_elastic_lines *e) {
     }
 }
 
-void sm_place_sliders(sm_elastic_lines *e, const double *Y) {
+/* Adds the harmonics of contact i in Y (orders, N_c, 2), over its stiffness, to its sliders. */
+static void place_slider(const sm_elastic_lines *e, size_t i, const double *Y, double stiffness,
+                         double *slider) {
     const sm_phase_lines *l = &e->lines;
-    const double *reference = e->contact->elastic->reference;
-    const size_t n = l->contacts;
-    double *memory = e->memory;
-    memset(memory, 0, l->lines * n * sizeof(double));
-    for (size_t q = 0; q < l->orders; q++, Y += 2 * n) {
+    Y += 2 * i;
+    for (size_t q = 0; q < l->orders; q++, Y += 2 * l->contacts) {
         const int m = l->order[2 * q + 1];
         const double *c = sm_phases_power(&l->phases, m), *s = c + l->phases.wide;
         const double back = m < 0 ? -1.0 : 1.0;
         for (size_t p = 0; p < l->lines; p++)
-            for (size_t i = 0; i < n; i++)
-                memory[p * n + i] +=
-                    2.0 * (Y[2 * i] * c[p] - back * Y[2 * i + 1] * s[p]) / reference[i];
+            slider[p * e->memory_size] += 2.0 * (Y[0] * c[p] - back * Y[1] * s[p]) / stiffness;
+    }
+}
+
+void sm_place_sliders(sm_elastic_lines *e, const double *Y) {
+    const sm_elastic *elastic = e->contact->elastic;
+    double *memory = e->memory;
+    for (int32_t k = 0; k < elastic->elements; k++) {
+        const sm_element *element = &elastic->element[k];
+        const int32_t i = element->column[0];
+        const double stiffness = elastic->slider[2 * element->first_slider + 1];
+        if (element->sliders == 1 && stiffness == elastic->reference[i])
+            place_slider(e, (size_t)i, Y, stiffness, memory);
+        memory += sm_element_memory(element);
     }
 }
