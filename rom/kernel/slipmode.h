@@ -1,13 +1,9 @@
-/* slipmode: the numerical core of the Python packages and of the FMU. Equation numbers refer to the
- * source paper.
- *
- * Conventions
+/* slipmode: the numerical core of Python and the FMU. Equation numbers refer to the source paper.
  *   - matrices are row-major; complex numbers are (re, im) pairs of doubles;
  *   - modal displacement q_j = a_j exp(i theta_j) + c.c., theta_j' = Omega_j;
  *   - S_j(|a_A|, |a_B|) = Q_j |a_j| is the tabulated friction term of mode j, eq. (20);
  *   - no globals; memory is taken only by functions whose name ends in _create;
- *   - functions that check arguments or can fail return an sm_status, whose text is sm_message().
- */
+ *   - functions that check arguments or can fail return an sm_status, whose text is sm_message(). */
 #ifndef SLIPMODE_H
 #define SLIPMODE_H
 
@@ -37,7 +33,6 @@ typedef enum {
     SM_STEP_TOO_SMALL  /* the slow flow cannot meet its tolerance */
 } sm_status;
 
-/* Returns the text of a status. */
 SM_API const char *sm_message(sm_status status);
 
 /* ---- friction and the contact problem ------------------------------------------------ */
@@ -59,7 +54,6 @@ typedef struct {
     double gap;                    /* normal displacement at which the contact closes [m] */
 } sm_element;
 
-/* The elastic contacts of a structure. */
 typedef struct {
     int32_t elements, sliders;
     const sm_element *element;
@@ -77,15 +71,15 @@ SM_API sm_status sm_elastic_force(const sm_elastic *elastic, int32_t contacts, c
                                   double *memory, double *force);
 
 /* Computes the static displacements x (N_c) of the contacts and the forces on them, without
- * preload, in one step from rest. If all contacts stick their displacement is `displacement`
- * (N_c); their displacement per force deficit of the reference springs is `flexibility` (N_c,
- * N_c). SM_NOT_CONVERGED if there is no equilibrium. */
+ * preload, in one step from rest. If all contacts stick their displacement is `displacement` (N_c);
+ * their displacement per force deficit of the reference springs is `flexibility` (N_c, N_c).
+ * SM_NOT_CONVERGED if there is no equilibrium. */
 SM_API sm_status sm_elastic_equilibrium(const sm_elastic *elastic, int32_t contacts,
                                         const double *flexibility, const double *displacement,
                                         double *x, double *force);
 
-/* A combination resonance: a harmonic (n, m) of the contact motion whose frequency
- * n Omega_A + m Omega_B is near the carrier of a mode. It drives this mode by T = -L^T P_nm. */
+/* A combination resonance: a harmonic (n, m) of the contact motion whose frequency n Omega_A + m
+ * Omega_B is near the carrier of a mode. It drives this mode by T = -L^T P_nm. */
 typedef struct {
     int32_t mode, n, m;
 } sm_combination;
@@ -98,7 +92,7 @@ typedef struct {
      * sliders have a larger tolerance, because they matter only by the response of the modes. */
     int32_t requested;
     /* (orders_count, N_c, N_c, 2) H_nm(nu): force on the contacts per P_nm, a symmetric matrix.
-     * Only the torus uses it; along a trajectory the segments contain the force. */
+     * For the torus; along a trajectory the segments contain the force. */
     const double *dynamic_stiffness;
     /* Modes that are integrated together with elastic contacts, in the time steps of the torus.
      * Their response is not in K and H. The force on mode k is g = projection_k y. In a step
@@ -110,11 +104,9 @@ typedef struct {
     const double *advance;    /* (marched, 8) */
     /* (orders_count, marched, 2, 2) p and v at t = 0 per harmonic of g in periodic motion. */
     const double *periodic;
-    /* (orders_count, N_c, 2) initial guess of the harmonics that the modes respond to, the same for
-     * every point of the torus; NULL: 0. */
+    /* (orders_count, N_c, 2) initial guess of the harmonics at every point; NULL: 0. */
     const double *start;
-    /* (orders_count, N_c, 2) harmonics of a prescribed force on the contacts; NULL: none. Only the
-     * torus uses it. */
+    /* (orders_count, N_c, 2) prescribed force on the contacts, for the torus; NULL: none. */
     const double *prescribed;
 } sm_modal_response;
 
@@ -138,7 +130,6 @@ typedef struct {
     const sm_elastic *elastic; /* SM_ELASTIC; no mass, no damping then */
 } sm_contact;
 
-/* Checks a contact problem. */
 SM_API sm_status sm_contact_check(const sm_contact *contact);
 
 /* Discretisation of the torus of the phases t_A, t_B: `lines` phase lines with `steps` time steps
@@ -150,7 +141,6 @@ typedef struct {
     int32_t orders_count;
     const int32_t *orders;   /* (orders_count, 2) harmonics (n, m), one of each pair +-(n, m); the
                                 harmonics of contact->response must be the same */
-    /* for sm_torus_harmonics: */
     double tolerance;        /* largest change of a harmonic of periodic motion, relative to the
                                 frictionless displacement of the contacts by its mode */
     const double *smallest_scale; /* (modes) smallest amplitudes for this displacement */
@@ -174,10 +164,9 @@ typedef struct {
     double *mean_square; /* (count, N_c) of the displacement. The mean square of the harmonics that
                             are not computed is mean_square - 2 sum |P_nm|^2. */
     double *residual;    /* (count) estimated distance from periodicity at the end of the march. It
-                            exceeds the tolerance after max_periods periods, or if harmonics keep
-                            changing by the discretisation error: harmonics and mean_square are
-                            then means, and the residual is the distance of the last harmonics
-                            from the mean. */
+                            exceeds the tolerance after max_periods, or if discretisation errors
+                            persist: harmonics and mean_square are then means, and this is the
+                            distance of the last harmonics from the mean. */
     int32_t *marched;    /* (count) time steps along each line */
 } sm_torus_motion;
 
@@ -220,8 +209,8 @@ typedef struct {
     double *displacement, *velocity, *force;
 } sm_contact_samples;
 
-/* Integrates the contact motion over consecutive segments, from displacement `start_x` (N_c;
- * NULL: 0) at the start of the first segment. */
+/* Integrates the contact motion over consecutive segments, from displacement `start_x` (N_c; NULL:
+ * 0) at the start of the first segment. */
 SM_API sm_status sm_contact_motion(const sm_contact *contact, size_t segments,
                                    const sm_segment *segment, const double *start_x,
                                    int32_t steps_per_period, const sm_contact_samples *samples);
@@ -239,8 +228,8 @@ typedef struct {
     const double *coefficient; /* (segments + 1, signals, 2, orders_count): real, imaginary */
 } sm_harmonic_sum;
 
-/* Computes the signals at increasing times inside consecutive segments: motion (samples, signals).
- * */
+/* Computes the signals at increasing times inside consecutive segments: motion (samples,
+ * signals). */
 SM_API sm_status sm_harmonic_motion(const sm_harmonic_sum *sum, size_t segments,
                                     const sm_segment *segment, size_t samples,
                                     const double *times, double *motion);
@@ -263,12 +252,10 @@ typedef struct {
     /* (count_a, count_b, 4, 2 modes modes) values and slopes as in `values`: the rate correction
      * R_jk = dS_j / d(d|a_k|/dt), by mode j and k. NULL: 0. */
     const double *rate_correction;
-    /* (count_a, count_b, 4, 2 modes modes) values and slopes as in `values`: dS_j / dOmega_k at the
-     * carriers of the table. NULL: 0. */
+    /* as rate_correction: dS_j / dOmega_k at the carriers of the table. NULL: 0. */
     const double *detuning;
 } sm_table;
 
-/* Checks a friction table. */
 SM_API sm_status sm_table_check(const sm_table *table);
 /* Computes all columns s (points, 2 (modes + combinations + power)) at amplitudes (points, modes).
  * SM_OUTSIDE_TABLE beyond the last node. */
@@ -337,7 +324,7 @@ SM_API sm_status sm_slow_flow_rates(const sm_slow_flow *flow, size_t points,
  * resonances, whose mean over time is zero:
  *   balance  (points, 4, modes, 2): mass_j, stiffness_j, Q_j a_j and da_j/dt
  *   jacobian (points, 2 modes, 2 modes) of da_j/dt by (Re, Im) of the amplitudes; NULL: none
- * SM_OUTSIDE_TABLE if a point is outside the table: its terms are NaN, the others are valid. */
+ * SM_OUTSIDE_TABLE if a point is outside the table: its terms are NaN. */
 SM_API sm_status sm_slow_flow_balance(const sm_slow_flow *flow, size_t points,
                                       const sm_inputs *inputs, const double *amplitude,
                                       double *balance, double *jacobian);
@@ -406,14 +393,13 @@ SM_API sm_status sm_forced_solutions(const sm_forced *forced, int32_t sections, 
 
 /* ---- the step-able component ----------------------------------------------------------- */
 
-/* The slow flow under given inputs, and the contact motion at communication points. */
 typedef struct sm_component sm_component;
 
 /* Motion at communication points. The response of the modes to harmonics (n, m) of the contact
  * motion acts on the contacts with the force Re sum G_nm exp(i (n theta_A + m theta_B)), and moves
  * the elastic outputs by Re sum E_nm exp(...). G and E are linear between the nodes of the friction
- * table. Elastic outputs are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j
- * exp(i phase_j)) exp(i theta_j) + contacts_out x_c + E. */
+ * table. Elastic outputs are x = 2 Re sum_j (modes_out_j a_j + forces_out_j F_j exp(i phase_j))
+ * exp(i theta_j) + contacts_out x_c + E. */
 typedef struct {
     int32_t wanted;              /* 1: contact motion can be read at communication points */
     int32_t elastic;             /* number of elastic outputs */
@@ -441,7 +427,6 @@ SM_API sm_status sm_component_check(const sm_slow_flow *flow, const sm_contact *
 SM_API sm_status sm_component_checked_create(const sm_slow_flow *flow, const sm_contact *contact,
                                              const sm_motion *motion, double tolerance,
                                              sm_component **component);
-/* Frees a component. */
 SM_API void sm_component_free(sm_component *component);
 /* Sets the state at `time`: amplitudes (modes, 2), angles 0, energy 0, contacts at rest. */
 SM_API sm_status sm_component_reset(sm_component *component, double time,
@@ -464,9 +449,8 @@ SM_API sm_status sm_component_advance(sm_component *component, double most, doub
 /* Returns the number of outputs: SM_OUTPUTS_FIXED; with motion.wanted also x_c, v_c, f_c (3 N_c)
  * and the elastic displacements. */
 SM_API size_t sm_component_output_count(const sm_component *component);
-/* Computes all outputs. */
+/* Compute all outputs, and the first SM_OUTPUTS_FIXED outputs. */
 SM_API sm_status sm_component_outputs(sm_component *component, double *outputs);
-/* Computes the first SM_OUTPUTS_FIXED outputs. */
 SM_API sm_status sm_component_slow_outputs(const sm_component *component, double *outputs);
 /* Computes the other outputs; elastic displacements if `elastic`. The contacts are integrated from
  * their last output on, or over their memory. SM_BAD_ARGUMENT unless motion.wanted. */
@@ -500,12 +484,10 @@ typedef struct {
 SM_API sm_status sm_component_trace(sm_component *component, size_t steps, const double *durations,
                                     const sm_inputs *inputs, sm_trace *trace);
 
-/* Returns the number of doubles of the state: time, amplitudes, angles, energy, step, contacts. It
- * contains no addresses. */
+/* Returns the number of doubles of the state, which contains no addresses. */
 SM_API size_t sm_component_state_count(const sm_component *component);
-/* Writes the state. */
+/* Writes the state; sets the state. */
 SM_API sm_status sm_component_get_state(const sm_component *component, double *state);
-/* Sets the state. */
 SM_API sm_status sm_component_set_state(sm_component *component, const double *state);
 /* Returns the numbers of accepted and rejected internal steps since creation. */
 SM_API void sm_component_work(const sm_component *component, uint64_t *accepted,
