@@ -121,7 +121,8 @@ class _SteadyFlow(ForcedFlow):
             after = part._inside(before + np.ascontiguousarray(step).view(complex))
             found[moving] = after
             length[moving] *= longer
-            moving = moving[np.abs(after - before).max(axis=-1) > 1e-11 * self._range.max()]
+            change, size = (np.abs(each).max(axis=-1) for each in (after - before, after))
+            moving = moving[change > 1e-11 * size]
             if moving.size == 0:
                 break
         return found

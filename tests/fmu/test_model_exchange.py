@@ -49,7 +49,7 @@ def test_fmpy_steps_an_input_as_the_component_does(fmus, fmi, kind, two_mode_mod
         fmi_type=kind,
         stop_time=END,
         output_interval=0.5,
-        relative_tolerance=TOLERANCE,
+        relative_tolerance=0.1 * TOLERANCE,  # with 1e-9, CVode's own error is up to 2e-4
         input=np.array(
             [(time, *inputs.values()) for time, inputs in rows],
             dtype=[(name, float) for name in ("time", *before)],
