@@ -9,7 +9,6 @@ import scipy.sparse
 
 from benchmarks.blade import blade
 from slipmode import rom
-from slipmode.rom.structure.solvers.elimination import eliminate
 
 pytestmark = pytest.mark.filterwarnings("ignore:mode . has an implausible frequency")
 
@@ -126,20 +125,3 @@ def test_matrices_that_are_not_positive_definite_are_refused(solver, matrices):
     assert (soft.stiffness.diagonal() > 0).all()
     with pytest.raises(rom.SlipmodeError, match="stiffness: must be positive"):
         rom.reduce(soft)
-
-
-@pytest.mark.oracle
-def test_an_elimination_is_the_inverse_with_springs_at_the_boundary(solver, matrices):
-    K = scipy.sparse.csc_array(matrices["stiffness"])
-    size, rng = K.shape[0], np.random.default_rng(3)
-    boundary = np.sort(rng.choice(size, 20, replace=False))
-    found = eliminate(K, boundary)
-    flexibility = np.linalg.inv(K.toarray())[np.ix_(boundary, boundary)]
-    np.testing.assert_allclose(found.schur @ flexibility, np.eye(20), atol=1e-9)
-    springs = K.diagonal()[boundary]
-    exact = rng.standard_normal((size, 35))
-    force = K @ exact
-    force[boundary] += springs[:, np.newaxis] * exact[boundary]
-    reduced = found.forward(force)
-    reduced[boundary] = np.linalg.solve(found.schur + np.diag(springs), reduced[boundary])
-    np.testing.assert_allclose(found.backward(reduced), exact, atol=1e-9)
