@@ -63,6 +63,25 @@ def test_frequencies_in_the_range_and_of_modes_at_rest_are_allowed(two_mode_mode
     assert np.isfinite(rom.steady(two_mode_model, (1.3, 1.3), (FORCE[0], {}))).all()
 
 
+@pytest.mark.parametrize("duration", [20.0, 30.0])  # equal at the end; on the way
+def test_frequencies_that_meet_are_refused(two_mode_model, duration):
+    with pytest.raises(rom.SlipmodeError, match=r"^frequency: the frequencies of modes A and B"):
+        rom.steady(two_mode_model, [OMEGA, (1.3, 1.3)], FORCE)
+    component = Component(two_mode_model, FORCE)
+    inputs = {"frequency_A": 1.25, "frequency_rate_A": 0.0125, "frequency_B": 1.5}
+    component.set_inputs(**inputs)
+    row = np.array([[inputs.get(name, 0.0) for name in component.input_names]])
+    for call in (
+        lambda: component.do_step(0.0, duration),
+        lambda: component.run(np.array([duration]), row),
+        lambda: list(component.trace(np.array([duration]), row)),
+    ):
+        with pytest.raises(rom.SlipmodeError, match="frequency_A, frequency_B: must differ at"):
+            call()
+    assert component.time == 0.0
+    component.do_step(0.0, 19.0)
+
+
 # Warnings of Python
 
 

@@ -94,6 +94,17 @@ def test_a_mode_settles_to_its_limit_cycle(tmp_path):
     assert data["/energy"].column("dissipated_power")[-1] == pytest.approx(supplied, rel=3e-2)
 
 
+@pytest.mark.oracle
+def test_a_self_excited_mode_beside_a_forced_one_settles_to_the_limit_cycle(tmp_path):
+    of_both = scene("B = [0.0, -0.1]", "B = [0.2, 0.0]", FORCED, alpha=0.02)
+    recording = runner.run(of_both, tmp_path)
+    cycle = rom.limit_cycles(recording.model, (0.985, None), ({0: 0.1}, {}))[0]
+    assert cycle.stable
+    modes = runner.load(recording.mcap)["/modes"]
+    now = [modes.column(f"{mode}_abs")[-1] for mode in "AB"]
+    np.testing.assert_allclose(now, np.abs(cycle.amplitude), rtol=5e-3)
+
+
 def test_past_the_unstable_limit_cycle_the_run_ends_and_says_why(tmp_path):
     far = scene(initial="A = [5.5, 0.0]", more="[model]\namplitude = [7.0, 1.0]")
     with pytest.raises(StoppedError, match=r"\|A\| leaves the friction table.* self-excited"):
