@@ -112,19 +112,6 @@ def test_run_has_the_bits_of_a_loop_of_steps(kind):
     assert state_of(at_once) == state_of(looped)
 
 
-def test_inputs_move_on_until_they_are_set_again():
-    of = model(combinations=())
-    swept = component(HELD | {"phase_rate_A": 0.5, "frequency_rate_A": 1e-3}, of)
-    march(swept, [2.0, 3.0])
-    swept.set_inputs(phase_rate_A=0.0)
-    moved = {"phase_A": 2.5, "frequency_A": 0.985, "frequency_rate_A": 1e-3}
-    explicit = component(HELD | moved, of)
-    explicit.reset(swept.time, amplitude(swept))
-    march(swept, [10.0])
-    march(explicit, [10.0])
-    np.testing.assert_allclose(amplitude(swept), amplitude(explicit), rtol=1e-4)
-
-
 def test_without_a_pattern_the_input_is_the_modal_force():
     """phi_j . F, with modes of modal mass 1."""
     shapes = model().reduced.mode_shapes[[0, 1], [0, 1]]

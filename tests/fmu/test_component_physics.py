@@ -25,7 +25,12 @@ LINEAR = {  # inputs, angle and magnitude of the force, t seconds after its onse
     "phase": ({"phase_A": 0.7, "phase_rate_A": 0.4}, lambda t: 0.7 + 0.4 * t, lambda t: 1.0),
     "sweep": ({"frequency_rate_A": 0.5}, lambda t: 0.25 * t**2, lambda t: 1.0),
     "jump": ({}, lambda t: float(t > 0.5), lambda t: 1.0 if t <= 0.5 else -0.4),
+    "halt": (  # the phase halts, the force goes on
+        *({"phase_rate_A": 0.4, "force_rate_A": 0.3}, lambda t: 0.4 * min(t, 0.5)),
+        lambda t: 1.0 + 0.3 * t,
+    ),
 }
+LATER = {"jump": {"force_A": -0.4, "phase_A": 1.0}, "halt": {"phase_rate_A": 0.0}}  # at 0.5 s
 
 
 def linear_motion(times, angle, force):
@@ -51,8 +56,7 @@ def test_a_linear_mode_follows_its_equation_of_motion(kind):
     stepped.do_step(0.0, ONSET)
     stepped.set_inputs(force_A=1.0, **inputs)
     rows = march(stepped, [0.18, 0.32])
-    if kind == "jump":
-        stepped.set_inputs(force_A=-0.4, phase_A=1.0)
+    stepped.set_inputs(**LATER.get(kind, {}))
     rows = np.vstack((rows, march(stepped, np.tile([0.0173, 0.31, 0.002], 12))))
     exact = linear_motion(rows[:, 0], angle, force)
     error = rows[:, stepped.output_names.index("x_0")] - exact

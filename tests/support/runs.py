@@ -38,7 +38,6 @@ rerun = false
 """
 CONTACT = SCENE[SCENE.index("[[contact]]") : SCENE.index("[log]")]
 SMALL_RANGE = ("[log]", "[model]\namplitude = [2.5, 2.0]\n[log]")
-FORCING_B = "[forcing.B]\ndof = 1\namplitude = 0.25\nfrequency = 1.65\n[run]"
 
 
 def replaced(text, *changes):

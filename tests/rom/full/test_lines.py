@@ -1,13 +1,11 @@
-"""Harmonics of a motion from a few periods, and the structure that a reduced model stands for."""
+"""Harmonics of a motion from a few periods, and lines beside them."""
 
 import numpy as np
 import pytest
-from elastic.cantilever import LAWS, cantilever
 
 from slipmode import rom
 from slipmode.rom import full
 from slipmode.rom.full.harmonic_fit import HarmonicFit
-from slipmode.rom.full.structures import ReducedStructure
 from slipmode.rom.full.window import Window
 from slipmode.rom.reduction.combination import harmonic_orders
 
@@ -52,25 +50,3 @@ def test_lines_beside_the_harmonics_are_found_and_harmonics_projected_out(line, 
     assert rest.share == pytest.approx(share, rel=0.02, abs=1e-4)
     if line is not None:
         assert rest.frequency == pytest.approx(line, abs=0.01)
-
-
-@pytest.mark.oracle
-@pytest.mark.parametrize("name", ["mixed", "with a gap", "bonded"])
-def test_a_reduced_model_has_the_matrices_of_its_structure(name):
-    """M, C, K and W of the structure on the shapes of the model."""
-    if name == "bonded":
-        structure = rom.two_mass(beta=0.01)
-        reduced, tolerance = rom.reduce(structure, smallest_response=0.0), 1e-12
-    else:
-        law = LAWS[name]
-        structure, tolerance = cantilever(law), 1e-6
-        reduced = rom.reduce(structure, (0, 1), law=law)
-    small = ReducedStructure.of(reduced)
-    shapes = small.shapes
-    np.testing.assert_allclose(shapes[:, :2], reduced.mode_shapes, atol=1e-12)
-    for part in ("mass", "damping", "stiffness", "directions"):
-        matrix = np.asarray(getattr(structure, part))
-        exact = shapes.T @ matrix @ shapes if part != "directions" else shapes.T @ matrix
-        size = max(1.0, np.abs(exact).max())
-        found = np.asarray(getattr(small.structure, part))
-        np.testing.assert_allclose(found, exact, rtol=0, atol=tolerance * size, err_msg=part)

@@ -125,7 +125,16 @@ def test_the_laws_of_a_backbone_without_noise_are_found(mode):
     assert np.abs(off).max() < 0.02
 
 
-def check_intervals(seeds, groups, modes):
+@pytest.mark.oracle
+@pytest.mark.parametrize(
+    ("seeds", "groups", "modes"),
+    [
+        ([1], BOTH, (0, 1)),
+        pytest.param(range(8), BOTH, (0, 1), marks=pytest.mark.slow),
+        pytest.param(range(8), IWAN, (0,), marks=pytest.mark.slow),
+    ],
+)
+def test_intervals_contain_the_truth(seeds, groups, modes):
     found = []
     for seed in seeds:
         structure, matrices = chain(seed)
@@ -136,18 +145,6 @@ def check_intervals(seeds, groups, modes):
         start = moved(groups, np.random.default_rng(seed))
         found += hits(rom.fit_contacts(structure, measured, start, sensor=SENSOR), groups)
     assert np.mean(found) >= 0.85
-
-
-@pytest.mark.oracle
-def test_intervals_of_two_groups_from_two_modes_contain_the_truth():
-    check_intervals([1], BOTH, (0, 1))
-
-
-@pytest.mark.slow
-@pytest.mark.oracle
-@pytest.mark.parametrize(("groups", "modes"), [(BOTH, (0, 1)), (IWAN, (0,))])
-def test_intervals_of_many_structures_contain_the_truth(groups, modes):
-    check_intervals(range(8), groups, modes)
 
 
 @pytest.mark.oracle

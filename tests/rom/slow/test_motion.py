@@ -78,19 +78,6 @@ def test_second_order_in_the_steps(two_mode_model, transient):
     assert np.log2(coarse / fine) / 3 == pytest.approx(2.0, abs=0.3)
 
 
-@pytest.mark.oracle
-def test_modes_and_forces_follow_the_amplitudes_and_the_law(two_mode_model, transient):
-    for end in (100.0, DURATION):
-        k = int(end)
-        motion = rom.reconstruct(two_mode_model, transient, [end - 0.5, end])
-        force = LAW.limit * np.tanh(motion.velocity / LAW.alpha)
-        np.testing.assert_allclose(motion.force, force, atol=1e-6 * LAW.limit)
-        carried = 2 * np.real(transient.amplitude[k] * np.exp(1j * transient.angle[k]))
-        summed = rom.sum_harmonics(two_mode_model, transient, [end])
-        assert relative_difference(summed.displacement[0], motion.displacement[1]) < 0.1
-        assert relative_difference(motion.modal[1, :2], carried) < 0.05
-
-
 @pytest.fixture(scope="module")
 def steady():
     """Contact motion of mode A alone once it is steady, by integration, march and sums."""

@@ -9,7 +9,6 @@ import scipy.sparse
 
 from benchmarks.blade import blade
 from slipmode import rom
-from slipmode.rom.structure.solvers.elimination import eliminate
 
 pytestmark = pytest.mark.filterwarnings("ignore:mode . has an implausible frequency")
 
@@ -80,18 +79,14 @@ def test_a_structure_that_floats_has_its_rigid_body_mode(n, solver):
     frequency = rom.modes(grounded, law, 4).states["free"].frequency
     np.testing.assert_allclose(frequency, 2.0 * np.sin(np.arange(4) * np.pi / (2 * n)), rtol=1e-8)
     assert frequency[0] == 0.0
-    W = np.eye(n)[:, :1] - np.eye(n)[:, 1:2]  # floats with its contact stuck
-    reduced = rom.reduce(rom.Structure(mass, stiffness, contact=W), (1,), law=law)
+    W = np.eye(n)[:, :1] - np.eye(n)[:, 1:2]  # floats with its contact stuck or bonded
+    floating = rom.Structure(mass, stiffness, contact=W)
+    bonded = rom.modes(floating, n=4).states["bonded"].frequency
+    assert np.flatnonzero(bonded == 0.0).tolist() == [0]
+    reduced = rom.reduce(floating, (1,), law=law)
     pseudo = np.linalg.pinv(stiffness.toarray() + W @ W.T, hermitian=True, rtol=1e-12)
     static = reduced.reaction(0.0) - reduced.stiffness
     np.testing.assert_allclose(static.real, W.T @ pseudo @ W, rtol=1e-7)
-
-
-def test_a_large_structure_that_floats_with_bonded_contacts_has_modes():
-    mass, stiffness = free_chain(600)
-    W = np.eye(600)[:, :1] - np.eye(600)[:, 1:2]
-    table = rom.modes(rom.Structure(mass, stiffness, contact=W), n=4)
-    assert np.flatnonzero(table.states["bonded"].frequency == 0.0).tolist() == [0]
 
 
 @pytest.mark.oracle
@@ -126,20 +121,3 @@ def test_matrices_that_are_not_positive_definite_are_refused(solver, matrices):
     assert (soft.stiffness.diagonal() > 0).all()
     with pytest.raises(rom.SlipmodeError, match="stiffness: must be positive"):
         rom.reduce(soft)
-
-
-@pytest.mark.oracle
-def test_an_elimination_is_the_inverse_with_springs_at_the_boundary(solver, matrices):
-    K = scipy.sparse.csc_array(matrices["stiffness"])
-    size, rng = K.shape[0], np.random.default_rng(3)
-    boundary = np.sort(rng.choice(size, 20, replace=False))
-    found = eliminate(K, boundary)
-    flexibility = np.linalg.inv(K.toarray())[np.ix_(boundary, boundary)]
-    np.testing.assert_allclose(found.schur @ flexibility, np.eye(20), atol=1e-9)
-    springs = K.diagonal()[boundary]
-    exact = rng.standard_normal((size, 35))
-    force = K @ exact
-    force[boundary] += springs[:, np.newaxis] * exact[boundary]
-    reduced = found.forward(force)
-    reduced[boundary] = np.linalg.solve(found.schur + np.diag(springs), reduced[boundary])
-    np.testing.assert_allclose(found.backward(reduced), exact, atol=1e-9)

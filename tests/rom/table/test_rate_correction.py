@@ -64,15 +64,6 @@ def test_contacts_that_stick_or_slip_all_the_time_have_none():
     assert not model.table.rate_correction_at(np.array([[1.0, 0.5]])).any()
 
 
-def test_the_table_has_the_correction_between_its_nodes():
-    reduced, law = reduce(two_mass(beta=0.01), carrier=(0.98, 1.65)), Tanh(LIMIT, 0.02)
-    points = np.random.default_rng(4).random((100, 2)) * RANGE
-    found = tabulate(reduced, law, RANGE, 1e-3).table.rate_correction_at(points)
-    exact = friction_rate_correction(reduced, law, points, RANGE, Discretisation(256, 32))
-    # a hundredth of friction, computed to some hundredths
-    assert np.linalg.norm(found - exact) < 0.07 * np.linalg.norm(exact)
-
-
 @pytest.mark.oracle
 def test_a_run_from_rest_is_closer_to_full_order_with_the_correction():
     slow = SlowCase.tabulate(two_mode(), 1e-3)

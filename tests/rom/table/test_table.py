@@ -77,14 +77,6 @@ def test_structure_and_friction_never_feed_the_modes_between_the_nodes(coarse_mo
     assert leaving >= -coarse_model.accuracy.tolerance * most
 
 
-@pytest.mark.quick
-@pytest.mark.parametrize("outside", [(4.0001, 1.0), (1.0, 4.0001), (np.inf, 1.0), (np.nan, 1.0)])
-def test_nothing_is_extrapolated(two_mode_model, outside):
-    with pytest.raises(SlipmodeError):
-        two_mode_model.table(outside)
-    assert np.isfinite(two_mode_model.table(RANGE)).all()
-
-
 @pytest.mark.parametrize("modes", [(0,), (0, 1)])
 @pytest.mark.parametrize("headroom", [1.0, 1.3])
 def test_the_table_ends_at_headroom_times_the_amplitude_and_has_one_hash(modes, headroom):

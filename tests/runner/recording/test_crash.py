@@ -42,14 +42,17 @@ def taken(counts):
     return int.from_bytes(written, "little")
 
 
-def check_loss(folder, seed):
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 54))]
+)
+def test_a_kill_costs_no_more_than_a_chunk_or_a_second(tmp_path, seed):
     batch, pause = (FAST, SLOW)[seed % 2]
-    path, handed, lasting = killed(folder, seed, batch, pause)
+    path, handed, lasting = killed(tmp_path, seed, batch, pause)
     before = path.read_bytes()
-    found = recover(path, folder / "whole.mcap")
+    found = recover(path, tmp_path / "whole.mcap")
     assert path.read_bytes() == before
-    assert doctor(folder / "whole.mcap") == []
-    signals = load(folder / "whole.mcap")["/contact/0"]
+    assert doctor(tmp_path / "whole.mcap") == []
+    signals = load(tmp_path / "whole.mcap")["/contact/0"]
     time_, values = rows(0, found.kept)
     np.testing.assert_array_equal(signals.time, np.rint(time_ * 1e9) / 1e9)
     np.testing.assert_array_equal(signals.values, values)
@@ -58,19 +61,6 @@ def check_loss(folder, seed):
     # A pause of the whole machine may fall between the last flush and the kill, hence the 2.
     assert batch == FAST[0] or missing <= 2 * FLUSH_SECONDS / pause * batch
     assert batch == FAST[0] or lasting < 1.2 * FLUSH_SECONDS or found.kept
-
-
-@pytest.mark.parametrize(
-    "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
-)
-def test_a_kill_costs_no_more_than_a_chunk_or_a_second(tmp_path, seed):
-    check_loss(tmp_path, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4, 54))
-def test_fifty_kills(tmp_path, seed):
-    check_loss(tmp_path, seed)
 
 
 def test_a_full_disk_costs_no_more_than_two_chunks(tmp_path):

@@ -1,10 +1,8 @@
 """What scene files say: keys, defaults, laws, files, units; refusals are in test_refusals.py."""
 
-import tomllib
-
 import numpy as np
 import pytest
-from runs import SCENE, changed
+from runs import changed
 
 from slipmode import rom
 from slipmode.rom import Tanh, two_mass
@@ -31,26 +29,6 @@ FRICTIONAL = (
     '[[contacts]]\nlaw = "frictional"\nmu = 0.5\npreload = {}\n'
     "tangential_stiffness = 20.0\nnormal_stiffness = 30.0\n"
 )
-
-
-def written(value, key):
-    """A scene in which one key has another value."""
-    lines = [f"{key} = {value}" if x.startswith(f"{key} = ") else x for x in SCENE.splitlines()]
-    assert "\n".join(lines) != SCENE.strip("\n")
-    return parse_scene("\n".join(lines), ".")
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "read"),
-    [
-        ("title", '"Größe: μN = 2 N, 振動"', lambda scene: scene.title),
-        ("step", "2.5", lambda scene: scene.run.step),
-        ("window", "[100.0, 200.0]", lambda s: [s.contact[0].start, s.contact[0].end]),
-        ("rerun", "true", lambda scene: scene.log.rerun),
-    ],
-)
-def test_a_key_has_its_value(key, value, read):
-    assert read(written(value, key)) == tomllib.loads(f"key = {value}")["key"]
 
 
 def test_defaults():
