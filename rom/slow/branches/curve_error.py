@@ -153,11 +153,8 @@ class _Solutions:
 
     @property
     def neglected_force(self) -> Floats:
-        """Scaled rates (points, modes) by the force through dampers, which tables neglect.
-
-        0 if it is part of the measured error.
-        """
-        if self.table_error.at.size:
+        """Scaled rates (points, modes) by the force through dampers, which tables neglect."""
+        if self.contact is not None:
             return np.zeros(self.y.shape)
         force = self.flow.force * self.problem.applied.through_dampers
         return np.asarray(np.abs(0.5 * force / self._mass))

@@ -157,12 +157,26 @@ class ContactCurve:
         """Return the scaled rates (points, k) at z (points, k + 1); NaN where unknown."""
         problem = self._problem
         flow, (a, q) = problem.at(z[:, -1]), self._parts(z)
-        contacts, now = self.friction.motion(ContactPoints.of(flow, a, q)), flow.balance(a)
-        rate = now.rate + (contacts.force - now.friction) / now.mass
+        reduced, Omega = problem.model.reduced, flow.frequency
+        contacts = self.friction.motion(ContactPoints.of(flow, a, q))
+        omega, gamma = reduced.frequency, reduced.modal_damping
+        stiffness = omega**2 - Omega**2 + 1j * gamma * Omega
+        mass = 0.5 * gamma + np.emath.sqrt(0.25 * gamma**2 - omega**2 + 0j) + 1j * Omega
+        force = 0.5 * flow.force * (1.0 + self._through_dampers(Omega))
+        rate = (force - stiffness * a + contacts.force) / mass
         size = problem.size(z[:, -1])[:, ::2]
+        rate[(np.abs(a) > size).any(axis=1)] = np.nan
         scale = flow.inputs["limit_scale"][:, np.newaxis]
         scaled = np.hstack((rate / size, contacts.rate / (scale * self._largest)))
         return np.ascontiguousarray(scaled).view(float)
+
+    def _through_dampers(self, frequency: Floats) -> Complexes:
+        """Return `AppliedForces.through_dampers` at carriers (points, modes)."""
+        reduced, applied = self._problem.model.reduced, self._problem.applied
+        if not reduced.damping_coupling.any():
+            return np.zeros(frequency.shape, dtype=complex)
+        there = [reduced.at_carrier(each) for each in frequency.tolist()]
+        return np.array([replace(applied, reduced=each).through_dampers for each in there])
 
     def _differences(self, z: Floats, rate: Floats, side: float = 1.0) -> Floats:
         """Return the derivatives (k, k + 1) of the rates at z (k + 1,), by steps to one side."""

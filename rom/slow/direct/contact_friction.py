@@ -64,8 +64,7 @@ class ContactPoints:
 class ContactMotion(NamedTuple):
     """What the contacts do at points; NaN where their motion does not converge."""
 
-    # (points, modes), on the modes, with the forces through dampers from other modes [N kg^-1/2]
-    force: Complexes
+    force: Complexes  # (points, modes), on the modes [N kg^-1/2]
     carriers: Complexes  # (points, modes, N_c), harmonics of the contacts [m]
     rate: Complexes  # (points, resonances), of the resonant responses [kg^1/2 m/s]
 
@@ -167,11 +166,9 @@ class ContactFriction:
             per_amplitude = np.divide(
                 0.5 * force, amplitude, out=np.zeros_like(amplitude), where=amplitude != 0.0
             )
-            applied = replace(self.applied, reduced=bare)
-            direct = applied.past_mode * per_amplitude[:, np.newaxis]
+            direct = replace(self.applied, reduced=bare).past_mode * per_amplitude[:, np.newaxis]
             reaction = replace(problem, reduced=bare).forces.reaction
-            indirect = bare.indirect_damping - applied.through_dampers * per_amplitude
-            forces = ContactForces(bare.coupling - direct, reaction, indirect=indirect)
+            forces = ContactForces(bare.coupling - direct, reaction)
             problem = replace(problem, reduced=bare, given_forces=forces)
         return problem
 
