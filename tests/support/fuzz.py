@@ -73,6 +73,8 @@ def mutated_scene(text, random):
 def _other_array(array, random):
     """An array of another type, shape or size, or with a wrong number."""
     array = np.array(array)
+    if array.dtype.kind == "U":  # changed before
+        return array
     match random.integers(6):
         case 0:
             return array.real.astype(random.choice(["f4", "i8", "c16", "U8", ">f8", "?"]))
