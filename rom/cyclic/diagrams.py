@@ -58,7 +58,7 @@ class NodalDiameterDiagram:
             (line,) = ax.plot(shown, "o-", ms=4, label=f"mode {family}")
             at, color = (len(values) - 1, shown[-1]), line.get_color()
             label_point(ax, f"mode {family}", at, color, 6.0, ha="right")
-        ax.set(xlabel="nodal diameter", ylabel=f"frequency [{units.frequency}]")
+        ax.set(xlabel="nodal diameter", ylabel=units.frequency_label)
         return ax
 
     def columns(self, units: Units = SI) -> dict[str, Floats]:
@@ -196,7 +196,7 @@ class CampbellDiagram:
             ax.annotate(f"EO {order}", exit_at, xytext=(3, 2), textcoords="offset points")
         at = [(c.rotor_speed, float(units.of_frequency(c.frequency))) for c in self.crossings]
         ax.plot(*np.array(at).reshape(-1, 2).T, "ko", ms=4)
-        ax.set(xlabel="rotor speed [rpm]", ylabel=f"frequency [{units.frequency}]")
+        ax.set(xlabel="rotor speed [rpm]", ylabel=units.frequency_label)
         ax.set(xlim=self.rotor_speed, ylim=(0.0, units.of_frequency(top)))
         return ax
 

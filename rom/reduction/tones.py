@@ -131,7 +131,7 @@ def checked_ratio(ratio: float, modes: int) -> Fraction:
         Fraction(number).limit_denominator(LARGEST_INTEGER) if 0.0 < number < 10.0 else Fraction(0)
     )
     if not (
-        0 < found.numerator <= LARGEST_INTEGER and found != 1 and abs(found / number - 1.0) < 1e-6
+        0 < found.numerator <= LARGEST_INTEGER and found != 1 and abs(found / number - 1.0) < _SAME
     ):
         raise SlipmodeError(
             f"ratio: must be a ratio of integers up to {LARGEST_INTEGER}, such as 3 or 1/3, and "

@@ -160,6 +160,11 @@ class Units:
         """The unit of frequencies in rad/s."""
         return PER_UNIT[self.frequency]
 
+    @property
+    def frequency_label(self) -> str:
+        """Label of an axis of frequencies, for instance "frequency [Hz]"."""
+        return f"frequency [{self.frequency}]"
+
     def of_frequency(self, omega: ArrayLike) -> Floats:
         """Return an angular frequency [rad/s] in these units."""
         return np.asarray(omega, dtype=float) / self.per_frequency

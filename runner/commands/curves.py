@@ -73,8 +73,8 @@ def _curve(options: Namespace) -> int:
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
     shown = _shown(options, scene)
-    along, points = _points(curve, shown)
-    unit, name = Shown(options.dof, scene.units).unit, curve.label(scene.units)
+    name, along, points = _points(curve, shown)
+    unit = Shown(options.dof, scene.units).unit
     peaks = []
     for mode, size in points.items():
         top = int(size.argmax())
@@ -97,12 +97,14 @@ def _curve(options: Namespace) -> int:
 
 def _points(
     curve: rom.ResponseCurve | rom.ToneCurve, shown: Shown
-) -> tuple[Floats, dict[str, Floats]]:
-    """Return the parameter in units, and amplitudes by mode."""
+) -> tuple[str, Floats, dict[str, Floats]]:
+    """Return the name of the parameter, its values in units, and amplitudes by mode."""
+    units = shown.units
     if isinstance(curve, rom.ToneCurve):
-        return shown.units.of_frequency(curve.frequency), curve.sizes(shown)
-    sizes = curve.sizes(shown).points.T
-    return curve.in_units(curve.parameter, shown.units), dict(zip("AB", sizes, strict=False))
+        at = units.of_frequency(curve.frequency)
+        return units.frequency_label, at, curve.sizes(shown)
+    sizes = dict(zip("AB", curve.sizes(shown).points.T, strict=False))
+    return curve.label(units), curve.in_units(curve.parameter, units), sizes
 
 
 def _backbone(options: Namespace) -> int:

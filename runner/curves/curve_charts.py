@@ -19,7 +19,7 @@ def curve_charts(
     """Return rows of charts of a curve, as modal amplitudes or amplitudes of a DOF."""
     if isinstance(curve, rom.ToneCurve):
         at = shown.units.of_frequency(curve.frequency)
-        axes = Axis(curve.label(shown.units)), Axis(shown.named("amplitude"))
+        axes = Axis(shown.units.frequency_label), Axis(shown.named("amplitude"))
         lines = [
             Layer(at, size, LINES[k % len(LINES)], f"|{mode}|")
             for k, (mode, size) in enumerate(curve.sizes(shown).items())
@@ -33,7 +33,7 @@ def curve_charts(
         x, y = Axis(shown.named("amplitude"), log=True), Axis("damping [-]")
         damping = Chart("/damping", "Damping ratio", x, y, [Layer(size, curve.damping)], False)
         layers = [Layer(size, shown.units.of_frequency(curve.frequency))]
-        y = Axis(f"frequency [{shown.units.frequency}]")
+        y = Axis(shown.units.frequency_label)
         return [[Chart("/frequency", "Frequency", x, y, layers, False), damping]]
     peak = curve.size(shown)
     x, best = Axis("friction limits, preloads: factor [-]", log=True), int(np.argmin(peak))

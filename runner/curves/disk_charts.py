@@ -13,7 +13,7 @@ from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
 
 def disk_charts(campbell: rom.CampbellDiagram, units: Units) -> list[Chart]:
     """Return both diagrams of a disk."""
-    colors, y = (BLUE, ORANGE, GREEN), Axis(f"frequency [{units.frequency}]")
+    colors, y = (BLUE, ORANGE, GREEN), Axis(units.frequency_label)
     frequency = units.of_frequency(campbell.diameters.frequency)
     k, speed = np.arange(float(len(frequency))), np.array(campbell.rotor_speed)
     families, bands = [], []

@@ -372,8 +372,8 @@ def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
         raise table.error("frequency", "must be left out; it is engine_order times rotor_speed")
     else:
         frequency = table.required("rotor_speed").scaled(order * RPM)
-    scripts = table["amplitude"], frequency, table["phase"]
-    return Forcing(mode, pattern, *scripts, order, table["quadrature"])
+    amplitude, phase, later = (table[key] for key in ("amplitude", "phase", "quadrature"))
+    return Forcing(mode, pattern, amplitude, frequency, phase, order, later)
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:

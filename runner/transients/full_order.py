@@ -36,8 +36,8 @@ def excitation_of(modes: Sequence[str], patterns: np.ndarray, schedule: Schedule
     A complex pattern is two forces: Re(pattern exp(i theta)).
     """
     quantities = {"amplitude": "force", "frequency": "frequency", "phase": "phase"}
-    rotates, every = np.iscomplexobj(patterns), list(modes)
-    every += modes if rotates else []
+    rotates = np.iscomplexobj(patterns)
+    every = [*modes, *modes] if rotates else modes
     scripted = {
         f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in every])
         for name, quantity in quantities.items()

@@ -25,7 +25,7 @@ typedef struct {
     int massless;
     int sticks;          /* Coulomb friction, which has a jump at zero velocity */
     double tolerance;    /* of the residual of tanh friction, in friction limits */
-    double *factor;      /* (N_c, N_c) Cholesky factor of S */
+    double *factor;      /* (N_c, N_c) of S, for the check that it is positive definite */
     sm_resolvent *laws;  /* (N_c) */
 } sm_stepper;
 

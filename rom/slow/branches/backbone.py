@@ -109,7 +109,7 @@ class Backbone(ModeCurve):
         axes = axes_or_new(axes, 2, 1, sharex=True)
         shown, per = Shown(dof, units), units.per_frequency
         amplitude = self.size(shown)
-        above = f"frequency [{units.frequency}]", self.frequency / per, self.frequency_error / per
+        above = units.frequency_label, self.frequency / per, self.frequency_error / per
         below = "damping [-]", self.damping, self.damping_error
         for ax, (name, values, error) in zip(axes, (above, below), strict=True):
             ax.semilogx(amplitude, values)

@@ -103,7 +103,7 @@ class ToneCurve(Tabulated):
                 plot_band(ax, along, size, error, color=line.get_color())
         if dof is None:
             ax.legend()
-        ax.set(xlabel=self.label(units), ylabel=shown.named("amplitude"), ylim=(0.0, None))
+        ax.set(xlabel=units.frequency_label, ylabel=shown.named("amplitude"), ylim=(0.0, None))
         return ax
 
     def sizes(self, shown: Shown) -> dict[str, Floats]:
@@ -122,21 +122,6 @@ class ToneCurve(Tabulated):
         if shown.dof is None:
             return dict(zip(self.modes, np.abs(self.amplitude).T, strict=True))
         return self._dof_sizes(shown.dof, shown.units)
-
-    def label(self, units: Units) -> str:
-        """Return the name of the frequency with its unit.
-
-        Parameters
-        ----------
-        units : Units
-            Units of frequencies and displacements.
-
-        Returns
-        -------
-        str
-            Label of an axis, for instance "frequency [Hz]".
-        """
-        return f"frequency [{units.frequency}]"
 
     def _values(self, units: Units) -> dict[str, Any]:
         found = {units.named("frequency"): units.of_frequency(self.frequency)}

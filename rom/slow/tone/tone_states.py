@@ -6,7 +6,7 @@ there, and put into these equations again with twice the time steps and harmonic
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Self
 
@@ -127,24 +127,27 @@ class ForcedTone:
 
     def steady(self, frequency: Floats) -> list[ToneState]:
         """Return steady states at frequencies (points, tones) [rad/s], in their order."""
-        found = []
-        x: Complexes | None = None
-        for each in frequency.reshape(-1, len(self.responses)):
-            driven = self._driven(each)
-            balance = self._balance(each, driven)
-            x, _ = balance.with_local_contacts(self._start(x, driven))
-            found.append(self._together(balance, x, driven))
-        return found
+        each = self._with_local_contacts(frequency)
+        return [self._together(balance, x, driven) for balance, driven, x, _ in each]
 
     def with_local_contacts(self, frequency: Floats) -> Complexes:
         """Return amplitudes (points, modes) with local contacts alone."""
         found = []
+        for balance, _, _, y in self._with_local_contacts(frequency):
+            own = y[0, : balance.frequency.size]
+            found.append(self._amplitude(self._modal(balance.frequency, own)))
+        return np.array(found)
+
+    def _with_local_contacts(
+        self, frequency: Floats
+    ) -> Iterator[tuple[ContactBalance, list[Order], Complexes, Complexes]]:
+        """Yield the balance, its harmonics, x and y at each frequency, from the x before."""
         x: Complexes | None = None
         for each in frequency.reshape(-1, len(self.responses)):
             driven = self._driven(each)
-            x, y = self._balance(each, driven).with_local_contacts(self._start(x, driven))
-            found.append(self._amplitude(self._modal(each, y[0, : each.size])))
-        return np.array(found)
+            balance = self._balance(each, driven)
+            x, y = balance.with_local_contacts(self._start(x, driven))
+            yield balance, driven, x, y
 
     def _modal(self, frequency: Floats, deficit: Complexes) -> Complexes:
         """Return the amplitudes of all modes at each carrier, see `ToneState`."""

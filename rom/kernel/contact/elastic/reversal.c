@@ -65,7 +65,7 @@ void sm_elastic_reverse(const sm_elastic *elastic, const sm_reversal *reversal, 
 
 /* Returns the error of means of y by the kink where a slider begins to slide, after a part of the
  * step: the second Bernoulli polynomial of this part, times the motion in the step. `soft` is the
- * displacement of a sticking contact relative to that of a sliding one. */
+ * ratio of the displacements of a sticking and a sliding contact. */
 static double begin_error(const double slider[2], double soft, double stretch, double moved) {
     if (moved == 0.0 || slides(slider[1] * stretch, slider[0])) return 0.0;
     const double direction = copysign(1.0, moved);

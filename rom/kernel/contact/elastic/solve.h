@@ -4,7 +4,7 @@
  *
  * u is the displacement of contacts that stick, y the force deficit: the force by which the
  * contacts fall short of their reference springs. The time steps of torus/elastic, full and
- * slow/motion call the solver, and sm_elastic_equilibrium that of a static force.
+ * slow/motion call the solver; sm_elastic_equilibrium calls it for a static force.
  */
 #ifndef SLIPMODE_ELASTIC_SOLVE_H
 #define SLIPMODE_ELASTIC_SOLVE_H

@@ -14,7 +14,7 @@
 #define SM_LEAST_PIVOT 1e-14
 
 /* Subtracts w_0 U_0 + w_1 U_1, of two rows before, from a row of `count` columns. */
-SM_INLINE void sm_eliminate(const int lanes, int count, const double *restrict w,
+SM_INLINE void sm_subtract_rows(const int lanes, int count, const double *restrict w,
                             const double *restrict U_0, const double *restrict U_1,
                             double *restrict row) {
     if (lanes == 1) {
@@ -56,7 +56,7 @@ SM_INLINE void sm_factorise(const int n, const int lanes, const double *restrict
             }
             /* contacts that stick; for two contacts a branch costs more than it saves */
             if (lanes == 1 && n > 2 && w[0] == 0.0 && w[1] == 0.0) continue;
-            sm_eliminate(lanes, n - i, w, U + i * lanes, next + i * lanes, row + i * lanes);
+            sm_subtract_rows(lanes, n - i, w, U + i * lanes, next + i * lanes, row + i * lanes);
         }
         SM_SIMD
         for (int l = 0; l < lanes; l++) {

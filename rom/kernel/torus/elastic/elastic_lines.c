@@ -6,7 +6,7 @@
 #include "base/check.h"
 #include "contact/elastic/reversal.h"
 
-/* Displacement that the solver resolves, relative to that of contacts that stick. */
+/* Smallest displacement that the solver resolves, in displacements of sticking contacts. */
 #define RESOLVED 1e-3
 /* Turns of line B in a period are whole up to this relative error. */
 #define WHOLE 1e-9
