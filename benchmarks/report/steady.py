@@ -98,7 +98,7 @@ def slow_rows(
         ]
         errors = reference.errors(carriers)
         yield Row(f"{method}, one state", f"table {tolerance:g}", errors, seconds, table_seconds)
-        seconds, _ = wall_time(partial(rom.resonance, model, last.force, *axes), 3)
+        seconds, _ = wall_time(partial(rom.resonance, model, last.force, *axes), 1)
         setting = f"table {tolerance:g}, each of {surface} x {surface}"
         yield Row(f"{method}, surface", setting, errors, seconds / surface**2, table_seconds)
 
