@@ -39,7 +39,8 @@ def measure(name: str, where: Path) -> None:
     last = schedule.at_ends(inputs, slice(schedule.steps - 1, schedule.steps))[0].tolist()
     description = fmpy.read_model_description(path)
     reference = {v.name: str(v.valueReference) for v in description.modelVariables}
-    start = [f"{reference[n]}={value!r}" for n, value in zip(inputs, last, strict=True)]
+    given = zip(inputs, last, strict=True)  # a mode without force has no input in the FMU
+    start = [f"{reference[n]}={value!r}" for n, value in given if n in reference]
     slow = [n for n in reference if n[0] in "AB" or n.endswith(("_power", "_energy"))]
     contacts = [n for n in reference if re.fullmatch(r"contact_\d+_[xvf]", n)]
     print(f"{name}, step {scene.run.step:g} s")
