@@ -43,7 +43,6 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
     sm_forcing_place(&march->forcing, contacts, orders, block);
     march->force = sm_take(block, n);
     march->acceleration = sm_take(block, n);
-    march->inertia = sm_take(block, n);
     if (contact->law == SM_ELASTIC) {
         march->flexibility = sm_take(block, n * n);
         for (size_t k = 0; k < n * n && block->memory; k++)
@@ -61,6 +60,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
     sm_lanes_place(&march->lane, contacts, 1, block);
     march->x = march->lane.x;
     march->v = march->lane.v;
+    march->inertia = march->lane.inertia;
 }
 
 size_t sm_march_state_count(const sm_contact *contact) {
@@ -180,9 +180,9 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     stepper->tolerance = tolerance;
     keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
-        const double end = stage == 0 ? SM_TR_END : 1.0;
+        const double end = stage == 0 ? SM_FIRST_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
-        const sm_status status = sm_stage_one(stepper, lane, march->inertia, stage);
+        const sm_status status = sm_stage_one(stepper, lane, stage);
         if (status != SM_OK) return status;
         *curved = deviation(n, march, lane->v, end * h);
         if (*curved > allowed) return SM_OK;

@@ -4,8 +4,7 @@
 
 #include "slow/motion/forcing.h"
 #include "contact/elastic/solve.h"
-#include "contact/stage/solve.h"
-#include "contact/tr_bdf2.h"
+#include "contact/stepper.h"
 
 /* Step sizes of rigid contacts, each half the one before: the shortest is an eighth. */
 #define SM_RIGID_LEVELS 4

@@ -99,7 +99,7 @@ static void reverse_signs(const sm_rigid_lines *r) {
     const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
     for (int block = 0; block < r->group.blocks; block++) {
         const sm_lanes *l = &r->group.lanes[block];
-        double *odd[] = {l->x, l->v, l->stage_v[0], l->stage_v[1]};
+        double *odd[] = {l->x, l->v, l->stage_v[0], l->stage_v[1], l->inertia};
         for (size_t k = 0; k < sizeof odd / sizeof *odd; k++)
             for (size_t i = 0; i < size; i++) odd[k][i] = -odd[k][i];
     }

@@ -1,12 +1,11 @@
 /* Time steps of rigid contacts on phase lines, eqs. (12), (13), and the harmonics of eq. (14).
  *
- * Lanes are marched by the stages of contact/sdirk2.h under the forces of the modes. The mean of
+ * Lanes are marched by the stages of contact/stepper.h under the forces of the modes. The mean of
  * x exp(-i (n t_A + m t_B)) is a sum over steps in each lane, then over lines. Forces and sums of
  * SM_TOGETHER steps are computed in one pass over the harmonics. Called by group.c and growth.c. */
 #include "torus/rigid/group.h"
 
 #include "base/check.h"
-#include "contact/stage/solve.h"
 
 /* Computes u = -2 Re sum_j L_j a_j exp(i t_j) in each lane, `steps` after the period's start. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
