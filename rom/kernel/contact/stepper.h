@@ -54,11 +54,8 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block);
 sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double h);
 void sm_lanes_place(sm_lanes *lane, int contacts, int lanes, sm_block *block);
 
-/* Makes one stage of a step, 0 or 1, of lanes side by side under the forcing m->u: sets m->v, after
- * stage 1 also m->x. */
-sm_status sm_stage_lanes(const sm_stepper *stepper, sm_lanes *m, int stage);
-/* Makes one stage of one lane. Where S changes and where a march begins, m->rows must be 0: the
- * factor is not valid. */
+/* Makes one stage of a step of one lane, 0 or 1, under the forcing m->u: sets m->v, after stage 1
+ * also m->x. Where S changes and where a march begins, m->rows must be 0: the factor is not valid. */
 sm_status sm_stage_one(const sm_stepper *stepper, sm_lanes *m, int stage);
 /* Finds velocities m->v of one lane for m->r, from the velocities m->v of the solution before. */
 sm_status sm_solve_one(const sm_stepper *stepper, sm_lanes *m);

@@ -3,7 +3,8 @@
  *
  * With gamma = 1 - 1/sqrt 2 both stages are the problem of stepper.h with the same S. The method is
  * L-stable: a stuck contact stays exactly where it is. Both stages are of second order, and so are
- * velocities. The number of contacts n and of lanes may be literals. Called by lanes.c and one.c.
+ * velocities. The number of contacts n and of lanes may be literals. Called by
+ * torus/rigid/steps.c and one.c.
  */
 #ifndef SLIPMODE_TR_BDF2_H
 #define SLIPMODE_TR_BDF2_H
