@@ -63,8 +63,9 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
     const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
-    double **arrays[] = {&m->x,          &m->base, &m->u,        &m->v,    &m->g,      &m->slope,
-                         &m->stage_v[0], &m->stage_v[1], &m->inertia, &m->r, &m->residual, &m->step, &m->before};
+    double **arrays[] = {&m->x,          &m->base,       &m->u,          &m->v,      &m->g,
+                         &m->slope,      &m->stage_v[0], &m->stage_v[1], &m->inertia,
+                         &m->r,          &m->residual,   &m->step,       &m->before};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
     m->factor = sm_take(block, size * n);
     if (lanes == 1) m->last_r = sm_take(block, n);
