@@ -4,7 +4,7 @@
  */
 #include <math.h>
 
-#include "contact/sdirk2.h"
+#include "contact/stepper.h"
 
 #define STEPS_OF_CHEBYSHEV 3 /* the core's most frequent number */
 
@@ -103,8 +103,10 @@ SM_API SM_HOT sm_status peer_bare_contacts(const sm_contact *contact, double h, 
     for (int32_t k = 0; k < steps; k++) {
         const double *now = phasor + (size_t)(k % period) * 4 * (size_t)orders;
         load_pair(orders, reaction, now, u);
-        solve_pair(&c, u, x, v[0]);
-        for (int l = 0; l < 2 * SM_LANES; l++) base[l] = x[l] + (1.0 - SM_GAMMA) * h * v[0][l];
+        for (int l = 0; l < 2 * SM_LANES; l++) base[l] = x[l] + scale * v[1][l];
+        solve_pair(&c, u, base, v[0]);
+        for (int l = 0; l < 2 * SM_LANES; l++)
+            base[l] = x[l] + SM_BDF_WEIGHT * h * (v[0][l] + v[1][l]);
         load_pair(orders, reaction, now + 2 * orders, u);
         solve_pair(&c, u, base, v[1]);
         for (int l = 0; l < 2 * SM_LANES; l++) x[l] = base[l] + scale * v[1][l];

@@ -49,7 +49,7 @@ def bare_march(
     """
     problem = contact_problem(reduced, law)
     h = 2.0 * np.pi / (reduced.carrier[0] * steps)
-    stages = h * (np.arange(steps)[:, np.newaxis] + (1.0 - np.sqrt(0.5), 1.0))
+    stages = h * (np.arange(steps)[:, np.newaxis] + (2.0 - np.sqrt(2.0), 1.0))
     phasor = np.exp(1j * stages[..., np.newaxis] * (np.array(orders) @ reduced.carrier))
     phases = np.exp(2j * np.pi * np.arange(_LANES) / _LANES)
     reaction = np.zeros((len(orders), _CONTACTS, 2, _LANES))

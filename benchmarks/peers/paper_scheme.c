@@ -10,7 +10,7 @@
  */
 #include <stdlib.h>
 
-#include "contact/stage/solve.h"
+#include "contact/stage/tr_bdf2.h"
 
 #define HARMONICS 2 /* P_10 and P_01 */
 #define PI 3.14159265358979323846
@@ -70,15 +70,16 @@ static sm_status set_rule(point_rule *rule, const sm_contact *contact, double ra
 /* x[n][m] in place of x[n-1][m]. */
 SM_INLINE sm_status solve_point(scheme *s, const point_rule *rule, const double *amplitudes,
                                 const double *angle, int m) {
-    const size_t size = (size_t)s->contact->contacts * SM_LANES;
+    const int n = s->contact->contacts;
+    const size_t size = (size_t)n * SM_LANES;
     double *restrict x = s->row + (size_t)m * size;
     const double *left = m > 0 ? x - size : x; /* of no weight on the axis */
     sm_lanes *lane = &s->lane;
     for (size_t k = 0; k < size; k++)
         lane->base[k] = rule->from_a * x[k] + rule->from_b * left[k];
     load(s->contact, amplitudes, angle, lane);
-    sm_stage_load(rule->stepper.contacts, SM_LANES, &rule->stepper, lane, lane->base);
-    const sm_status status = sm_solve_lanes(&rule->stepper, lane);
+    sm_stage_load(n, SM_LANES, &rule->stepper, lane);
+    const sm_status status = sm_solve(n, SM_LANES, &rule->stepper, lane);
     for (size_t k = 0; k < size; k++) x[k] = lane->base[k] + rule->per_c * lane->v[k];
     return status;
 }

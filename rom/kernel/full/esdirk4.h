@@ -12,8 +12,8 @@
 #ifndef SLIPMODE_ESDIRK4_H
 #define SLIPMODE_ESDIRK4_H
 
+#include "contact/stepper.h"
 #include "full/carrier.h"
-#include "contact/stage/solve.h"
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
 #define SM_FULL_BLOCK \

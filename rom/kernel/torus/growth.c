@@ -21,56 +21,35 @@ static void apply_hat(sm_torus_grid *grid, int falling) {
     }
 }
 
-/* Marches through a period, and sets amplitudes and phases to the start of the next one. */
-static sm_status march_growing(const sm_torus_grid *grid, sm_torus_group *g) {
-    const sm_status status = sm_torus_group_march(grid, g, grid->steps);
-    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
-        g->a[lane] += grid->steps * g->a_step[lane];
-        g->b[lane] += grid->steps * g->b_step[lane];
-    }
-    sm_phases_turn(&g->phases, grid->ratio);
-    return status;
-}
-
-/* Adds the harmonics of the points of a group; growth (points, modes) is for all points. */
-static sm_status grow_group(sm_march *m, const double *growth) {
+/* Adds the harmonics of the points of a group. */
+static sm_status grow_group(sm_march *m, const sm_torus_grid *hat) {
     sm_rigid_lines *r = m->lines;
-    sm_torus_group *g = &r->group;
-    const int modes = m->contact->modes, steps = r->grid.steps;
-    const size_t points = m->task->points->count, all = r->grid.per_point;
-    const double before = PERIODS_BEFORE + 1.0; /* periods until the amplitudes are as given */
+    const size_t all = r->grid.per_point, left = m->task->points->count - m->first;
+    double *harmonics = m->task->motion->harmonics + m->first * all;
     m->law->start(m, NULL);
-    for (int lane = 0; lane < g->blocks * r->grid.lanes; lane++) {
-        size_t point = m->first + (size_t)(lane / r->grid.lines);
-        point = point < points ? point : points - 1;
-        const double *by = growth + point * (size_t)modes;
-        g->a_step[lane] = by[0] / steps;
-        g->b_step[lane] = modes == 2 ? by[1] / steps : 0.0;
-        g->a[lane] -= before * by[0];
-        if (modes == 2) g->b[lane] -= before * by[1];
-    }
     for (int k = -PERIODS_BEFORE; k < 2; k++) {
-        const sm_status status = march_growing(k < 1 ? &r->grid : &r->coarse, g);
+        r->grid = hat[k == 1];
+        m->elapsed = k - 1.0;
+        const sm_status status = m->law->period(m);
         if (status != SM_OK) return status;
-        for (size_t p = 0; k >= 0 && p < m->points && m->first + p < points; p++)
-            for (size_t i = 0; i < all; i++)
-                m->task->motion->harmonics[(m->first + p) * all + i] += g->Y[p * all + i];
+        for (size_t i = 0; k >= 0 && i < (left < m->points ? left : m->points) * all; i++)
+            harmonics[i] += m->Y[i];
     }
     return SM_OK;
 }
 
-/* Computes the harmonics of all points with rigid contacts. The second grid, otherwise the coarse
- * one, is a copy of the first with the falling half of the hat. */
+/* Computes the harmonics of all points with rigid contacts, by two grids with a half of the hat. */
 static sm_status grow_rigid(sm_march *m, const double *growth) {
     sm_rigid_lines *r = m->lines;
-    sm_torus_grid *hat[2] = {&r->grid, &r->coarse};
-    sm_torus_grid_release(&r->coarse);
-    r->coarse = (sm_torus_grid){.memory = NULL};
+    sm_torus_grid hat[2] = {r->grid, {.memory = NULL}};
     sm_status status =
-        sm_torus_grid_make(&r->coarse, m->contact, m->task->grid, m->task->points->count);
-    for (int k = 0; k < 2 && status == SM_OK; k++) apply_hat(hat[k], k);
+        sm_torus_grid_make(&hat[1], m->contact, m->task->grid, m->task->points->count);
+    for (int k = 0; k < 2 && status == SM_OK; k++) apply_hat(&hat[k], k);
+    m->growth = growth;
     for (; m->first < m->task->points->count && status == SM_OK; m->first += m->points)
-        status = grow_group(m, growth);
+        status = grow_group(m, hat);
+    r->grid = hat[0];
+    sm_torus_grid_release(&hat[1]);
     return status;
 }
 

@@ -50,6 +50,9 @@ struct sm_march {
     const double *relaxation; /* (orders) relaxation factors of these iterations */
     size_t first, count; /* points first ... first + count - 1 of the task are marched */
     double part;         /* factor of their amplitudes, 1 except in a continuation */
+    const double *growth; /* (points, modes) of the task, rigid contacts: growth of the amplitudes
+                             in a period; NULL: none */
+    double elapsed;      /* of a growth: periods since the amplitudes were as given */
     double *response;    /* (points, orders N_c 2 + memory) R, then the memory */
     /* results of the last period: */
     const double *Y;      /* (points, orders, N_c, 2) */
@@ -63,11 +66,16 @@ static inline size_t sm_march_harmonics(const sm_march *march) {
     return 2 * (size_t)march->task->grid->orders_count * (size_t)march->contact->contacts;
 }
 
-/* Returns the amplitudes of a point of the march. Unused places repeat the last of the points. */
+/* Returns where the values (points, modes) of the task have those of point p of the march. Unused
+ * places repeat the last of the points. */
+static inline size_t sm_march_place(const sm_march *march, size_t p) {
+    const size_t count = march->task->points->count, at = march->first + p;
+    return (at < count ? at : count - 1) * (size_t)march->contact->modes;
+}
+
+/* Returns the amplitudes of a point of the march. */
 static inline const double *sm_march_amplitudes(const sm_march *march, size_t p) {
-    const sm_torus_points *points = march->task->points;
-    const size_t at = march->first + p < points->count ? march->first + p : points->count - 1;
-    return points->amplitudes + at * (size_t)march->contact->modes;
+    return march->task->points->amplitudes + sm_march_place(march, p);
 }
 
 /* Divisor in place of a scale 0, so that a quotient 0 / 0 becomes 0 [m], [N]. */

@@ -1,17 +1,17 @@
-/* The stage problem S v + g(v) = r of sdirk2.h: semismooth Newton with a line search, in lanes.
+/* The stage problem S v + g(v) = r of stepper.h: semismooth Newton with a line search, in lanes.
  *
  * The solution is the minimum of the strictly convex potential
  *   v.S v / 2 - r.v + sum_i integral_0^v_i g_i,
  * whose gradient is minus the residual r - S v - g(v). Each step solves J u = residual with
  * J = S + diag g'(v); a contact that sticks under Coulomb friction has the slope g' = infinity. A
  * contact whose velocity would change its sign stops at zero. A step at whose end the potential
- * rises is shortened: so the method converges from anywhere. Called by lanes.c and one.c.
+ * rises is shortened: so the method converges from anywhere. Called by tr_bdf2.h and one.c.
  */
 #ifndef SLIPMODE_NEWTON_H
 #define SLIPMODE_NEWTON_H
 
-#include "contact/sdirk2.h"
 #include "contact/stage/factor.h"
+#include "contact/stepper.h"
 
 /* Steps at the most, many times what was ever seen. */
 #define SM_NEWTON_STEPS 1000
@@ -283,6 +283,15 @@ SM_INLINE sm_status sm_newton(const int n, const int lanes, const sm_stepper *s,
         if (left == 0.0) return SM_OK;
     }
     return SM_NOT_CONVERGED;
+}
+
+/* Solves S v + g(v) = r. Lanes side by side advance in large steps: their guess is from r alone. One
+ * lane follows a trajectory in small steps, and begins at the solution before. */
+SM_INLINE sm_status sm_solve(const int n, const int lanes, const sm_stepper *s, sm_lanes *m) {
+    if (lanes > 1) sm_guess(n, lanes, s, m);
+    const sm_status status = sm_newton(n, lanes, s, m);
+    for (int i = 0; lanes == 1 && i < n; i++) m->last_r[i] = m->r[i];
+    return status;
 }
 
 #endif

@@ -6,29 +6,15 @@
 #include "slow/motion/contact_march.h"
 
 #include "base/check.h"
-#include "base/exact_sum.h"
 
-/* Divisions of the last step of elastic contacts: its short part is 2^-6 of the step. Elastic
- * contacts have no inertia, so that later steps do not depend on the motion between two steps. */
-#define ELASTIC_HALVINGS 6
-/* Steps below this part of the longest step allowed need fewer halvings [-]. */
-#define SHORT_STEP 0.6
-/* Steps of one integration: more would take hours. */
-#define MAX_STEPS 1e10
-/* Rounding of the number of steps [-]: an integer times the longest step needs no further step. */
-#define COUNT_ROUNDING 1e-9
-/* Time constants after which a vibration has decayed, to exp(-5) = 0.7 %. */
-#define DECAY_TIMES 5.0
-/* Largest deviation of a velocity from a straight line in a step, relative to the largest velocity
- * without friction [-]: a step with a larger deviation is halved. */
-#define CURVED 0.2
-/* In units of this deviation [-]: the largest deviation in a last step that is read; the deviation
- * above which a step is halved twice; the deviation below which the next step is twice as long. */
+/* In units of the allowed deviation of a velocity from a straight line [-]: the largest deviation
+ * in a last step that is read; the deviation above which a step is halved twice; the deviation
+ * below which the next step is twice as long. */
 #define CURVED_LAST 0.3
 #define VERY_CURVED 4.0
 #define STRAIGHT 0.2
-/* Tolerances of stages, of the friction limits [-]. In the last step the matrix S multiplies the error of v
- * in the force that is read. */
+/* Tolerances of stages, of the friction limits [-]. In the last step the matrix S multiplies the
+ * error of v in the force that is read. */
 #define STAGE_TOLERANCE 1e-5
 #define LAST_STAGE_TOLERANCE 1e-10
 
@@ -42,19 +28,18 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
     const size_t n = (size_t)contacts;
     sm_forcing_place(&march->forcing, contacts, orders, block);
     march->force = sm_take(block, n);
-    march->acceleration = sm_take(block, n);
-    march->inertia = sm_take(block, n);
     if (contact->law == SM_ELASTIC) {
         march->flexibility = sm_take(block, n * n);
         for (size_t k = 0; k < n * n && block->memory; k++)
             march->flexibility[k] = -contact->stiffness[k];
-        double **rows[] = {&march->u, &march->last_u, &march->x, &march->v};
+        double **rows[] = {&march->u, &march->x, &march->v};
         for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, n);
         march->memory = sm_take(block, memory_count(contact));
         sm_elastic_solver_place(&march->solver, contact->elastic, contacts, march->flexibility,
                                 block);
         return;
     }
+    march->acceleration = sm_take(block, n);
     march->before = sm_take(block, 4 * n); /* rows of keep_rigid */
     for (int level = 0; level < SM_RIGID_LEVELS; level++)
         sm_stepper_place(&march->stepper[level], contacts, block);
@@ -65,7 +50,7 @@ void sm_march_place(sm_march *march, const sm_contact *contact, int orders, sm_b
 
 size_t sm_march_state_count(const sm_contact *contact) {
     const size_t n = (size_t)contact->contacts;
-    return contact->law == SM_ELASTIC ? 4 * n + memory_count(contact) : 5 * n;
+    return contact->law == SM_ELASTIC ? 3 * n + memory_count(contact) : 5 * n;
 }
 
 /* Sets the rows of a state, which have one number per contact; returns the number of rows. */
@@ -73,9 +58,9 @@ static int rows_of(const sm_march *march, const sm_contact *contact, double *row
     row[0] = march->x;
     row[1] = march->v;
     row[2] = march->force;
-    row[3] = contact->law == SM_ELASTIC ? march->last_u : march->acceleration;
-    row[4] = march->inertia;
-    return contact->law == SM_ELASTIC ? 4 : 5;
+    row[3] = march->acceleration;
+    row[4] = march->lane.inertia;
+    return contact->law == SM_ELASTIC ? 3 : 5;
 }
 
 void sm_march_start(sm_march *march, const sm_contact *contact, const double *state) {
@@ -86,7 +71,7 @@ void sm_march_start(sm_march *march, const sm_contact *contact, const double *st
         for (size_t i = 0; i < n; i++) row[k][i] = state ? state[(size_t)k * n + i] : 0.0;
     if (contact->law == SM_ELASTIC) {
         for (size_t k = 0; k < memory_count(contact); k++)
-            march->memory[k] = state ? state[4 * n + k] : 0.0;
+            march->memory[k] = state ? state[3 * n + k] : 0.0;
         return;
     }
     for (size_t i = 0; i < n; i++)
@@ -100,7 +85,7 @@ void sm_march_read(const sm_march *march, const sm_contact *contact, double *sta
     for (int k = 0; k < rows; k++)
         for (size_t i = 0; i < n; i++) state[(size_t)k * n + i] = row[k][i];
     if (contact->law == SM_ELASTIC)
-        memcpy(state + 4 * n, march->memory, memory_count(contact) * sizeof(double));
+        memcpy(state + 3 * n, march->memory, memory_count(contact) * sizeof(double));
 }
 
 /* Computes the friction force r - S v, and limits it to the friction limit because of rounding. */
@@ -118,15 +103,11 @@ static sm_status step_elastic(sm_march *march, const double *u, double h) {
     const sm_contact *contact = march->forcing.contact;
     const int n = contact->contacts;
     double *last_x = march->v;
-    for (int i = 0; i < n; i++) {
-        last_x[i] = march->x[i];
-        march->x[i] += u[i] - march->last_u[i]; /* initial guess: no slip */
-    }
+    memcpy(last_x, march->x, (size_t)n * sizeof *last_x); /* x is also the initial guess */
     const sm_status status = sm_elastic_solve(&march->solver, u, march->memory, march->x);
     if (status != SM_OK) return status;
     for (int i = 0; i < n; i++) {
         march->v[i] = (march->x[i] - last_x[i]) / h;
-        march->last_u[i] = u[i];
         march->force[i] = march->solver.f[i];
     }
     memcpy(march->memory, march->solver.next, memory_count(contact) * sizeof(double));
@@ -146,7 +127,7 @@ static sm_status set_level(sm_march *march, const sm_contact *contact, int level
 
 /* Keeps the numbers that a rigid step changes, or restores them. */
 SM_INLINE void keep_rigid(const int n, sm_march *march, int restores) {
-    double *row[] = {march->x, march->v, march->force, march->inertia};
+    double *row[] = {march->x, march->v, march->force, march->lane.inertia};
     double *kept = march->before;
     for (size_t k = 0; k < sizeof row / sizeof *row; k++, kept += n)
         memcpy(restores ? row[k] : kept, restores ? kept : row[k], (size_t)n * sizeof *kept);
@@ -180,9 +161,9 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
     stepper->tolerance = tolerance;
     keep_rigid(n, march, 0);
     for (int stage = 0; stage < 2; stage++) {
-        const double end = stage == 0 ? SM_TR_END : 1.0;
+        const double end = stage == 0 ? SM_FIRST_END : 1.0;
         sm_forcing_load(n, &march->forcing, at + end * part, lane->u);
-        const sm_status status = sm_stage_one(stepper, lane, march->inertia, stage);
+        const sm_status status = sm_stage_one(stepper, lane, stage);
         if (status != SM_OK) return status;
         *curved = deviation(n, march, lane->v, end * h);
         if (*curved > allowed) return SM_OK;
@@ -194,87 +175,6 @@ SM_INLINE sm_status step_rigid(const int n, sm_march *march, int level, double h
         march->acceleration[i] = isfinite(mean) ? mean : 0.0; /* 1 / h of a very short step */
     }
     return SM_OK;
-}
-
-/* Returns the largest velocity of a rigid contact without friction and inertia [m/s]. */
-static double free_velocity(const sm_contact *contact, const sm_segment *g) {
-    const size_t n = (size_t)contact->contacts;
-    double fastest = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        double force_rate = 0.0;
-        for (size_t j = 0; j < (size_t)contact->modes; j++) {
-            const double *L = contact->coupling + 2 * (j * n + i), *a = g->amplitude_end + 2 * j;
-            force_rate += 2.0 * g->frequency[j]
-                          * sqrt((L[0] * L[0] + L[1] * L[1]) * (a[0] * a[0] + a[1] * a[1]));
-        }
-        fastest = fmax(fastest, force_rate / contact->stiffness[i * (n + 1)]);
-    }
-    return fastest;
-}
-
-/* Returns the time in which the slowest vibration of the rigid contacts decays, estimated from
- * the diagonals of M and D [s]; infinity without damping. Vibrations that decay need not be
- * resolved. */
-static double decay_time(const sm_contact *contact) {
-    const size_t n = (size_t)contact->contacts;
-    double longest = 0.0;
-    for (size_t k = 0; k < n * n; k += n + 1) {
-        const double mass = contact->mass ? contact->mass[k] : 0.0;
-        longest = fmax(longest, mass > 0.0 ? 2.0 * mass / contact->damping[k] : INFINITY);
-    }
-    return DECAY_TIMES * longest;
-}
-
-/* The steps of an integration: they have h 2^-level seconds. Times are integers in units of the
- * shortest step. */
-typedef struct {
-    double from, to, h; /* [s] */
-    int finest;         /* level of the shortest step */
-    int64_t whole, end; /* duration of a step of level 0, and of the integration */
-    int64_t resolved;   /* time from which on vibrations do not decay before the end */
-    double allowed;     /* deviation of a velocity from a straight line [m/s]; infinity: any */
-    int to_be_read;     /* 1: the motion at the end is read */
-} sm_steps;
-
-/* Chooses the steps between steps->from and steps->to. */
-static sm_status choose_steps(const sm_contact *contact, const sm_segment *segment,
-                        int steps_per_period, sm_detail detail, sm_steps *steps) {
-    const double from = steps->from, to = steps->to;
-    double fastest = 0.0;
-    for (int j = 0; j < contact->modes; j++) {
-        const double end = segment->frequency[j] + segment->frequency_rate[j] * segment->duration;
-        fastest = fmax(fastest, fmax(fabs(segment->frequency[j]), fabs(end)));
-    }
-    const double longest = SM_TWO_PI / (fastest * steps_per_period);
-    const double count = ceil((to - from) / longest * (1.0 - COUNT_ROUNDING));
-    if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
-    const int elastic = contact->law == SM_ELASTIC;
-    const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;
-    const int halved = detail == SM_TO_BE_READ || (!elastic && detail != SM_UNHALVED);
-    *steps = (sm_steps){.from = from,
-                        .to = to,
-                        .h = (to - from) / fmax(count, 1.0),
-                        .finest = halved ? halvings : 0,
-                        .allowed = INFINITY,
-                        .to_be_read = detail == SM_TO_BE_READ};
-    while (steps->finest > 0
-           && steps->h <= ldexp(SHORT_STEP * longest, steps->finest - halvings))
-        steps->finest--;
-    steps->whole = (int64_t)1 << steps->finest;
-    steps->end = steps->whole * (int64_t)fmax(count, 1.0);
-    if (steps->finest > 0 && !elastic) {
-        steps->allowed = CURVED * free_velocity(contact, segment);
-        const double before = 1.0 - decay_time(contact) / (to - from);
-        steps->resolved = before > 0.0 ? (int64_t)(before * (double)steps->end) : 0;
-    }
-    return SM_OK;
-}
-
-/* Returns the level of the next step, at least `level`: steps of a level begin at multiples of
- * their duration. */
-SM_INLINE int next_level(const sm_steps *steps, int level, int64_t at) {
-    while (level < steps->finest && (at & ((steps->whole >> level) - 1)) != 0) level++;
-    return level;
 }
 
 /* Integrates rigid contacts over the steps. */
@@ -290,7 +190,7 @@ SM_INLINE sm_status integrate_rigid(const int n, sm_march *march, const sm_steps
             sm_forcing_advance(n, &march->forcing,
                                steps->from + steps->h * least * (double)known);
         }
-        level = next_level(steps, level, at);
+        level = sm_next_level(steps, level, at);
         const int64_t parts = steps->whole >> level;
         const double part = least * (double)parts;
         const double within = 1.0 - least * (double)(known - at);
@@ -344,7 +244,7 @@ SM_HOT_ONE sm_status sm_march_along(sm_march *march, const sm_contact *contact,
                                     const sm_segment *segment, double from, double to,
                                     int steps_per_period, sm_detail detail) {
     sm_steps steps = {.from = from, .to = to};
-    sm_status status = choose_steps(contact, segment, steps_per_period, detail, &steps);
+    sm_status status = sm_choose_steps(contact, segment, steps_per_period, detail, &steps);
     if (status != SM_OK) return status;
     const int n = contact->contacts;
     sm_forcing_start(&march->forcing, contact, segment, from, steps.h);

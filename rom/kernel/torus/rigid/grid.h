@@ -3,7 +3,7 @@
 #ifndef SLIPMODE_GRID_H
 #define SLIPMODE_GRID_H
 
-#include "contact/sdirk2.h"
+#include "contact/stepper.h"
 #include "torus/phases.h"
 
 typedef struct {
@@ -26,7 +26,7 @@ typedef struct {
 
 /* Returns the time of a stage since the start of the period, in steps. */
 static inline double sm_stage_place(size_t stage) {
-    return (double)(stage / 2) + (stage % 2 == 0 ? SM_GAMMA : 1.0);
+    return (double)(stage / 2) + (stage % 2 == 0 ? SM_FIRST_END : 1.0);
 }
 
 /* Allocates and computes a grid for a number of points. The caller releases it also after a

@@ -1,5 +1,5 @@
-/* The march of rigid contacts on the torus, eq. (13): periods or half periods of a group of phase
- * lines. The search for periodic motion (periodic/search.c) calls it through sm_torus_law. */
+/* The march of rigid contacts on the torus, eq. (13): its arrays, and the functions of sm_torus_law
+ * by which the search for periodic motion (periodic/search.c) calls it. steps.c has its periods. */
 #include "torus/rigid/group.h"
 
 #include <math.h>
@@ -11,7 +11,6 @@
  * (benchmarks/contact_solves.py). */
 #define COARSE_STEP 4
 #define FEWEST_STEPS 16
-#define COARSE_HALVES 3 /* the half period from rest, and a whole period */
 #define SMALLEST_RELAXATION 0.5 /* of iterations by half periods: smaller factors converge slowly */
 /* Residual of a stage relative to the tolerance, and its upper bound relative to the friction
  * limit. The residuals change the harmonics by a few times as much. */
@@ -68,15 +67,6 @@ void sm_torus_group_release(sm_torus_group *g) {
     free(g->acceleration);
 }
 
-/* Sets the amplitudes of each lane, at the present part of the amplitudes of its point. */
-static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
-    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
-        const double *amplitude = sm_march_amplitudes(m, (size_t)(lane / grid->lines));
-        g->a[lane] = m->part * amplitude[0];
-        g->b[lane] = grid->contact->modes == 2 ? m->part * amplitude[1] : 0.0;
-    }
-}
-
 /* ---- the march ------------------------------------------------------------------------- */
 
 /* Sets the contacts of all lanes to rest. Harmonics do not determine the offsets of stuck contacts,
@@ -89,35 +79,7 @@ static void start(sm_march *m, const double *Y) {
         memset(g->lanes[block].x, 0, g->lanes[block].size * sizeof(double));
     for (size_t p = 0; p < m->points; p++) g->acceleration[p].recorded = 0;
     sm_phases_start(&g->phases);
-    set_amplitudes(&r->grid, g, m);
     r->marched = 0;
-}
-
-/* Reverses the signs of displacements and velocities after half a period. Friction is odd: the next
- * half period is then a repetition of the last one. */
-static void reverse_signs(const sm_rigid_lines *r) {
-    const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
-    for (int block = 0; block < r->group.blocks; block++) {
-        const sm_lanes *l = &r->group.lanes[block];
-        double *odd[] = {l->x, l->v, l->stage_v[0], l->stage_v[1]};
-        for (size_t k = 0; k < sizeof odd / sizeof *odd; k++)
-            for (size_t i = 0; i < size; i++) odd[k][i] = -odd[k][i];
-    }
-}
-
-/* Marches through a period or half a period, on the coarse grid at first. */
-static sm_status march_period(sm_march *m) {
-    sm_rigid_lines *r = m->lines;
-    const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
-    const sm_torus_grid *now = r->half && r->marched < coarse_halves ? &r->coarse : &r->grid;
-    m->steps = now->steps / (r->half ? 2 : 1);
-    m->marches = ++r->marched;
-    m->fine = r->marched - coarse_halves;
-    set_amplitudes(&r->grid, &r->group, m);
-    const sm_status status = sm_torus_group_march(now, &r->group, m->steps);
-    sm_phases_turn(&r->group.phases, r->half ? 0.5 * (r->grid.ratio - 1.0) : r->grid.ratio);
-    if (r->half) reverse_signs(r);
-    return status;
 }
 
 /* Returns whether iterations of the response with relaxation may converge slowly, or diverge. */
@@ -152,7 +114,7 @@ static void release(sm_march *m) {
 }
 
 sm_status sm_rigid_make(sm_march *m) {
-    static const sm_torus_law law = {start, march_period, by_halves, NULL, extrapolate, release};
+    static const sm_torus_law law = {start, sm_rigid_period, by_halves, NULL, extrapolate, release};
     const sm_discretisation *fine = m->task->grid;
     const size_t points = m->task->points->count;
     sm_rigid_lines *r = m->lines = calloc(1, sizeof *r);

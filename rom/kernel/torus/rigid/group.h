@@ -51,9 +51,9 @@ sm_status sm_torus_group_make(sm_torus_group *group, const sm_torus_grid *grid);
 /* Frees the arrays of a group. */
 void sm_torus_group_release(sm_torus_group *group);
 
-/* Marches `steps` steps from the start of a period of mode A under the response: computes Y and
- * the mean squares over these steps. After half a period Y has the harmonics of odd motion. */
-sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *group, int steps);
+/* Marches through a period or half a period of mode A under the response, on the coarse grid at
+ * first: computes Y and the mean squares. After half a period Y has the harmonics of odd motion. */
+sm_status sm_rigid_period(sm_march *march);
 /* Records the displacements of point p after a period; the phases are at the start of the next one.
  * Extrapolates them to the limit if `wanted` and two changes are known; returns whether it did. */
 int sm_accelerate(const sm_torus_grid *grid, sm_torus_group *group, size_t p, int wanted);

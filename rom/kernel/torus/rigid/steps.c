@@ -1,12 +1,15 @@
 /* Time steps of rigid contacts on phase lines, eqs. (12), (13), and the harmonics of eq. (14).
  *
- * Lanes are marched by the stages of contact/sdirk2.h under the forces of the modes. The mean of
- * x exp(-i (n t_A + m t_B)) is a sum over steps in each lane, then over lines. Forces and sums of
- * SM_TOGETHER steps are computed in one pass over the harmonics. Called by group.c and growth.c. */
+ * Lanes are marched by the stages of contact/stage/tr_bdf2.h under the forces of the modes. The
+ * mean of x exp(-i (n t_A + m t_B)) is a sum over steps in each lane, then over lines. Forces and
+ * sums of SM_TOGETHER steps are computed in one pass over the harmonics. The search for periodic
+ * motion (periodic/search.c) and growth.c call it through sm_torus_law. */
 #include "torus/rigid/group.h"
 
 #include "base/check.h"
-#include "contact/stage/solve.h"
+#include "contact/stage/tr_bdf2.h"
+
+#define COARSE_HALVES 3 /* the half period from rest, and a whole period */
 
 /* Computes u = -2 Re sum_j L_j a_j exp(i t_j) in each lane, `steps` after the period's start. */
 SM_INLINE void load_forcing(const int lanes, const sm_contact *contact, const double *carrier,
@@ -106,6 +109,13 @@ SM_INLINE void add_squares(const int lanes, int contacts, const double *restrict
     }
 }
 
+/* Makes a stage with a literal number of contacts if there are few. */
+SM_INLINE sm_status make_stage(const int lanes, const sm_stepper *s, sm_lanes *m, int stage) {
+    if (s->contacts == 1) return sm_stage(1, lanes, s, m, stage);
+    if (s->contacts == 2) return sm_stage(2, lanes, s, m, stage);
+    return sm_stage(s->contacts, lanes, s, m, stage);
+}
+
 /* Marches a block of lanes through a number of steps: adds x exp(-i (n + m ratio) t_A) /
  * grid->steps to the sums of its lanes, and x^2 to their squares. */
 SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_torus_group *g,
@@ -120,7 +130,7 @@ SM_INLINE sm_status march(const int lanes, const sm_torus_grid *grid, const sm_t
         for (int step = 0; step < SM_TOGETHER && k + step < steps; step++) {
             for (int stage = 0; stage < 2; stage++) {
                 m.u = g->forcing + (size_t)(2 * step + stage) * row;
-                const sm_status status = sm_stage_lanes(&grid->stepper, &m, stage);
+                const sm_status status = make_stage(lanes, &grid->stepper, &m, stage);
                 if (status != SM_OK) return status;
             }
             memcpy(g->displacement + (size_t)step * row, m.x, row * sizeof(double));
@@ -221,8 +231,43 @@ static void compute_mean_squares(const sm_torus_grid *grid, const sm_torus_group
         }
 }
 
-sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *g, int steps) {
+/* Sets the amplitudes of each lane at the start of a period, and their growth per step. */
+static void set_amplitudes(const sm_torus_grid *grid, sm_torus_group *g, const sm_march *m) {
+    static const double none[SM_MODES] = {0.0};
+    for (int lane = 0; lane < g->blocks * grid->lanes; lane++) {
+        const size_t p = (size_t)(lane / grid->lines);
+        const double *amplitude = sm_march_amplitudes(m, p);
+        const double *growth = m->growth ? m->growth + sm_march_place(m, p) : none;
+        g->a[lane] = m->part * amplitude[0] + m->elapsed * growth[0];
+        g->a_step[lane] = growth[0] / grid->steps;
+        if (grid->contact->modes == 1) continue;
+        g->b[lane] = m->part * amplitude[1] + m->elapsed * growth[1];
+        g->b_step[lane] = growth[1] / grid->steps;
+    }
+}
+
+/* Reverses the signs of displacements and velocities after half a period. Friction is odd: the next
+ * half period is then a repetition of the last one. */
+static void reverse_signs(const sm_rigid_lines *r) {
+    const size_t size = (size_t)r->grid.contact->contacts * (size_t)r->grid.lanes;
+    for (int block = 0; block < r->group.blocks; block++) {
+        const sm_lanes *l = &r->group.lanes[block];
+        double *odd[] = {l->x, l->v, l->stage_v[0], l->stage_v[1], l->inertia};
+        for (size_t k = 0; k < sizeof odd / sizeof *odd; k++)
+            for (size_t i = 0; i < size; i++) odd[k][i] = -odd[k][i];
+    }
+}
+
+sm_status sm_rigid_period(sm_march *m) {
+    sm_rigid_lines *r = m->lines;
+    sm_torus_group *g = &r->group;
+    const int coarse_halves = r->coarse.steps < r->grid.steps ? COARSE_HALVES : 0;
+    const sm_torus_grid *grid = r->half && r->marched < coarse_halves ? &r->coarse : &r->grid;
+    const int steps = m->steps = grid->steps / (r->half ? 2 : 1);
     const size_t wide = (size_t)g->blocks * (size_t)grid->lanes;
+    m->marches = ++r->marched;
+    m->fine = r->marched - coarse_halves;
+    set_amplitudes(grid, g, m);
     if (g->reaction) set_reaction(grid, g);
     memset(g->sums, 0, sizeof(double) * wide * grid->per_point);
     memset(g->squares, 0, sizeof(double) * wide * (size_t)grid->contact->contacts);
@@ -233,6 +278,8 @@ sm_status sm_torus_group_march(const sm_torus_grid *grid, sm_torus_group *g, int
     }
     compute_harmonics(grid, g, (double)grid->steps / steps / grid->lines);
     compute_mean_squares(grid, g, steps);
+    sm_phases_turn(&g->phases, r->half ? 0.5 * (grid->ratio - 1.0) : grid->ratio);
+    if (r->half) reverse_signs(r);
     return sm_all_finite(g->Y, (size_t)grid->points_per_group * grid->per_point) ? SM_OK
                                                                                  : SM_NOT_FINITE;
 }

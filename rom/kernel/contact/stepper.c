@@ -1,28 +1,7 @@
-#include "contact/sdirk2.h"
+/* Matrices of the steps of stepper.h, and work arrays of lanes. */
+#include "contact/stepper.h"
 
 #include "base/check.h"
-
-/* An estimate of 1 - tanh w at c w + tanh w = 1, for the initial guess of the resolvent only. */
-static double transition_width(double c) {
-    double w = 1.0;
-    for (int i = 0; i < 4; i++) w = 0.5 * log(1.0 + 2.0 / (c * w));
-    return c * w < 1.0 ? c * w : 1.0;
-}
-
-sm_resolvent sm_resolvent_make(int32_t law, double s, double limit, double alpha) {
-    sm_resolvent f = {.law = law, .s = s, .limit = limit, .alpha = alpha};
-    if (limit > 0.0) f.per_limit = 1.0 / limit;
-    if (law == SM_TANH && limit > 0.0) {
-        f.per_alpha = 1.0 / alpha;
-        f.steepest = limit * f.per_alpha;
-        f.per_steepest = alpha * f.per_limit;
-        f.c = s * alpha / limit;
-        f.slip = 1.0 / f.c;
-        f.stick = 1.0 / (1.0 + f.c);
-        f.knee = transition_width(f.c);
-    }
-    return f;
-}
 
 void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     const size_t n = (size_t)contacts;
@@ -84,8 +63,9 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
 
 void sm_lanes_place(sm_lanes *m, int contacts, int lanes, sm_block *block) {
     const size_t n = (size_t)contacts, size = n * (size_t)lanes, before = block->taken;
-    double **arrays[] = {&m->x,          &m->base, &m->u,        &m->v,    &m->g,      &m->slope,
-                         &m->stage_v[0], &m->stage_v[1], &m->r, &m->residual, &m->step, &m->before};
+    double **arrays[] = {&m->x,          &m->base,       &m->u,          &m->v,      &m->g,
+                         &m->slope,      &m->stage_v[0], &m->stage_v[1], &m->inertia,
+                         &m->r,          &m->residual,   &m->step,       &m->before};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) *arrays[i] = sm_take(block, size);
     m->factor = sm_take(block, size * n);
     if (lanes == 1) m->last_r = sm_take(block, n);
