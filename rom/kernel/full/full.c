@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "base/check.h"
+#include "base/dense.h"
 #include "slow/slow_flow.h"
 
 /* Residual of a stage in friction limits: far below the error of the time steps. */
@@ -217,13 +218,6 @@ SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double el
     return SM_OK;
 }
 
-/* Returns the product of two vectors. */
-static double dot(const double *a, const double *b, size_t n) {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; k++) sum += a[k] * b[k];
-    return sum;
-}
-
 /* Writes displacements, velocities and forces of the contacts. */
 static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *contact) {
     const size_t contacts = (size_t)full->contacts;
@@ -274,8 +268,8 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     for (size_t s = 0; s < samples->count && status == SM_OK; s++) {
         status = march(&m, elastic, elapsed, s * samples->every, samples->every);
         for (size_t i = 0; i < rows; i++) {
-            samples->displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
-            samples->velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
+            samples->displacement[s * rows + i] = sm_dot(n, full->output + i * n, m.q);
+            samples->velocity[s * rows + i] = sm_dot(n, full->output + i * n, m.v);
         }
         sample_contacts(&m, full, samples->contact + s * 3 * (size_t)full->contacts);
         samples->dissipated[s] = m.dissipated;

@@ -13,8 +13,8 @@
 #include <stdlib.h>
 
 #include "base/check.h"
+#include "base/dense.h"
 #include "base/lanes.h"
-#include "contact/elastic/equations.h"
 
 /* Residual of displacements, relative to the largest displacement. */
 #define TOLERANCE 1e-11
