@@ -9,13 +9,12 @@
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
-#define MAX_ORDER 1000 /* |n| and |m| of a combination resonance: models have up to 15 */
-
-/* Returns whether mode and orders of a combination resonance are valid. */
+/* Returns whether mode and orders of a combination resonance are valid. Relative to its mode it has
+ * an order that is larger by 1. */
 static int combination_is_valid(const sm_combination *c, int modes) {
-    const int most_m = modes == SM_MODES ? MAX_ORDER : 0;
-    return c->mode >= 0 && c->mode < modes && c->n >= -MAX_ORDER && c->n <= MAX_ORDER
-           && c->m >= -most_m && c->m <= most_m;
+    const int most = SM_HIGHEST_ORDER - 1, most_m = modes == SM_MODES ? most : 0;
+    return c->mode >= 0 && c->mode < modes && c->n >= -most && c->n <= most && c->m >= -most_m
+           && c->m <= most_m;
 }
 
 /* Returns whether all doubles of an array are finite. */

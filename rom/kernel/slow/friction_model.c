@@ -40,18 +40,17 @@ static void add_combinations(const sm_slow_flow *flow, const sm_instant *instant
                              const double *T, size_t fields, const double *per_modulus,
                              sm_friction *f) {
     const sm_inputs *in = &instant->inputs;
-    sm_complex phasor = sm_cx(1.0, 0.0);
+    sm_complex phasor = sm_cx(1.0, 0.0), carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}};
     int last[SM_MODES] = {0, 0};
+    for (int i = 0; i < modes; i++) carrier[i] = sm_cmul(f->unit[i], sm_unit(in->angle[i]));
     for (int k = 0; k < flow->table.combinations; k++, T += 2) {
         const sm_combination *c = &flow->combination[k];
         const int own = c->mode, order[SM_MODES] = {c->n, c->m};
-        const int beat[SM_MODES] = {c->n - (own == 0), c->m - (own == 1)};
+        const int32_t beat[SM_MODES] = {c->n - (own == 0), c->m - (own == 1)};
         if (beat[0] == -last[0] && beat[1] == -last[1]) {
             phasor = sm_conj(phasor);
         } else if (beat[0] != last[0] || beat[1] != last[1]) {
-            phasor = sm_unit(beat[0] * in->angle[0] + beat[1] * in->angle[1]);
-            for (int i = 0; i < modes; i++)
-                phasor = sm_cmul(phasor, sm_unit_power(f->unit[i], beat[i]));
+            sm_harmonic_phasors(1, beat, carrier, &phasor.re, &phasor.im);
         }
         for (int i = 0; i < SM_MODES; i++) last[i] = beat[i];
         /* a mode at rest has no harmonics */

@@ -15,6 +15,7 @@ typedef struct {
     size_t lines;   /* phase lines of a point: at the start t_B = 2 pi p / lines, p < lines */
     size_t wide;    /* lines of all points, with unused lanes that complete a vector */
     size_t powers;  /* number of m = 0, 1, ...: at least up to the highest |m| of the harmonics */
+    double turns;   /* of all lines since the start, a fraction of one */
     double *across; /* (powers, 2, wide): cos and sin of m t_B */
 } sm_phases;
 

@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "base/check.h"
+#include "base/hermite.h"
 
 void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
                          sm_complex carrier[SM_MODES]) {
@@ -18,24 +19,17 @@ void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
     }
 }
 
-void sm_segment_cubics(const sm_segment *g, int j, double cubics[2][4]) {
+sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r, sm_complex *rate) {
+    const sm_hermite at = sm_hermite_at(g->duration, r);
+    double a[2], slope[2];
     for (int p = 0; p < 2; p++) {
-        const double start = g->amplitude_start[2 * j + p];
-        const double change = g->amplitude_end[2 * j + p] - start;
-        const double leaving = g->duration * g->rate_start[2 * j + p];
-        const double arriving = g->duration * g->rate_end[2 * j + p];
-        cubics[p][0] = start;
-        cubics[p][1] = leaving;
-        cubics[p][2] = 3.0 * change - 2.0 * leaving - arriving;
-        cubics[p][3] = leaving + arriving - 2.0 * change;
+        const int k = 2 * j + p;
+        const double start = g->amplitude_start[k], end = g->amplitude_end[k];
+        a[p] = sm_hermite_value(&at.value, start, g->rate_start[k], end, g->rate_end[k]);
+        slope[p] = sm_hermite_slope(&at.slope, start, g->rate_start[k], end, g->rate_end[k]);
     }
-}
-
-sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
-    double c[2][4], a[2];
-    sm_segment_cubics(g, j, c);
-    for (int p = 0; p < 2; p++) a[p] = c[p][0] + r * (c[p][1] + r * (c[p][2] + r * c[p][3]));
-    return sm_cx(a[0], a[1]);
+    *rate = sm_pair(slope);
+    return sm_pair(a);
 }
 
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }

@@ -5,6 +5,7 @@
  * t_B are geometric sequences X_m + c r_m^k: two successive changes give r_m and the limit X_m. */
 #include <string.h>
 
+#include "base/cnumber.h"
 #include "torus/rigid/group.h"
 
 #define SMALLEST_RATIO 0.5 /* of successive changes; faster convergence needs no extrapolation */
@@ -28,20 +29,18 @@ static void transform(const sm_torus_grid *grid, const sm_torus_group *g, size_t
     if (!inverse) memset(fresh, 0, 2 * count * n * sizeof(double));
     for (size_t lane = p * lines; lane < (p + 1) * lines; lane++) {
         double *x = g->lanes[lane / lanes].x + lane % lanes;
-        double re = 1.0, im = 0.0; /* exp(i m t_B) */
+        sm_complex z = sm_cx(1.0, 0.0); /* exp(i m t_B) */
         for (size_t m = 0; m < count; m++) {
             for (size_t i = 0; i < n; i++) {
                 double *c = fresh + 2 * (m * n + i), *value = x + i * lanes;
                 if (inverse) {
-                    *value += (m == 0 ? 1.0 : 2.0) * (c[0] * re - c[1] * im);
+                    *value += (m == 0 ? 1.0 : 2.0) * (c[0] * z.re - c[1] * z.im);
                 } else {
-                    c[0] += *value * re / (double)lines;
-                    c[1] -= *value * im / (double)lines;
+                    c[0] += *value * z.re / (double)lines;
+                    c[1] -= *value * z.im / (double)lines;
                 }
             }
-            const double t = re * cosine[lane] - im * sine[lane];
-            im = re * sine[lane] + im * cosine[lane];
-            re = t;
+            z = sm_cmul(z, sm_cx(cosine[lane], sine[lane]));
         }
     }
 }
