@@ -20,7 +20,8 @@ void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carr
                          double *re, double *im) {
     double power[SM_HIGHEST_ORDER + 1][2][SM_MODES];
     int highest = 0;
-    for (int k = 0; k < 2 * count; k++) highest = abs(orders[k]) > highest ? abs(orders[k]) : highest;
+    for (int k = 0; k < 2 * count; k++)
+        if (abs(orders[k]) > highest) highest = abs(orders[k]);
     for (int j = 0; j < SM_MODES; j++) {
         power[1][0][j] = carrier[j].re;
         power[1][1][j] = carrier[j].im;

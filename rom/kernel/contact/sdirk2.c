@@ -39,7 +39,7 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
  * make a semidefinite matrix indefinite. */
 static int positive_definite(const double *matrix, size_t n, double *factor) {
     memcpy(factor, matrix, n * n * sizeof(double));
-    for (size_t i = 0; i < n; i++) factor[i * n + i] *= 1.0 + SM_SYMMETRY_TOLERANCE;
+    for (size_t i = 0; i < n; i++) factor[i * n + i] *= 1.0 + SM_ROUNDING_TOLERANCE;
     return sm_cholesky(n, 0.0, factor) == n;
 }
 

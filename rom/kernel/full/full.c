@@ -69,15 +69,10 @@ static sm_status check_values(const sm_full *full) {
     return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
 }
 
-/* Returns the number of coordinates, rounded up to whole blocks. */
-static size_t width_of(const sm_full *full) {
-    const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
-    return blocks * SM_FULL_BLOCK;
-}
-
 /* Takes the arrays from a block, or counts them. */
 static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
-    const size_t width = width_of(full), contacts = (size_t)full->contacts;
+    const size_t width = sm_whole((size_t)full->coordinates, SM_SHORT_VECTOR);
+    const size_t contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
     m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
@@ -256,7 +251,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     sm_elastic_step of_elastic, *elastic = full->law == SM_ELASTIC ? &of_elastic : NULL;
     sm_esdirk4 m = {.contacts = full->contacts,
                     .diagonal = full->diagonal,
-                    .width = width_of(full),
+                    .width = sm_whole((size_t)full->coordinates, SM_SHORT_VECTOR),
                     .h = full->step};
     sm_block block = {NULL, 0};
     place(&m, elastic, full, &block);

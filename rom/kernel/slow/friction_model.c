@@ -7,12 +7,9 @@
 
 #include <math.h>
 
+#include "base/check.h"
 #include "base/lanes.h"
 #include "table/table.h"
-
-/* Square of a modulus below which a mode is at rest: the reciprocal of a smaller one is close to
- * overflow. */
-#define AT_REST 1e-300
 
 /* Adds a term to a sum. */
 SM_INLINE void add(sm_complex *sum, sm_complex term) { *sum = sm_cadd(*sum, term); }
@@ -74,10 +71,10 @@ SM_INLINE sm_status evaluate(const sm_slow_flow *flow, sm_instant *instant, int 
     const size_t fields = 2 * (size_t)(modes + table->combinations + table->power);
     double slopes[3 * SM_MOST_FIELDS], per_modulus[SM_MODES] = {0.0};
     for (int j = 0; j < modes; j++) {
-        const double square = sm_cabs2(e[j]), modulus = square < AT_REST ? 0.0 : sqrt(square);
-        per_modulus[j] = square < AT_REST ? 0.0 : 1.0 / modulus;
+        const double square = sm_cabs2(e[j]), modulus = square < SM_TINY ? 0.0 : sqrt(square);
+        per_modulus[j] = square < SM_TINY ? 0.0 : 1.0 / modulus;
         f->modulus[j] = modulus;
-        f->unit[j] = square < AT_REST ? sm_cx(1.0, 0.0) : sm_cscale(e[j], per_modulus[j]);
+        f->unit[j] = square < SM_TINY ? sm_cx(1.0, 0.0) : sm_cscale(e[j], per_modulus[j]);
     }
     const sm_status status =
         sm_table_slopes_from(table, f->modulus, 2 * (size_t)(modes + table->combinations),

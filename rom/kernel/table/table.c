@@ -7,8 +7,6 @@
 #include "base/check.h"
 #include "base/hermite.h"
 
-#define MAX_COUNT 100000 /* nodes along an axis: sizes of the arrays do not overflow */
-
 /* Checks that nodes are finite, increase, and begin at 0. */
 static sm_status check_nodes(const double *node, int32_t count) {
     if (!sm_all_finite(node, (size_t)count)) return SM_NOT_FINITE;
@@ -31,12 +29,12 @@ static size_t correction_count(const sm_table *table) {
 /* Returns whether sizes and arrays are valid, so that an evaluation stays inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
-    if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
+    if (table->count_a < 2 || table->count_a > SM_MOST) return 0;
     if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
         return 0;
     if (table->modes == 1) return table->count_b == 1;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
-           table->count_b <= MAX_COUNT;
+           table->count_b <= SM_MOST;
 }
 
 sm_status sm_table_check_shape(const sm_table *table) {
@@ -78,7 +76,6 @@ SM_INLINE sm_hermite hermite_at(const double *node, double x) {
 }
 
 #define PARTS 3 /* value, d/da and d/db of the surface */
-#define WIDTH 4 /* columns of one vector operation */
 
 /* A point in a cell of the table, and the array over the nodes that is interpolated there. */
 typedef struct {
@@ -137,7 +134,8 @@ SM_INLINE void interpolate_columns(const table_point *point, size_t first, size_
 SM_INLINE void interpolate_range(const table_point *point, size_t first, size_t end, int modes,
                                  int parts, double *s) {
     size_t f = first;
-    for (; f + WIDTH <= end; f += WIDTH) interpolate_columns(point, f, WIDTH, modes, parts, s);
+    for (; f + SM_SHORT_VECTOR <= end; f += SM_SHORT_VECTOR)
+        interpolate_columns(point, f, SM_SHORT_VECTOR, modes, parts, s);
     if (f < end) interpolate_columns(point, f, 2, modes, parts, s);
 }
 

@@ -6,7 +6,7 @@
 #ifndef SLIPMODE_MARCH_H
 #define SLIPMODE_MARCH_H
 
-#include "slipmode.h"
+#include "base/check.h"
 
 /* The arguments of sm_torus_harmonics. */
 typedef struct {
@@ -69,9 +69,6 @@ static inline const double *sm_march_amplitudes(const sm_march *march, size_t p)
     const size_t at = march->first + p < points->count ? march->first + p : points->count - 1;
     return points->amplitudes + at * (size_t)march->contact->modes;
 }
-
-/* Divisor in place of a scale 0, so that a quotient 0 / 0 becomes 0 [m], [N]. */
-#define SM_SMALLEST_SCALE 1e-300
 
 /* Contact motion and forces (elastic contacts: displacements) due to the modes alone, at the
  * amplitudes of a point or at smallest_scale, whichever are larger. Rigid contacts move by

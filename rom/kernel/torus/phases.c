@@ -10,7 +10,7 @@ void sm_phases_place(sm_phases *f, size_t orders, const int32_t *order, sm_block
     int highest = 0;
     for (size_t q = 0; q < orders; q++)
         if (abs(order[2 * q + 1]) > highest) highest = abs(order[2 * q + 1]);
-    f->powers = ((size_t)highest + SM_POWERS) / SM_POWERS * SM_POWERS;
+    f->powers = sm_whole((size_t)highest + 1, SM_TOGETHER);
     f->across = sm_take(block, 2 * f->powers * f->wide);
 }
 

@@ -10,8 +10,6 @@
 #include "base/hermite.h"
 #include "slow/motion/segment.h"
 
-#define SM_ROW 4 /* rows of harmonics have a multiple of 4 numbers, for vectors; the rest is 0 */
-
 /* The forces on the contacts during an integration. At instants that are a step h apart, u and its
  * rate are exact. Between them, at the stages of shorter steps, u is a cubic, with the error
  * (nu h)^4 / 384 for a harmonic nu: 2e-6 for a carrier at 40 steps per period. At constant
@@ -27,7 +25,7 @@ typedef struct {
     double *value, *rate;  /* (N_c) forces [N] at the last instant, and their rates times h [N] */
     double *before;        /* (2, N_c) value and rate at the instant before */
     int orders;            /* harmonics of the response on this segment */
-    size_t row;            /* length of a row: at least `orders` of the contact */
+    size_t row;            /* length of a row: `orders` of the contact, then 0 up to whole vectors */
     double *re, *im, *factor_re, *factor_im; /* (row) phasors of the harmonics, and their factors */
     double *turn;          /* (row) angles of the factors [rad] */
     double *start, *slope; /* (N_c, 2, row): real, imaginary parts of G, and change per segment */
@@ -35,7 +33,7 @@ typedef struct {
 
 /* Places the arrays for up to `orders` harmonics of the response. */
 static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_block *block) {
-    const size_t n = (size_t)contacts, row = ((size_t)orders + SM_ROW - 1) / SM_ROW * SM_ROW;
+    const size_t n = (size_t)contacts, row = sm_whole((size_t)orders, SM_SHORT_VECTOR);
     double **rows[] = {&f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn};
     f->row = row;
     f->value = sm_take(block, n);

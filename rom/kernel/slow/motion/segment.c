@@ -34,9 +34,8 @@ sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r, sm_complex
 
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
 
-/* Tolerances of the times at which segments meet, for rounding [-]. */
-#define MEETING_TOLERANCE 1e-6 /* relative to the duration of the segment */
-#define ROUNDING 1e-9          /* relative to the time, or to the duration of the last segment */
+/* Tolerance of the times at which segments meet, relative to the duration of the segment [-]. */
+#define MEETING_TOLERANCE 1e-6
 
 /* Checks the numbers of a segment. */
 static sm_status check_segment(const sm_segment *segment, int modes) {
@@ -55,7 +54,8 @@ static sm_status check_segment(const sm_segment *segment, int modes) {
 static int consecutive(const sm_segment *segment, const sm_segment *next) {
     const double gap = fabs(next->start - sm_segment_end(segment));
     return next->start > segment->start &&
-           gap <= MEETING_TOLERANCE * segment->duration + ROUNDING * fabs(segment->start);
+           gap <= MEETING_TOLERANCE * segment->duration
+                      + SM_ROUNDING_TOLERANCE * fabs(segment->start);
 }
 
 sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
@@ -74,7 +74,7 @@ sm_status sm_times_check(size_t samples, const double *times, size_t segments,
     if (!times) return SM_BAD_ARGUMENT;
     if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
     const sm_segment *last = &segment[segments - 1];
-    const double end = sm_segment_end(last) + ROUNDING * last->duration;
+    const double end = sm_segment_end(last) + SM_ROUNDING_TOLERANCE * last->duration;
     if (!(times[0] >= segment->start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
     for (size_t k = 1; k < samples; k++)
         if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;

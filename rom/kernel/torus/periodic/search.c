@@ -137,7 +137,7 @@ static void find_residual(const search *s, size_t p) {
         const double relative = fabs(point->Y[k] - point->last_Y[k]) / sm_scale_of(&scales, order);
         largest = fmax(largest, k < requested ? relative : others * relative);
     }
-    point->residual = fmax(change / fmax(scales.response, SM_SMALLEST_SCALE), largest);
+    point->residual = fmax(change / fmax(scales.response, SM_TINY), largest);
 }
 
 /* Copies harmonics, mean squares, residual and number of steps of a point into the results. */

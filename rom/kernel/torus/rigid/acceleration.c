@@ -9,9 +9,8 @@
 #include "torus/rigid/group.h"
 
 #define SMALLEST_RATIO 0.5 /* of successive changes; faster convergence needs no extrapolation */
-/* Largest |r| and smallest |1 - r|: nearer to 1 the change is multiplied by more than 50, and the
- * limit is ill-conditioned. */
-#define LARGEST_RATIO 1.02
+/* Smallest |1 - r|, and largest |r| - 1: nearer to 1 the change is multiplied by more than 50, and
+ * the limit is ill-conditioned. */
 #define SMALLEST_GAP 0.02
 
 /* Returns the number of Fourier coefficients m = 0, 1, ... over the lines of a point. */
@@ -63,7 +62,7 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
         const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO
-                         && size2 < LARGEST_RATIO * LARGEST_RATIO
+                         && size2 < (1.0 + SMALLEST_GAP) * (1.0 + SMALLEST_GAP)
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;
         const double f_im = slow ? im / gap2 : 0.0;

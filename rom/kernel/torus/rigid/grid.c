@@ -53,7 +53,7 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
         im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
     }
     if (size <= UNRELAXED) return 1.0;
-    const double along = size * re / fmax(hypot(re, im), SM_SMALLEST_SCALE);
+    const double along = size * re / fmax(hypot(re, im), SM_TINY);
     const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
     const double safe = 1.0 / (1.0 + size);
     return best > 0.0 ? fmin(best, safe) : safe;
