@@ -14,7 +14,7 @@ slow/      Eqs. (18), (19): slow_flow.c, with coefficients.c and friction_model.
            many modes, or of a mistuned disk, under one force
 full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic contacts, full.c
            the time integration
-base/      complex numbers, lanes, checks, messages
+base/      complex numbers and phasors, dense equations, Hermite cubics, lanes, checks, messages
 
 Here structures.py and library.py read structures and functions from the header; handle.py holds
 objects of the core that have a state.

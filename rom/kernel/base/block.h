@@ -31,10 +31,11 @@ static inline double *sm_take(sm_block *block, size_t count) {
     return place;
 }
 
+/* Returns a number rounded up to a multiple. */
+static inline size_t sm_whole(size_t number, size_t of) { return (number + of - 1) / of * of; }
+
 /* Returns a number of doubles rounded up to whole cache lines and vectors. */
-static inline size_t sm_whole_lines(size_t doubles) {
-    return (doubles + SM_VECTOR - 1) & ~(size_t)(SM_VECTOR - 1);
-}
+static inline size_t sm_whole_lines(size_t doubles) { return sm_whole(doubles, SM_VECTOR); }
 
 /* Returns the number of doubles that have room for a number of bytes. */
 static inline size_t sm_doubles(size_t bytes) {

@@ -1,4 +1,5 @@
-/* Checks of arguments, used by the functions that slipmode.h declares. */
+/* Checks of arguments, used by the functions that slipmode.h declares; and the limits of numbers
+ * that all rooms share. */
 #ifndef SLIPMODE_CHECK_H
 #define SLIPMODE_CHECK_H
 
@@ -6,9 +7,14 @@
 
 #include "slipmode.h"
 
-/* Largest asymmetry |K_ij - K_ji| of a matrix relative to its diagonal [-]. Matrices are products
- * of others and symmetric only up to rounding; errors in a model are much larger. */
-#define SM_SYMMETRY_TOLERANCE 1e-9
+/* Largest relative difference of numbers that are equal except for rounding [-]: products of
+ * matrices, sums of many time steps. Errors in a model are much larger. */
+#define SM_ROUNDING_TOLERANCE 1e-9
+/* Smallest divisor, in units of SI: reciprocals of smaller numbers are close to overflow. */
+#define SM_TINY 1e-300
+/* Largest number of steps of a period and of nodes of a table, and largest order of a harmonic: no
+ * grid resolves more. */
+#define SM_MOST 65536
 
 /* Returns whether no value is NaN or infinite. */
 static inline int sm_all_finite(const double *values, size_t count) {
@@ -16,6 +22,10 @@ static inline int sm_all_finite(const double *values, size_t count) {
         if (!isfinite(values[i])) return 0;
     return 1;
 }
+
+/* Returns whether all doubles of an array or structure are finite. */
+#define SM_FINITE(doubles) \
+    sm_all_finite((const double *)(const void *)&(doubles), sizeof(doubles) / sizeof(double))
 
 /* Returns SM_OK for a finite value > 0. */
 static inline sm_status sm_check_positive(double value) {

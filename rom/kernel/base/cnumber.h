@@ -41,17 +41,6 @@ static inline double sm_cabs2(sm_complex a) { return a.re * a.re + a.im * a.im; 
 static inline sm_complex sm_cdiv(sm_complex a, sm_complex b) {
     return sm_cscale(sm_cmul(a, sm_conj(b)), 1.0 / sm_cabs2(b));
 }
-/* Returns z^n for |z| = 1 by repeated squaring. For n < 0 it uses that 1 / z is the conjugate. */
-static inline sm_complex sm_unit_power(sm_complex z, int n) {
-    unsigned left = n < 0 ? 0u - (unsigned)n : (unsigned)n;
-    sm_complex power = n < 0 ? sm_conj(z) : z;
-    sm_complex result = left & 1u ? power : sm_cx(1.0, 0.0);
-    while (left >>= 1) {
-        power = sm_cmul(power, power);
-        if (left & 1u) result = sm_cmul(result, power);
-    }
-    return result;
-}
 
 /* One complex number per mode, real parts next to each other: the compiler turns a loop over modes
  * into one vector operation. In hot loops it is never copied as a whole after one mode was written:
@@ -69,12 +58,29 @@ SM_INLINE void sm_put(sm_modal *z, int j, sm_complex value) {
     z->im[j] = value.im;
 }
 
+/* Phasors exp(i angle), as a row of real parts and a row of imaginary parts. */
+
+/* Multiplies phasors by `count` others. */
+SM_INLINE void sm_turn(size_t count, double *restrict re, double *restrict im,
+                       const double *restrict by_re, const double *restrict by_im) {
+    SM_SIMD
+    for (size_t k = 0; k < count; k++) {
+        const double real = re[k] * by_re[k] - im[k] * by_im[k];
+        im[k] = re[k] * by_im[k] + im[k] * by_re[k];
+        re[k] = real;
+    }
+}
+
+/* Computes the powers 0, 2, 3, ... of phasors z: `power` (powers, 2, count) has z as power 1. */
+void sm_powers(size_t count, size_t powers, double *power);
+
 /* Harmonics (n, m) of two carriers. */
 
 #define SM_MOST_ORDERS 512 /* limit of the harmonics of a sum: their phasors are on the stack */
+#define SM_HIGHEST_ORDER 128 /* limit of |n| and |m|: powers are on the stack; tables have up to 15 */
 
-/* Checks that there are at most SM_MOST_ORDERS harmonics, and that |n| and |m| are within the limit
- * of sm_harmonic_phasors. */
+/* Checks that there are at most SM_MOST_ORDERS harmonics, and that |n| and |m| are at most
+ * SM_HIGHEST_ORDER. */
 sm_status sm_orders_check(int count, const int32_t *orders);
 
 /* Computes exp(i (n theta_A + m theta_B)) of each harmonic from carrier = exp(i theta_A),

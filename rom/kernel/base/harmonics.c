@@ -1,42 +1,39 @@
 /* Phasors exp(i (n theta_A + m theta_B)) of harmonics, eq. (14), as products of powers of the two
- * carriers. Called for the motion along a trajectory (slow/motion/) and the response of the modes
- * (slow/component/response_surface.c). */
+ * carriers; powers by products of phasors. Called for the motion along a trajectory (slow/motion/),
+ * the response of the modes (slow/component/response_surface.c), the combination resonances
+ * (slow/friction_model.c) and the phase lines (torus/phases.c). */
+#include <stdlib.h>
+
 #include "base/cnumber.h"
 
-#define MOST_ORDER 128 /* limit of |n| and |m|: powers are on the stack; tables have up to 15 */
-
-/* Computes z^k for k = -highest ... highest, |z| = 1; `power` points at k = 0. */
-static void fill_powers(sm_complex z, int highest, sm_complex *power) {
-    power[0] = sm_cx(1.0, 0.0);
-    for (int k = 1; k <= highest; k++) {
-        power[k] = sm_cmul(power[k - 1], z);
-        power[-k] = sm_conj(power[k]);
+void sm_powers(size_t count, size_t powers, double *power) {
+    const size_t both = 2 * count;
+    for (size_t k = 0; k < both; k++) power[k] = k < count ? 1.0 : 0.0;
+    for (size_t m = 2; m < powers; m++) {
+        double *next = power + m * both;
+        memcpy(next, next - both, both * sizeof *next);
+        sm_turn(count, next, next + count, power + both, power + both + count);
     }
-}
-
-/* Finds the highest |n| and the highest |m|. */
-static void highest_orders(int count, const int32_t *orders, int highest[SM_MODES]) {
-    int32_t a = 0, b = 0;
-    for (int q = 0; q < count; q++) {
-        const int32_t n = orders[2 * q] < 0 ? -orders[2 * q] : orders[2 * q];
-        const int32_t m = orders[2 * q + 1] < 0 ? -orders[2 * q + 1] : orders[2 * q + 1];
-        a = n > a ? n : a;
-        b = m > b ? m : b;
-    }
-    highest[0] = a;
-    highest[1] = b;
 }
 
 void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carrier[SM_MODES],
                          double *re, double *im) {
-    sm_complex a[2 * MOST_ORDER + 1], b[2 * MOST_ORDER + 1];
-    int highest[SM_MODES];
-    highest_orders(count, orders, highest);
-    fill_powers(carrier[0], highest[0], a + MOST_ORDER);
-    fill_powers(carrier[1], highest[1], b + MOST_ORDER);
+    double power[SM_HIGHEST_ORDER + 1][2][SM_MODES];
+    int highest = 0;
+    for (int k = 0; k < 2 * count; k++)
+        if (abs(orders[k]) > highest) highest = abs(orders[k]);
+    for (int j = 0; j < SM_MODES; j++) {
+        power[1][0][j] = carrier[j].re;
+        power[1][1][j] = carrier[j].im;
+    }
+    sm_powers(SM_MODES, (size_t)highest + 1, power[0][0]);
     for (int q = 0; q < count; q++) {
-        const sm_complex phasor =
-            sm_cmul(a[MOST_ORDER + orders[2 * q]], b[MOST_ORDER + orders[2 * q + 1]]);
+        sm_complex factor[SM_MODES];
+        for (int j = 0; j < SM_MODES; j++) {
+            const int n = orders[2 * q + j];
+            factor[j] = sm_cx(power[abs(n)][0][j], copysign(1.0, n) * power[abs(n)][1][j]);
+        }
+        const sm_complex phasor = sm_cmul(factor[0], factor[1]);
         re[q] = phasor.re;
         im[q] = phasor.im;
     }
@@ -45,6 +42,6 @@ void sm_harmonic_phasors(int count, const int32_t *orders, const sm_complex carr
 sm_status sm_orders_check(int count, const int32_t *orders) {
     if (count < 0 || count > SM_MOST_ORDERS || (count > 0 && !orders)) return SM_BAD_ARGUMENT;
     for (int k = 0; k < 2 * count; k++)
-        if (orders[k] < -MOST_ORDER || orders[k] > MOST_ORDER) return SM_BAD_ARGUMENT;
+        if (orders[k] < -SM_HIGHEST_ORDER || orders[k] > SM_HIGHEST_ORDER) return SM_BAD_ARGUMENT;
     return SM_OK;
 }

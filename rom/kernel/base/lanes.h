@@ -11,8 +11,9 @@
 #include <string.h>
 
 #define SM_LANES 16 /* two of the widest vectors, whose operations overlap */
-#define SM_FEW_LANES 8 /* if all problems fit into 8 lanes: two thirds of the time of 16 */
+#define SM_FEW_LANES SM_VECTOR /* if all problems fit into 8 lanes: two thirds of the time of 16 */
 #define SM_VECTOR 8 /* doubles of the widest vectors, and of a cache line: 64 bytes */
+#define SM_SHORT_VECTOR 4 /* doubles of the most common vectors, for rows of one lane */
 
 #if defined(__GNUC__)
 #define SM_INLINE static inline __attribute__((always_inline))

@@ -7,7 +7,7 @@ static int symmetric(const double *matrix, size_t n) {
         for (size_t j = 0; j < i; j++) {
             const double size = sqrt(fabs(matrix[i * n + i])) * sqrt(fabs(matrix[j * n + j]));
             const double difference = fabs(matrix[i * n + j] - matrix[j * n + i]);
-            if (!(difference <= SM_SYMMETRY_TOLERANCE * size)) return 0;
+            if (!(difference <= SM_ROUNDING_TOLERANCE * size)) return 0;
         }
     return 1;
 }

@@ -2,6 +2,7 @@
 #include "contact/stepper.h"
 
 #include "base/check.h"
+#include "base/dense.h"
 
 void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     const size_t n = (size_t)contacts;
@@ -13,17 +14,12 @@ void sm_stepper_place(sm_stepper *stepper, int contacts, sm_block *block) {
     stepper->laws = (void *)sm_take(block, sm_doubles(n * sizeof(sm_resolvent)));
 }
 
-/* Returns whether the matrix has a Cholesky factor. Its diagonal is raised slightly, as rounding may
+/* Returns whether the matrix is positive definite. Its diagonal is raised slightly, as rounding may
  * make a semidefinite matrix indefinite. */
-static int positive_definite(const double *matrix, int n, double *factor) {
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = matrix[i * n + j] * (i == j ? 1.0 + SM_SYMMETRY_TOLERANCE : 1.0);
-            for (int k = 0; k < j; k++) sum -= factor[i * n + k] * factor[j * n + k];
-            if (i == j && !(sum > 0.0 && isfinite(sum))) return 0;
-            factor[i * n + j] = i == j ? sqrt(sum) : sum / factor[j * n + j];
-        }
-    return 1;
+static int positive_definite(const double *matrix, size_t n, double *factor) {
+    memcpy(factor, matrix, n * n * sizeof(double));
+    for (size_t i = 0; i < n; i++) factor[i * n + i] *= 1.0 + SM_ROUNDING_TOLERANCE;
+    return sm_cholesky(n, 0.0, factor) == n;
 }
 
 static void set_law(sm_stepper *stepper, const sm_contact *contact, int i) {
@@ -56,7 +52,7 @@ sm_status sm_stepper_set(sm_stepper *stepper, const sm_contact *contact, double 
     stepper->sticks = contact->law == SM_COULOMB;
     stepper->tolerance = SM_SMOOTH_TOLERANCE;
     for (int i = 0; i < n; i++) set_law(stepper, contact, i);
-    if (!positive_definite(stepper->matrix, n, stepper->factor)) return SM_BAD_ARGUMENT;
+    if (!positive_definite(stepper->matrix, (size_t)n, stepper->factor)) return SM_BAD_ARGUMENT;
     stepper->h = h;
     return SM_OK;
 }

@@ -10,8 +10,8 @@
 
 #include <math.h>
 
+#include "base/cnumber.h"
 #include "base/exact_sum.h"
-#include "base/lanes.h"
 #include "slipmode.h"
 
 #define SM_CARRIER_STAGES 6
@@ -38,11 +38,7 @@ SM_INLINE void sm_set_phasor(sm_phasors *z, int stage, double angle) {
 
 /* Multiplies the phasors of all stages. */
 SM_INLINE void sm_advance_phasors(sm_phasors *z, const sm_phasors *by) {
-    for (int stage = 0; stage < SM_CARRIER_STAGES; stage++) {
-        const double re = z->re[stage] * by->re[stage] - z->im[stage] * by->im[stage];
-        z->im[stage] = z->re[stage] * by->im[stage] + z->im[stage] * by->re[stage];
-        z->re[stage] = re;
-    }
+    sm_turn(SM_CARRIER_STAGES, z->re, z->im, by->re, by->im);
 }
 
 /* Sets exact phasors of the step that starts `elapsed` seconds after the inputs do. */

@@ -16,13 +16,11 @@
 #include "full/carrier.h"
 
 #define SM_ESDIRK4_STAGES SM_CARRIER_STAGES
-#define SM_FULL_BLOCK \
-    4 /* coordinates in a block for the vectoriser; the last block is filled with zeros */
 
-/* Loops over the coordinates k, block by block. */
-#define SM_EACH(k, width)                                           \
-    for (size_t block = 0; block < (width); block += SM_FULL_BLOCK) \
-        SM_SIMD for (size_t k = block; k < block + SM_FULL_BLOCK; k++)
+/* Loops over the coordinates k by blocks for the vectoriser; the last block is filled with zeros. */
+#define SM_EACH(k, width)                                             \
+    for (size_t block = 0; block < (width); block += SM_SHORT_VECTOR) \
+        SM_SIMD for (size_t k = block; k < block + SM_SHORT_VECTOR; k++)
 
 typedef struct {
     int contacts, diagonal;
@@ -91,8 +89,8 @@ SM_INLINE void sm_esdirk4_start_stage(sm_esdirk4 *m, int stage) {
 
 /* Returns the product of two rows. */
 SM_INLINE double sm_full_dot(const double *restrict a, const double *restrict b, size_t width) {
-    double part[SM_FULL_BLOCK] = {0.0};
-    SM_EACH(k, width) part[k % SM_FULL_BLOCK] += a[k] * b[k];
+    double part[SM_SHORT_VECTOR] = {0.0};
+    SM_EACH(k, width) part[k % SM_SHORT_VECTOR] += a[k] * b[k];
     return (part[0] + part[1]) + (part[2] + part[3]);
 }
 

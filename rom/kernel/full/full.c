@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "base/check.h"
+#include "base/dense.h"
 #include "slow/slow_flow.h"
 
 /* Residual of a stage in friction limits: far below the error of the time steps. */
@@ -68,15 +69,10 @@ static sm_status check_values(const sm_full *full) {
     return status != SM_OK || full->law == SM_COULOMB ? status : sm_check_positive(full->alpha);
 }
 
-/* Returns the number of coordinates, rounded up to whole blocks. */
-static size_t width_of(const sm_full *full) {
-    const size_t blocks = ((size_t)full->coordinates + SM_FULL_BLOCK - 1) / SM_FULL_BLOCK;
-    return blocks * SM_FULL_BLOCK;
-}
-
 /* Takes the arrays from a block, or counts them. */
 static void place(sm_esdirk4 *m, sm_elastic_step *elastic, const sm_full *full, sm_block *block) {
-    const size_t width = width_of(full), contacts = (size_t)full->contacts;
+    const size_t width = sm_whole((size_t)full->coordinates, SM_SHORT_VECTOR);
+    const size_t contacts = (size_t)full->contacts;
     double **rows[] = {&m->q, &m->v, &m->base_q, &m->base_v, &m->stiffness, &m->per_step, &m->load};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) *rows[i] = sm_take(block, width);
     m->stage_v = sm_take(block, SM_ESDIRK4_STAGES * width);
@@ -217,13 +213,6 @@ SM_HOT static sm_status march(sm_esdirk4 *m, sm_elastic_step *elastic, double el
     return SM_OK;
 }
 
-/* Returns the product of two vectors. */
-static double dot(const double *a, const double *b, size_t n) {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; k++) sum += a[k] * b[k];
-    return sum;
-}
-
 /* Writes displacements, velocities and forces of the contacts. */
 static void sample_contacts(const sm_esdirk4 *m, const sm_full *full, double *contact) {
     const size_t contacts = (size_t)full->contacts;
@@ -262,7 +251,7 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     sm_elastic_step of_elastic, *elastic = full->law == SM_ELASTIC ? &of_elastic : NULL;
     sm_esdirk4 m = {.contacts = full->contacts,
                     .diagonal = full->diagonal,
-                    .width = width_of(full),
+                    .width = sm_whole((size_t)full->coordinates, SM_SHORT_VECTOR),
                     .h = full->step};
     sm_block block = {NULL, 0};
     place(&m, elastic, full, &block);
@@ -274,8 +263,8 @@ sm_status sm_full_march(const sm_full *full, const sm_inputs *inputs, double ela
     for (size_t s = 0; s < samples->count && status == SM_OK; s++) {
         status = march(&m, elastic, elapsed, s * samples->every, samples->every);
         for (size_t i = 0; i < rows; i++) {
-            samples->displacement[s * rows + i] = dot(full->output + i * n, m.q, n);
-            samples->velocity[s * rows + i] = dot(full->output + i * n, m.v, n);
+            samples->displacement[s * rows + i] = sm_dot(n, full->output + i * n, m.q);
+            samples->velocity[s * rows + i] = sm_dot(n, full->output + i * n, m.v);
         }
         sample_contacts(&m, full, samples->contact + s * 3 * (size_t)full->contacts);
         samples->dissipated[s] = m.dissipated;

@@ -5,6 +5,7 @@
  */
 #include <math.h>
 
+#include "base/check.h"
 #include "base/lanes.h"
 #include "slow/slow_flow.h"
 
@@ -24,9 +25,6 @@ static const double ERROR[STAGES] = {71.0 / 57600.0,  0.0,
                                      -17253.0 / 339200.0, 22.0 / 525.0,
                                      -1.0 / 40.0};
 
-/* Smaller amplitudes become 0 [kg^1/2 m]: products of their squares would be denormal numbers, with
- * which processors compute slowly. */
-#define SMALLEST_AMPLITUDE 1e-140
 /* Absolute tolerance of an amplitude / (tolerance * range of the table) [-]: the table has a
  * relative error from this part of the range on (docs/theory.md, "Friction functions"). */
 #define ABSOLUTE_TOLERANCE 1e-3
@@ -56,13 +54,14 @@ SM_INLINE double error_of(const sm_time_step *step, double (*k)[SM_UNKNOWNS], co
 SM_INLINE sm_status add_stage(const sm_time_step *step, int stage, sm_instant *instant,
                               const double *y, double (*k)[SM_UNKNOWNS], double *y_new) {
     const int last = stage == STAGES - 1;
+    /* amplitudes at rest become 0: with denormal numbers processors compute slowly */
     const int count = last ? SM_UNKNOWNS : SM_AMPLITUDES; /* no rate depends on energies */
     for (int u = 0; u < count; u++) {
         double sum = 0.0;
         for (int p = 0; p < stage; p++)
             if (WEIGHT[stage][p] != 0.0) sum += WEIGHT[stage][p] * k[p][u];
         const double value = y[u] + step->h * sum;
-        y_new[u] = last && u < SM_AMPLITUDES && fabs(value) < SMALLEST_AMPLITUDE ? 0.0 : value;
+        y_new[u] = last && u < SM_AMPLITUDES && value * value < SM_TINY ? 0.0 : value;
     }
     if (NODE[stage] == 1.0)
         sm_instant_set(instant, step->flow, &step->end);

@@ -9,18 +9,13 @@
 #include "slow/slow_flow.h"
 #include "table/table.h"
 
-#define MAX_ORDER 1000 /* |n| and |m| of a combination resonance: models have up to 15 */
-
-/* Returns whether mode and orders of a combination resonance are valid. */
+/* Returns whether mode and orders of a combination resonance are valid. Relative to its mode it has
+ * an order that is larger by 1. */
 static int combination_is_valid(const sm_combination *c, int modes) {
-    const int most_m = modes == SM_MODES ? MAX_ORDER : 0;
-    return c->mode >= 0 && c->mode < modes && c->n >= -MAX_ORDER && c->n <= MAX_ORDER
-           && c->m >= -most_m && c->m <= most_m;
+    const int most = SM_HIGHEST_ORDER - 1, most_m = modes == SM_MODES ? most : 0;
+    return c->mode >= 0 && c->mode < modes && c->n >= -most && c->n <= most && c->m >= -most_m
+           && c->m <= most_m;
 }
-
-/* Returns whether all doubles of an array are finite. */
-#define ALL_FINITE(array) \
-    sm_all_finite((const double *)(const void *)&(array), sizeof(array) / sizeof(double))
 
 sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     sm_status status = sm_table_check_shape(&flow->table);
@@ -30,9 +25,9 @@ sm_status sm_slow_flow_check(const sm_slow_flow *flow) {
     for (int j = 0; j < modes; j++) {
         const sm_status positive = sm_check_positive(flow->natural[j]);
         if (positive != SM_OK) return positive;
-        if (!isfinite(flow->damping[j]) || !ALL_FINITE(flow->coupling_ratio[j])
-            || !ALL_FINITE(flow->off_resonance[j]) || !ALL_FINITE(flow->cross_response[j])
-            || !ALL_FINITE(flow->other_modes[j]))
+        if (!isfinite(flow->damping[j]) || !SM_FINITE(flow->coupling_ratio[j])
+            || !SM_FINITE(flow->off_resonance[j]) || !SM_FINITE(flow->cross_response[j])
+            || !SM_FINITE(flow->other_modes[j]))
             return SM_NOT_FINITE;
     }
     for (int k = 0; k < flow->table.combinations; k++)
@@ -62,7 +57,7 @@ sm_status sm_slow_flow_rate(const sm_slow_flow *flow, const sm_inputs *inputs, d
     if (status == SM_OK) status = set_point(flow, inputs, elapsed, amplitude, &instant);
     if (status == SM_OK) status = sm_slow_flow_derivative(flow, &instant, amplitude, dy);
     if (status != SM_OK) return status;
-    if (!sm_all_finite(dy, SM_UNKNOWNS)) return SM_NOT_FINITE;
+    if (!SM_FINITE(dy)) return SM_NOT_FINITE;
     memcpy(rate, dy, 2 * (size_t)flow->table.modes * sizeof *rate);
     powers[0] = dy[SM_PUT_IN];
     powers[1] = dy[SM_DISSIPATED];

@@ -7,12 +7,9 @@
 
 #include <math.h>
 
+#include "base/check.h"
 #include "base/lanes.h"
 #include "table/table.h"
-
-/* Square of a modulus below which a mode is at rest: the reciprocal of a smaller one is close to
- * overflow. */
-#define AT_REST 1e-300
 
 /* Adds a term to a sum. */
 SM_INLINE void add(sm_complex *sum, sm_complex term) { *sum = sm_cadd(*sum, term); }
@@ -40,18 +37,17 @@ static void add_combinations(const sm_slow_flow *flow, const sm_instant *instant
                              const double *T, size_t fields, const double *per_modulus,
                              sm_friction *f) {
     const sm_inputs *in = &instant->inputs;
-    sm_complex phasor = sm_cx(1.0, 0.0);
+    sm_complex phasor = sm_cx(1.0, 0.0), carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}};
     int last[SM_MODES] = {0, 0};
+    for (int i = 0; i < modes; i++) carrier[i] = sm_cmul(f->unit[i], sm_unit(in->angle[i]));
     for (int k = 0; k < flow->table.combinations; k++, T += 2) {
         const sm_combination *c = &flow->combination[k];
         const int own = c->mode, order[SM_MODES] = {c->n, c->m};
-        const int beat[SM_MODES] = {c->n - (own == 0), c->m - (own == 1)};
+        const int32_t beat[SM_MODES] = {c->n - (own == 0), c->m - (own == 1)};
         if (beat[0] == -last[0] && beat[1] == -last[1]) {
             phasor = sm_conj(phasor);
         } else if (beat[0] != last[0] || beat[1] != last[1]) {
-            phasor = sm_unit(beat[0] * in->angle[0] + beat[1] * in->angle[1]);
-            for (int i = 0; i < modes; i++)
-                phasor = sm_cmul(phasor, sm_unit_power(f->unit[i], beat[i]));
+            sm_harmonic_phasors(1, beat, carrier, &phasor.re, &phasor.im);
         }
         for (int i = 0; i < SM_MODES; i++) last[i] = beat[i];
         /* a mode at rest has no harmonics */
@@ -75,10 +71,10 @@ SM_INLINE sm_status evaluate(const sm_slow_flow *flow, sm_instant *instant, int 
     const size_t fields = 2 * (size_t)(modes + table->combinations + table->power);
     double slopes[3 * SM_MOST_FIELDS], per_modulus[SM_MODES] = {0.0};
     for (int j = 0; j < modes; j++) {
-        const double square = sm_cabs2(e[j]), modulus = square < AT_REST ? 0.0 : sqrt(square);
-        per_modulus[j] = square < AT_REST ? 0.0 : 1.0 / modulus;
+        const double square = sm_cabs2(e[j]), modulus = square < SM_TINY ? 0.0 : sqrt(square);
+        per_modulus[j] = square < SM_TINY ? 0.0 : 1.0 / modulus;
         f->modulus[j] = modulus;
-        f->unit[j] = square < AT_REST ? sm_cx(1.0, 0.0) : sm_cscale(e[j], per_modulus[j]);
+        f->unit[j] = square < SM_TINY ? sm_cx(1.0, 0.0) : sm_cscale(e[j], per_modulus[j]);
     }
     const sm_status status =
         sm_table_slopes_from(table, f->modulus, 2 * (size_t)(modes + table->combinations),

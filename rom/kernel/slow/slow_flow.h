@@ -6,10 +6,7 @@
 
 /* Unknowns: amplitudes (modes, 2), then the energies that the contacts dissipate and the forces
  * supply. */
-#define SM_AMPLITUDES (2 * SM_MODES)
-#define SM_DISSIPATED SM_AMPLITUDES
-#define SM_PUT_IN (SM_AMPLITUDES + 1)
-#define SM_UNKNOWNS (SM_AMPLITUDES + 2)
+enum { SM_AMPLITUDES = 2 * SM_MODES, SM_DISSIPATED = SM_AMPLITUDES, SM_PUT_IN, SM_UNKNOWNS };
 
 /* The amplitude equations without a'', at given amplitudes. */
 typedef struct {

@@ -5,9 +5,7 @@
 #include "table/table.h"
 
 #include "base/check.h"
-#include "base/lanes.h"
-
-#define MAX_COUNT 100000 /* nodes along an axis: sizes of the arrays do not overflow */
+#include "base/hermite.h"
 
 /* Checks that nodes are finite, increase, and begin at 0. */
 static sm_status check_nodes(const double *node, int32_t count) {
@@ -31,12 +29,12 @@ static size_t correction_count(const sm_table *table) {
 /* Returns whether sizes and arrays are valid, so that an evaluation stays inside the arrays. */
 static int shape_is_valid(const sm_table *table) {
     if (!table || !table->node_a || !table->values) return 0;
-    if (table->count_a < 2 || table->count_a > MAX_COUNT) return 0;
+    if (table->count_a < 2 || table->count_a > SM_MOST) return 0;
     if (table->combinations < 0 || table->combinations > SM_COMBINATIONS || (table->power & ~1))
         return 0;
     if (table->modes == 1) return table->count_b == 1;
     return table->modes == SM_MODES && table->node_b && table->count_b >= 2 &&
-           table->count_b <= MAX_COUNT;
+           table->count_b <= SM_MOST;
 }
 
 sm_status sm_table_check_shape(const sm_table *table) {
@@ -71,33 +69,19 @@ int32_t sm_find_cell(const double *node, int32_t count, double x, int32_t guess)
     return low;
 }
 
-/* Weights of a cubic Hermite polynomial between nodes with values f_0, f_1 and slopes f_0', f_1':
- *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1',
- *   slope =       rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1' with other weights. */
-typedef struct {
-    double rise, bend[2];
-} hermite;
-
-typedef struct {
-    hermite value, slope;
-} hermite_pair;
-
 /* Returns the weights at x between node[0] and node[1]. */
-SM_INLINE hermite_pair hermite_at(const double *node, double x) {
-    const double h = node[1] - node[0], per_h = 1.0 / h;
-    const double u = (x - node[0]) * per_h, v = 1.0 - u, uv = u * v;
-    return (hermite_pair){{u * u * (3.0 - 2.0 * u), {h * v * uv, -h * u * uv}},
-                          {6.0 * per_h * uv, {v * (1.0 - 3.0 * u), u * (3.0 * u - 2.0)}}};
+SM_INLINE sm_hermite hermite_at(const double *node, double x) {
+    const double h = node[1] - node[0];
+    return sm_hermite_at(h, (x - node[0]) * (1.0 / h));
 }
 
 #define PARTS 3 /* value, d/da and d/db of the surface */
-#define WIDTH 4 /* columns of one vector operation */
 
 /* A point in a cell of the table, and the array over the nodes that is interpolated there. */
 typedef struct {
     size_t fields;            /* columns of the array */
     const double *low, *high; /* (2, 4, fields): corners at the lower and the higher a, by b */
-    hermite_pair a, b;        /* weights along both amplitudes */
+    sm_hermite a, b;        /* weights along both amplitudes */
     size_t node;              /* index of the corner with the smallest amplitudes */
 } table_point;
 
@@ -121,23 +105,11 @@ SM_INLINE void locate(const sm_table *table, const double *amplitudes, const int
     select_array(point, table, table->values, field_count(table));
 }
 
-/* Returns the value of a cubic. */
-SM_INLINE double cubic(const hermite *w, double left, double left_slope, double right,
-                       double right_slope) {
-    return left + w->bend[0] * left_slope + w->bend[1] * right_slope + w->rise * (right - left);
-}
-
-/* Returns the slope of a cubic. */
-SM_INLINE double cubic_slope(const hermite *w, double left, double left_slope, double right,
-                             double right_slope) {
-    return w->bend[0] * left_slope + w->bend[1] * right_slope + w->rise * (right - left);
-}
-
 /* Interpolates `width` columns from the first one on: along a, the values and d/db at both nodes
  * of b; then along b. `width`, `modes` and `parts` are literals. */
 SM_INLINE void interpolate_columns(const table_point *point, size_t first, size_t width, int modes,
                                    int parts, double *restrict s) {
-    const hermite_pair *a = &point->a, *b = &point->b;
+    const sm_hermite *a = &point->a, *b = &point->b;
     const size_t fields = point->fields;
     const int rows = modes == SM_MODES ? 4 : 1;
     SM_SIMD
@@ -146,15 +118,15 @@ SM_INLINE void interpolate_columns(const table_point *point, size_t first, size_
         for (int k = 0; k < rows; k++) {
             const double *low = point->low + 2 * (size_t)k * fields + f;
             const double *high = point->high + 2 * (size_t)k * fields + f;
-            value[k] = cubic(&a->value, low[0], low[fields], high[0], high[fields]);
+            value[k] = sm_hermite_value(&a->value, low[0], low[fields], high[0], high[fields]);
             if (parts == PARTS)
-                in_a[k] = cubic_slope(&a->slope, low[0], low[fields], high[0], high[fields]);
+                in_a[k] = sm_hermite_slope(&a->slope, low[0], low[fields], high[0], high[fields]);
         }
-        s[f] = rows == 1 ? value[0] : cubic(&b->value, value[0], value[1], value[2], value[3]);
+        s[f] = rows == 1 ? value[0] : sm_hermite_value(&b->value, value[0], value[1], value[2], value[3]);
         if (parts == 1) continue;
-        s[fields + f] = rows == 1 ? in_a[0] : cubic(&b->value, in_a[0], in_a[1], in_a[2], in_a[3]);
+        s[fields + f] = rows == 1 ? in_a[0] : sm_hermite_value(&b->value, in_a[0], in_a[1], in_a[2], in_a[3]);
         s[2 * fields + f] =
-            rows == 1 ? 0.0 : cubic_slope(&b->slope, value[0], value[1], value[2], value[3]);
+            rows == 1 ? 0.0 : sm_hermite_slope(&b->slope, value[0], value[1], value[2], value[3]);
     }
 }
 
@@ -162,7 +134,8 @@ SM_INLINE void interpolate_columns(const table_point *point, size_t first, size_
 SM_INLINE void interpolate_range(const table_point *point, size_t first, size_t end, int modes,
                                  int parts, double *s) {
     size_t f = first;
-    for (; f + WIDTH <= end; f += WIDTH) interpolate_columns(point, f, WIDTH, modes, parts, s);
+    for (; f + SM_SHORT_VECTOR <= end; f += SM_SHORT_VECTOR)
+        interpolate_columns(point, f, SM_SHORT_VECTOR, modes, parts, s);
     if (f < end) interpolate_columns(point, f, 2, modes, parts, s);
 }
 

@@ -73,7 +73,7 @@ double sm_scale_of(const sm_scales *scales, const int32_t *order) {
     const double own = order[1] == 0   ? scales->of_mode[0]
                        : order[0] == 0 ? scales->of_mode[1]
                                        : 0.0;
-    return own > 0.0 ? own : fmax(scales->motion, SM_SMALLEST_SCALE);
+    return own > 0.0 ? own : fmax(scales->motion, SM_TINY);
 }
 
 double sm_relative_distance(const sm_march *m, const sm_scales *scales, const double *one,

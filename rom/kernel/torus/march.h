@@ -6,7 +6,7 @@
 #ifndef SLIPMODE_MARCH_H
 #define SLIPMODE_MARCH_H
 
-#include "slipmode.h"
+#include "base/check.h"
 
 /* The arguments of sm_torus_harmonics. */
 typedef struct {
@@ -77,9 +77,6 @@ static inline size_t sm_march_place(const sm_march *march, size_t p) {
 static inline const double *sm_march_amplitudes(const sm_march *march, size_t p) {
     return march->task->points->amplitudes + sm_march_place(march, p);
 }
-
-/* Divisor in place of a scale 0, so that a quotient 0 / 0 becomes 0 [m], [N]. */
-#define SM_SMALLEST_SCALE 1e-300
 
 /* Contact motion and forces (elastic contacts: displacements) due to the modes alone, at the
  * amplitudes of a point or at smallest_scale, whichever are larger. Rigid contacts move by

@@ -8,13 +8,15 @@
 
 #include "base/block.h"
 
-#define SM_TOGETHER 4 /* steps with one pass over the harmonics: their sums fit in registers */
-#define SM_POWERS 4   /* the number of powers is a multiple of 4, for sums of 4 powers at a time */
+/* Steps with one pass over the harmonics, and powers with one pass over the lines: their sums fit
+ * in registers. */
+#define SM_TOGETHER 4
 
 typedef struct {
     size_t lines;   /* phase lines of a point: at the start t_B = 2 pi p / lines, p < lines */
     size_t wide;    /* lines of all points, with unused lanes that complete a vector */
-    size_t powers;  /* number of m = 0, 1, ...: at least up to the highest |m| of the harmonics */
+    size_t powers;  /* number of m = 0, 1, ... up to the highest |m| or more, a multiple of SM_TOGETHER */
+    double turns;   /* of all lines since the start, a fraction of one */
     double *across; /* (powers, 2, wide): cos and sin of m t_B */
 } sm_phases;
 

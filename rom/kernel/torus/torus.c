@@ -8,26 +8,23 @@
 #include "base/check.h"
 #include "torus/march.h"
 
-#define MAX_STEPS 65536 /* of a period */
-#define MAX_LINES 4096
+#define MAX_COUNT 4096 /* phase lines, and harmonics: products with steps fit an int32_t */
 /* A point is marched for at most 14 (max_periods + 16) + 16 periods (periodic/search.c), so that an
  * int32_t can count the steps: 1.85e9 < 2^31. */
 #define MAX_PERIODS 2000
-#define MAX_ORDER 65536 /* |n| and |m|: as many as steps, no grid resolves more */
-#define MAX_ORDERS_COUNT 4096
 
 /* Checks steps, lines and harmonics. The lines of rigid contacts are a power of two, so that lanes
  * contain whole points, or points whole blocks of lanes. */
 static sm_status check_grid(int law, const sm_discretisation *grid) {
     const int32_t steps = grid->steps, lines = grid->lines, orders_count = grid->orders_count;
     const int32_t *orders = grid->orders;
-    if (steps < 4 || steps > MAX_STEPS) return SM_BAD_ARGUMENT;
-    if (lines < 1 || lines > MAX_LINES ||
+    if (steps < 4 || steps > SM_MOST) return SM_BAD_ARGUMENT;
+    if (lines < 1 || lines > MAX_COUNT ||
         (law != SM_ELASTIC && (lines & (lines - 1)) != 0))
         return SM_BAD_ARGUMENT;
-    if (!orders || orders_count < 1 || orders_count > MAX_ORDERS_COUNT) return SM_BAD_ARGUMENT;
+    if (!orders || orders_count < 1 || orders_count > MAX_COUNT) return SM_BAD_ARGUMENT;
     for (int32_t k = 0; k < 2 * orders_count; k++)
-        if (orders[k] < -MAX_ORDER || orders[k] > MAX_ORDER) return SM_BAD_ARGUMENT;
+        if (orders[k] < -SM_MOST || orders[k] > SM_MOST) return SM_BAD_ARGUMENT;
     return SM_OK;
 }
 
@@ -38,7 +35,7 @@ static sm_status check_rates(int modes, const double *rates) {
         const sm_status status = sm_check_positive(rates[j]);
         if (status != SM_OK) return status;
     }
-    return modes == 1 || isfinite(rates[1] / rates[0] * MAX_ORDER) ? SM_OK : SM_NOT_FINITE;
+    return modes == 1 || isfinite(rates[1] / rates[0] * SM_MOST) ? SM_OK : SM_NOT_FINITE;
 }
 
 sm_status sm_torus_check(const sm_contact *contact, const sm_discretisation *grid) {

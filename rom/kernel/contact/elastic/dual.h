@@ -5,10 +5,10 @@
 
 #include <math.h>
 
-#define SM_DUALS 3 /* derivatives: by two tangential displacements and the normal one */
+#include "contact/elastic/law.h"
 
 typedef struct {
-    double value, slope[SM_DUALS];
+    double value, slope[SM_MOST_COLUMNS];
 } sm_dual;
 
 static inline sm_dual sm_dual_constant(double value) { return (sm_dual){.value = value}; }
@@ -16,7 +16,7 @@ static inline sm_dual sm_dual_constant(double value) { return (sm_dual){.value =
 /* Returns f(a, b) from its value and its partial derivatives with respect to a and b. */
 static inline sm_dual sm_dual_of(double value, double by_a, sm_dual a, double by_b, sm_dual b) {
     sm_dual f = {.value = value};
-    for (int k = 0; k < SM_DUALS; k++) f.slope[k] = by_a * a.slope[k] + by_b * b.slope[k];
+    for (int k = 0; k < SM_MOST_COLUMNS; k++) f.slope[k] = by_a * a.slope[k] + by_b * b.slope[k];
     return f;
 }
 

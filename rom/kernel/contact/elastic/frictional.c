@@ -15,12 +15,11 @@
 
 #include <string.h>
 
+#include "base/check.h"
 #include "contact/elastic/dual.h"
 
 /* Path in units of rho, beyond which e points along the path to rounding: exp(-30) = 1e-13. */
 #define LONGEST_PATH 30.0
-/* Excess of a stretch over the limit, relative to it, that is more than rounding. */
-#define EXCESS 1e-9
 /* Square of k below which sinh(k) / k is summed as a series: to 1e-16 with four terms. */
 #define SERIES_END 1e-2
 
@@ -101,7 +100,7 @@ static void slide(const path *p, sm_dual rho, sm_dual d[2]) {
  * if they were carried over from another phase line. Otherwise the force would jump when the path
  * enters the disk of radius rho, and some steps would have no solution. */
 static void slide_within(path *p) {
-    const double rho = (1.0 + EXCESS) * p->rho[0];
+    const double rho = (1.0 + SM_ROUNDING_TOLERANCE) * p->rho[0];
     const double square = p->stretch[0] * p->stretch[0] + p->stretch[1] * p->stretch[1];
     if (square <= rho * rho) return;
     const double part = p->rho[0] / sqrt(square);

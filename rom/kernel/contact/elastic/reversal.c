@@ -1,7 +1,6 @@
 #include "contact/elastic/reversal.h"
 
-/* Relative to the limit: a force closer to it is at the limit, to rounding. */
-#define AT_LIMIT 1e-9
+#include "base/check.h"
 
 /* Returns how far the parabola through three points rises above z[1], if this is the highest. */
 static double rise(const double z[3]) {
@@ -9,9 +8,9 @@ static double rise(const double z[3]) {
     return z[1] > z[0] && z[1] > z[2] ? slope * slope / (8.0 * bend) : 0.0;
 }
 
-/* Returns whether a slider with this force (or stretch) is at its limit. */
+/* Returns whether a slider with this force (or stretch) is at its limit, to rounding. */
 static int slides(double force, double limit) {
-    return fabs(fabs(force) - limit) <= AT_LIMIT * limit;
+    return fabs(fabs(force) - limit) <= SM_ROUNDING_TOLERANCE * limit;
 }
 
 /* Moves the sliders of an element that turned back. The error of y lasts from the reversal on: it

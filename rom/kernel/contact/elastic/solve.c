@@ -13,27 +13,24 @@
 #include <stdlib.h>
 
 #include "base/check.h"
+#include "base/dense.h"
 #include "base/lanes.h"
-#include "contact/elastic/equations.h"
 
 /* Residual of displacements, relative to the largest displacement. */
 #define TOLERANCE 1e-11
 /* Relative to the tolerated residual: an unbalanced force with less effect waits until it grows. */
 #define NEGLECTED 1e-3
-/* Displacement that is rounding, relative to gaps, the closure by preloads and Newton's steps. */
+/* Rounding: of displacements, relative to gaps, the closure by preloads and Newton's steps; of the
+ * tangent stiffness relative to k_ref; of the work relative to the work of the contact forces. */
 #define ROUNDING 1e-14
 /* Contacts may return to 0 from the displacements that they remember: the tolerance refers to this
  * part of them at least. */
 #define REMEMBERED 1e-3
-/* Relative to k_ref: a smaller change of the tangent stiffness is rounding, the contact sticks. */
-#define STICKING 1e-14
 /* Drawn contacts needed up to 22 with friction coefficients below 0.5, up to 64 below 1. */
 #define MAX_ITERATIONS 100
 /* Work at the end of the line search, relative to its start. With 0.03 instead, some of 1e5 drawn
  * steps with friction coefficients up to 1 do not converge. */
 #define REMAINING_WORK 0.01
-/* Work that is rounding, relative to the work of the contact forces: a dozen rounding errors. */
-#define WORK_ROUNDING 3e-15
 #define MAX_SEARCHES 40 /* evaluations of a line search, each of which shortens its interval */
 #define LEAST_CUT 0.1   /* of this interval, so that a kink near its lower end is approached */
 
@@ -111,7 +108,7 @@ SM_INLINE void evaluate_element(sm_elastic_solver *s, int32_t e, const double *m
         s->y[i] = reference * x[i] - at.force[k];
         for (int j = 0; j < columns; j++) {
             deficit[j] = (j == k ? reference : 0.0) - at.tangent[k][j];
-            sticks &= fabs(deficit[j]) <= STICKING * reference;
+            sticks &= fabs(deficit[j]) <= ROUNDING * reference;
         }
         if (!sticks) s->active[s->yielding++] = i;
     }
@@ -204,7 +201,7 @@ SM_INLINE double search(sm_elastic_solver *s, const double *x, const double *y,
                         const double *memory) {
     double size = 0.0, low = 0.0, high = 1.0, part = 1.0, at_low = work(s, y, 0.0);
     for (int i = 0; i < s->contacts; i++) size += fabs(s->step[i] * y[i]);
-    const double remaining = larger(REMAINING_WORK * fabs(at_low), WORK_ROUNDING * size);
+    const double remaining = larger(REMAINING_WORK * fabs(at_low), ROUNDING * size);
     double now = try_part(s, x, y, memory, part);
     if (at_low > 0.0 && fabs(now) > remaining) {
         reverse_step(s);

@@ -2,7 +2,9 @@
  *
  * J = U^T D^-1 U, with rows U_i from the diagonal on and pivots D. A contact that sticks under Coulomb
  * friction has an infinite slope and the inverse pivot 0: it does not move, and the factor is the one
- * of the contacts that slip. Called by newton.h.
+ * of the contacts that slip. Lanes need it beside base/dense.h: the matrices of all lanes are
+ * factorised in one vector operation, and one lane keeps the rows that have not changed. Called by
+ * newton.h.
  */
 #ifndef SLIPMODE_FACTOR_H
 #define SLIPMODE_FACTOR_H

@@ -10,6 +10,7 @@
 #ifndef SLIPMODE_NEWTON_H
 #define SLIPMODE_NEWTON_H
 
+#include "base/check.h"
 #include "contact/stage/factor.h"
 #include "contact/stepper.h"
 
@@ -23,9 +24,8 @@
 #define SM_STRICT_RISE 1e-6
 /* Parts of a step in a line search at the most: each but the first is half of the one before. */
 #define SM_SHORTER_STEPS 50
-/* Rounding of a velocity, as a part of it, and a force [N] that is added to avoid 0 / 0. */
+/* Rounding of a velocity, as a part of it. */
 #define SM_ROUNDING 1e-15
-#define SM_LEAST_FORCE 1e-300
 /* Velocity in alpha beyond which tanh is 1 to rounding. */
 #define SM_TANH_FLAT 20.0
 /* Change of velocity in alpha up to which a Newton step cannot raise the potential: the slope of tanh
@@ -84,7 +84,7 @@ SM_INLINE sm_status sm_close_balanced(const int n, const int lanes, const sm_ste
         const double limit = s->laws[i].limit;
         double force[SM_LANES];
         SM_SIMD
-        for (int l = 0; l < lanes; l++) force[l] = limit + fabs(r[l]) + SM_LEAST_FORCE;
+        for (int l = 0; l < lanes; l++) force[l] = limit + fabs(r[l]) + SM_TINY;
         for (int j = 0; j < n; j++) {
             const double s_ij = s->matrix[(size_t)i * n + j];
             const double *restrict v = m->v + j * lanes;

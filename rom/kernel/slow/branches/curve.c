@@ -6,7 +6,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "contact/elastic/equations.h"
+#include "base/dense.h"
+#include "base/hermite.h"
 #include "slipmode.h"
 
 #define MOST SM_CURVE_UNKNOWNS
@@ -29,13 +30,6 @@ typedef struct {
     double jacobian[SM_CURVE_UNKNOWNS * SM_CURVE_UNKNOWNS];
     int iterations; /* of Newton's method */
 } point;
-
-/* Returns the inner product of two vectors. */
-static double dot(int n, const double *a, const double *b) {
-    double sum = 0.0;
-    for (int i = 0; i < n; i++) sum += a[i] * b[i];
-    return sum;
-}
 
 /* Returns the distance between two points. */
 static double distance(int n, const double *a, const double *b) {
@@ -87,8 +81,8 @@ static sm_status correct(const sm_curve *curve, search limits, const double *gue
             double tangent[MOST + 1] = {0.0}; /* J t = 0, normal t = 1 */
             tangent[k] = 1.0;
             if (!solve_bordered(n, J, normal, tangent)) return SM_NOT_CONVERGED;
-            const double length = sqrt(dot(n, tangent, tangent));
-            const double sign = dot(n, tangent, onward) < 0.0 ? -1.0 : 1.0;
+            const double length = sqrt(sm_dot((size_t)n, tangent, tangent));
+            const double sign = sm_dot((size_t)n, tangent, onward) < 0.0 ? -1.0 : 1.0;
             found->iterations = iterations;
             for (int r = 0; r < n; r++) {
                 found->tangent[r] = sign * tangent[r] / length;
@@ -152,18 +146,16 @@ static sm_status predict_and_correct(const sm_curve *curve, const point *before,
     double guess[MOST + 1];
     for (int r = 0; r < n; r++) guess[r] = last->z[r] + step * last->tangent[r];
     if (before) {
-        const double length = distance(n, last->z, before->z), on = step / length;
-        for (int r = 0; r < n; r++) {
-            const double chord = (last->z[r] - before->z[r]) / length;
-            const double turned = last->tangent[r] - chord;
-            const double twisted = turned + before->tangent[r] - chord;
-            guess[r] += step * on * (turned + (1.0 + on) * twisted);
-        }
+        const double length = distance(n, last->z, before->z);
+        const sm_hermite at = sm_hermite_at(length, 1.0 + step / length);
+        for (int r = 0; r < n; r++)
+            guess[r] = sm_hermite_value(&at.value, before->z[r], before->tangent[r], last->z[r],
+                                        last->tangent[r]);
     }
     const sm_status status =
         correct(curve, FOLLOWING, guess, last->tangent, last->tangent, found);
     if (status != SM_OK) return status;
-    const double turn = dot(n, found->tangent, last->tangent);
+    const double turn = sm_dot((size_t)n, found->tangent, last->tangent);
     return turn < cos(LARGEST_TURN) && step > SIGNIFICANT_STEP * curve->noise ? SM_NOT_CONVERGED
                                                                               : SM_OK;
 }
@@ -193,7 +185,7 @@ static size_t trace(const sm_curve *curve, const point *start, size_t most, rows
         if (next.iterations <= EASY_ITERATIONS) step = fmin(GROWTH * step, curve->largest_step);
         put(curve, out, count++, &next);
         const double away = distance(n, next.z, start->z);
-        if (far && away < step && dot(n, next.tangent, start->tangent) > 0.0) {
+        if (far && away < step && sm_dot((size_t)n, next.tangent, start->tangent) > 0.0) {
             *closed = 1;
             break;
         }

@@ -1,44 +1,10 @@
 /* The contact motion of a component at its communication points. Contacts are integrated, eq. (12),
  * when they are read. Until then a queue stores the slow motion over the memory of the contacts, so
- * that motion which is not read costs little. sm_motion defines the elastic displacements. The
- * component (component.c) calls it. */
+ * that motion which is not read costs little. The component (component.c) calls it. */
 #include "slow/component/contact_output.h"
 
 #include "base/check.h"
 #include "base/exact_sum.h"
-
-#define MAX_ELASTIC 1000000 /* limit of the elastic outputs: sizes of arrays do not overflow */
-
-/* Returns the number of nodes of the friction table. */
-static size_t node_count(const sm_table *table) {
-    return (size_t)table->count_a * (size_t)table->count_b;
-}
-
-/* Checks an array with `per_node` values at each node. */
-static sm_status check_values(const double *values, size_t nodes, size_t per_node) {
-    if (per_node == 0) return SM_OK;
-    if (!values || !sm_fits(nodes, per_node * sizeof(double))) return SM_BAD_ARGUMENT;
-    return sm_all_finite(values, nodes * per_node) ? SM_OK : SM_NOT_FINITE;
-}
-
-sm_status sm_motion_check(const sm_motion *motion, const sm_contact *contact,
-                          const sm_table *table) {
-    if (!motion->wanted) return SM_OK;
-    if (motion->elastic < 0 || motion->elastic > MAX_ELASTIC) return SM_BAD_ARGUMENT;
-    if (motion->steps_per_period < SM_MIN_STEPS || motion->steps_per_period > SM_MAX_STEPS)
-        return SM_BAD_ARGUMENT;
-    const size_t elastic = (size_t)motion->elastic, n = (size_t)contact->contacts;
-    const size_t modes = (size_t)contact->modes, nodes = node_count(table);
-    sm_status status = sm_orders_check(motion->orders_count, motion->orders);
-    if (status != SM_OK) return status;
-    const size_t pairs = 2 * (size_t)motion->orders_count;
-    status = check_values(motion->modes_out, elastic, 2 * modes);
-    if (status == SM_OK) status = check_values(motion->forces_out, elastic, 2 * modes);
-    if (status == SM_OK) status = check_values(motion->contacts_out, elastic, n);
-    if (status == SM_OK) status = check_values(motion->reaction, nodes, pairs * n);
-    if (status == SM_OK) status = check_values(motion->response, nodes, pairs * elastic);
-    return status == SM_OK ? sm_check_positive(motion->memory_periods) : status;
-}
 
 void sm_contact_output_place(sm_contact_output *out, const sm_motion *motion,
                              const sm_contact *contact, sm_block *block) {
@@ -67,22 +33,6 @@ static double periods(const sm_contact_output *out, const double *frequency, dou
     return count * SM_TWO_PI / slowest;
 }
 
-/* Adds the shift of the amplitudes by the forces (docs/theory.md, "Off-resonance forces") and its
- * rate. */
-static void add_shift(const sm_slow_flow *flow, const sm_inputs *in, double *amplitude,
-                      double *rate) {
-    for (int j = 0; j < flow->table.modes; j++) {
-        const sm_complex shift = sm_cmul(sm_pair(flow->off_resonance[j]), sm_unit(in->phase[j]));
-        const sm_complex shifted = sm_cscale(shift, in->force[j]);
-        const sm_complex growth =
-            sm_cmul(shift, sm_cx(in->force_rate[j], in->phase_rate[j] * in->force[j]));
-        amplitude[2 * j] += shifted.re;
-        amplitude[2 * j + 1] += shifted.im;
-        rate[2 * j] += growth.re;
-        rate[2 * j + 1] += growth.im;
-    }
-}
-
 /* Returns the stretch between inputs and unknowns at its start and at its end. */
 static sm_stretch stretch_between(const sm_slow_flow *flow, double duration,
                                   const sm_inputs *begin, const sm_flow_point *from,
@@ -98,8 +48,8 @@ static sm_stretch stretch_between(const sm_slow_flow *flow, double duration,
     memcpy(g->angle, begin->angle, sizeof g->angle);
     memcpy(g->frequency, begin->frequency, sizeof g->frequency);
     memcpy(g->frequency_rate, begin->frequency_rate, sizeof g->frequency_rate);
-    add_shift(flow, begin, g->amplitude_start, g->rate_start);
-    add_shift(flow, end, g->amplitude_end, g->rate_end);
+    sm_add_shift(flow, begin, g->amplitude_start, g->rate_start);
+    sm_add_shift(flow, end, g->amplitude_end, g->rate_end);
     return stretch;
 }
 
@@ -233,46 +183,6 @@ void sm_contact_output_set_state(sm_contact_output *out, const double *values) {
     sm_queue_read(out->queue, values + count);
 }
 
-/* Returns the coordinate that moves the structure at a contact DOF: x_c, or the force deficit of an
- * elastic contact. */
-static double source_of(const sm_contact_output *out, size_t i, double x_c, double f_c) {
-    return out->contact.law == SM_ELASTIC ? out->contact.elastic->reference[i] * x_c - f_c : x_c;
-}
-
-/* Computes elastic displacements x from contact motion (x_c, v_c, f_c). */
-static void read_elastic(const sm_contact_output *out, const sm_slow_flow *flow,
-                         const sm_inputs *inputs, const double *y, const double *contact,
-                         double *x) {
-    const size_t n = (size_t)out->contact.contacts, modes = (size_t)out->contact.modes;
-    const size_t elastic = (size_t)out->motion.elastic;
-    double amplitude[2 * SM_MODES] = {0.0}, rate[2 * SM_MODES] = {0.0};
-    sm_complex carrier[SM_MODES] = {{1.0, 0.0}, {1.0, 0.0}}, q[SM_MODES], force[SM_MODES];
-    for (size_t j = 0; j < modes; j++) {
-        carrier[j] = sm_unit(inputs->angle[j]);
-        q[j] = sm_cscale(sm_cmul(sm_pair(y + 2 * j), carrier[j]), 2.0);
-        const sm_complex phasor = sm_cmul(sm_unit(inputs->phase[j]), carrier[j]);
-        force[j] = sm_cscale(phasor, 2.0 * inputs->force[j]);
-    }
-    for (size_t k = 0; k < elastic; k++) {
-        x[k] = 0.0;
-        for (size_t j = 0; j < modes; j++) {
-            const size_t at = 2 * (k * modes + j);
-            x[k] += sm_cmul(sm_pair(out->motion.modes_out + at), q[j]).re
-                    + sm_cmul(sm_pair(out->motion.forces_out + at), force[j]).re;
-        }
-        for (size_t i = 0; i < n; i++)
-            x[k] += out->motion.contacts_out[k * n + i]
-                    * source_of(out, i, contact[i], contact[2 * n + i]);
-    }
-    if (out->response.orders_count == 0) return;
-    memcpy(amplitude, y, 2 * modes * sizeof *y);
-    add_shift(flow, inputs, amplitude, rate);
-    const sm_response_point point =
-        sm_response_point_at(flow, inputs->frequency, inputs->limit_scale, amplitude);
-    sm_response_add_sums(&point, out->response.orders_count, out->response.orders, elastic,
-                         out->motion.response, carrier, x);
-}
-
 sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flow,
                                  const sm_inputs *inputs, const double *y, int elastic,
                                  double *values) {
@@ -281,7 +191,7 @@ sm_status sm_contact_output_read(sm_contact_output *out, const sm_slow_flow *flo
     if (status != SM_OK) return status;
     memcpy(values, out->state, count * sizeof(double));
     if (elastic && out->motion.elastic > 0)
-        read_elastic(out, flow, inputs, y, values, values + count);
+        sm_elastic_output(out, flow, inputs, y, values, values + count);
     return SM_OK;
 }
 
@@ -318,6 +228,6 @@ sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *f
     const double *const rows[] = {out->march.x, out->march.v, out->march.force};
     for (size_t k = 0; k < 3; k++) memcpy(values + k * n, rows[k], n * sizeof *values);
     if (out->motion.elastic > 0)
-        read_elastic(out, flow, at->inputs, to.y, values, values + 3 * n);
+        sm_elastic_output(out, flow, at->inputs, to.y, values, values + 3 * n);
     return SM_OK;
 }

@@ -65,4 +65,12 @@ sm_status sm_contact_output_recent(sm_contact_output *out, const sm_slow_flow *f
                                    const sm_slow_point *at, const double *rate, sm_detail detail,
                                    double *values);
 
+/* Adds the shift of the amplitudes by the forces (docs/theory.md, "Off-resonance forces") and its
+ * rate. */
+void sm_add_shift(const sm_slow_flow *flow, const sm_inputs *inputs, double *amplitude,
+                  double *rate);
+/* Computes elastic displacements x from amplitudes y and contact motion (x_c, v_c, f_c). */
+void sm_elastic_output(const sm_contact_output *out, const sm_slow_flow *flow,
+                       const sm_inputs *inputs, const double *y, const double *contact, double *x);
+
 #endif

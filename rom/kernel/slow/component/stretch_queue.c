@@ -14,12 +14,8 @@
 
 #define EQUAL(a, b) (memcmp((a), (b), sizeof(a)) == 0)
 
-/* Relative difference of frequencies and limits up to which they are equal except for rounding of
- * their linear change [-]. */
-#define ROUNDING 1e-12
-
-/* Returns whether two numbers are equal except for rounding. */
-static int is_near(double a, double b) { return fabs(a - b) <= ROUNDING * fabs(b); }
+/* Returns whether two numbers are equal except for rounding of their linear change. */
+static int is_near(double a, double b) { return fabs(a - b) <= SM_ROUNDING_TOLERANCE * fabs(b); }
 
 /* Returns whether amplitudes, frequencies and limits are smooth from one stretch to the next. */
 static int continues(const sm_stretch *last, const sm_stretch *next) {

@@ -8,10 +8,6 @@
 #include "slow/motion/contact_march.h"
 #include "slow/motion/segment.h"
 
-/* Part of a segment that is no step of its own: a sample is then integrated from the segment
- * before [-]. */
-#define ROUNDING 1e-9
-
 sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm_segment *segment,
                             const double *start_x, int32_t steps_per_period,
                             const sm_contact_samples *samples) {
@@ -22,7 +18,7 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
     if (status != SM_OK) return status;
     const size_t n = (size_t)contact->contacts, bytes = n * sizeof(double);
     const double *times = samples->times;
-    if (steps_per_period < SM_MIN_STEPS || steps_per_period > SM_MAX_STEPS
+    if (steps_per_period < SM_MIN_STEPS || steps_per_period > SM_MOST
         || !sm_fits(samples->count, bytes))
         return SM_BAD_ARGUMENT;
     if (start_x && !sm_all_finite(start_x, n)) return SM_NOT_FINITE;
@@ -47,7 +43,8 @@ sm_status sm_contact_motion(const sm_contact *contact, size_t segments, const sm
             }
             /* the velocity after a very short step, from the segment's end to the sample, would
              * have no correct digits */
-            const double past = times[k] - end, rounding = ROUNDING * segment[g].duration;
+            const double past = times[k] - end;
+            const double rounding = SM_ROUNDING_TOLERANCE * segment[g].duration;
             const double to = past < rounding || g + 1 == segments ? times[k] : end;
             const sm_detail detail = to == times[k] ? SM_TO_BE_READ : SM_RESOLVED;
             status = sm_march_along(&march, contact, &segment[g], now - segment[g].start,

@@ -7,9 +7,8 @@
 
 #include "base/block.h"
 #include "base/exact_sum.h"
+#include "base/hermite.h"
 #include "slow/motion/segment.h"
-
-#define SM_ROW 4 /* rows of harmonics have a multiple of 4 numbers, for vectors; the rest is 0 */
 
 /* The forces on the contacts during an integration. At instants that are a step h apart, u and its
  * rate are exact. Between them, at the stages of shorter steps, u is a cubic, with the error
@@ -18,16 +17,15 @@
 typedef struct {
     const sm_contact *contact;
     const sm_segment *segment;
-    double amplitude[SM_MODES][2][4]; /* cubics in the fraction of the segment */
     double h;              /* between two instants [s] */
     int swept;             /* 1: the frequencies change during the segment */
     int since;             /* instants since the phasors were computed from their angles */
     sm_complex carrier[SM_MODES]; /* at the last instant */
     sm_complex factor[SM_MODES];  /* of the carriers from an instant to the next one */
     double *value, *rate;  /* (N_c) forces [N] at the last instant, and their rates times h [N] */
-    double *cubic;         /* (N_c, 4) in the fraction of the step that ends at the last instant */
+    double *before;        /* (2, N_c) value and rate at the instant before */
     int orders;            /* harmonics of the response on this segment */
-    size_t row;            /* length of a row: at least `orders` of the contact */
+    size_t row;            /* length of a row: `orders` of the contact, then 0 up to whole vectors */
     double *re, *im, *factor_re, *factor_im; /* (row) phasors of the harmonics, and their factors */
     double *turn;          /* (row) angles of the factors [rad] */
     double *start, *slope; /* (N_c, 2, row): real, imaginary parts of G, and change per segment */
@@ -35,12 +33,12 @@ typedef struct {
 
 /* Places the arrays for up to `orders` harmonics of the response. */
 static inline void sm_forcing_place(sm_forcing *f, int contacts, int orders, sm_block *block) {
-    const size_t n = (size_t)contacts, row = ((size_t)orders + SM_ROW - 1) / SM_ROW * SM_ROW;
+    const size_t n = (size_t)contacts, row = sm_whole((size_t)orders, SM_SHORT_VECTOR);
     double **rows[] = {&f->re, &f->im, &f->factor_re, &f->factor_im, &f->turn};
     f->row = row;
     f->value = sm_take(block, n);
     f->rate = sm_take(block, n);
-    f->cubic = sm_take(block, 4 * n);
+    f->before = sm_take(block, 2 * n);
     f->start = sm_take(block, 2 * n * row);
     f->slope = sm_take(block, 2 * n * row);
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) *rows[k] = sm_take(block, row);
@@ -79,7 +77,6 @@ static inline void sm_forcing_start(sm_forcing *f, const sm_contact *contact,
         if (j >= contact->modes) continue;
         f->swept |= segment->frequency_rate[j] != 0.0;
         f->factor[j] = sm_unit(h * segment->frequency[j]);
-        sm_segment_cubics(segment, j, f->amplitude[j]);
     }
     if (f->orders > 0)
         sm_harmonic_phasors(f->orders, contact->response->orders, f->factor, f->factor_re,
@@ -101,19 +98,7 @@ SM_INLINE void sm_forcing_turn(sm_forcing *f, double elapsed) {
         return;
     }
     for (int j = 0; j < SM_MODES; j++) f->carrier[j] = sm_cmul(f->carrier[j], f->factor[j]);
-    double *restrict re = f->re, *restrict im = f->im;
-    SM_SIMD
-    for (size_t q = 0; q < f->row; q++) {
-        const double real = re[q] * f->factor_re[q] - im[q] * f->factor_im[q];
-        im[q] = re[q] * f->factor_im[q] + im[q] * f->factor_re[q];
-        re[q] = real;
-    }
-}
-
-/* Computes c(r) and dc/dr of a cubic. */
-SM_INLINE void sm_cubic(const double c[4], double r, double *value, double *slope) {
-    *value = c[0] + r * (c[1] + r * (c[2] + r * c[3]));
-    *slope = c[1] + r * (2.0 * c[2] + r * 3.0 * c[3]);
+    sm_turn(f->row, f->re, f->im, f->factor_re, f->factor_im);
 }
 
 /* Adds the response of the modes at the fraction r of the segment, and its rate if `rates`. */
@@ -141,15 +126,15 @@ SM_INLINE void sm_forcing_add_response(const int n, const int rates, sm_forcing 
 SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, double elapsed) {
     const sm_contact *contact = f->contact;
     const sm_segment *g = f->segment;
-    const double r = elapsed / g->duration, h_r = f->h / g->duration;
+    const double r = elapsed / g->duration;
     double *restrict value = f->value, *restrict rate = f->rate;
     for (int i = 0; i < n; i++) value[i] = rate[i] = 0.0;
     for (int j = 0; j < contact->modes; j++) {
-        sm_complex a, slope;
-        sm_cubic(f->amplitude[j][0], r, &a.re, &slope.re);
-        sm_cubic(f->amplitude[j][1], r, &a.im, &slope.im);
+        sm_complex slope;
+        const sm_complex a = sm_segment_amplitude(g, j, r, &slope);
         const double turn = sm_forcing_angle(f, j, elapsed);
-        const sm_complex moving = sm_cx(h_r * slope.re - turn * a.im, h_r * slope.im + turn * a.re);
+        const sm_complex moving =
+            sm_cx(f->h * slope.re - turn * a.im, f->h * slope.im + turn * a.re);
         const sm_complex q = sm_cmul(a, f->carrier[j]), dq = sm_cmul(moving, f->carrier[j]);
         const double *restrict L = contact->coupling + 2 * (size_t)j * (size_t)n;
         for (int i = 0; i < n; i++) {
@@ -160,29 +145,21 @@ SM_INLINE void sm_forcing_find(const int n, const int rates, sm_forcing *f, doub
     if (f->orders > 0) sm_forcing_add_response(n, rates, f, r);
 }
 
-/* Computes the cubics of the step that ends at `elapsed`, from the forces and rates at its start,
- * which are known, and at its end. */
+/* Advances to the end of a step, at `elapsed`: computes the forces and rates there, and keeps the
+ * ones at its start, which are known. */
 SM_INLINE void sm_forcing_advance(const int n, sm_forcing *f, double elapsed) {
-    double *restrict cubic = f->cubic;
-    for (int i = 0; i < n; i++) {
-        cubic[4 * i] = f->value[i];
-        cubic[4 * i + 1] = f->rate[i];
-    }
+    memcpy(f->before, f->value, (size_t)n * sizeof(double));
+    memcpy(f->before + n, f->rate, (size_t)n * sizeof(double));
     sm_forcing_turn(f, elapsed);
     sm_forcing_find(n, 1, f, elapsed);
-    for (int i = 0; i < n; i++) {
-        const double change = f->value[i] - cubic[4 * i], leaving = cubic[4 * i + 1];
-        cubic[4 * i + 2] = 3.0 * change - 2.0 * leaving - f->rate[i];
-        cubic[4 * i + 3] = leaving + f->rate[i] - 2.0 * change;
-    }
 }
 
-/* Computes the forces u (n) at the fraction s of the step. */
+/* Computes the forces u (n) at the fraction s of the step that ends at the last instant. */
 SM_INLINE void sm_forcing_load(const int n, const sm_forcing *f, double s, double *restrict u) {
-    for (int i = 0; i < n; i++) {
-        const double *c = f->cubic + 4 * i;
-        u[i] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
-    }
+    const sm_hermite at = sm_hermite_at(1.0, s);
+    const double *value = f->before, *rate = value + n;
+    for (int i = 0; i < n; i++)
+        u[i] = sm_hermite_value(&at.value, value[i], rate[i], f->value[i], f->rate[i]);
 }
 
 #endif

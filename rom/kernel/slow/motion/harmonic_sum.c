@@ -28,8 +28,10 @@ SM_HOT static void sum_at(const sm_harmonic_sum *sum, const sm_segment *g, const
     sm_complex carrier[SM_MODES], q[SM_MODES] = {{0.0, 0.0}, {0.0, 0.0}};
     sm_segment_carriers(g, sum->modes, elapsed, carrier);
     sm_harmonic_phasors(sum->orders_count, sum->orders, carrier, re, im);
-    for (int j = 0; j < sum->modes; j++)
-        q[j] = sm_cmul(sm_segment_amplitude(g, j, r), carrier[j]);
+    for (int j = 0; j < sum->modes; j++) {
+        sm_complex rate;
+        q[j] = sm_cmul(sm_segment_amplitude(g, j, r, &rate), carrier[j]);
+    }
     for (size_t s = 0; s < signals; s++) {
         const size_t row = s * 2 * orders;
         double value = (1.0 - r) * real_product(orders, start + row, re, im)

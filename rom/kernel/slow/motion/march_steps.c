@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "base/check.h"
 #include "base/exact_sum.h"
 
 /* Divisions of the last step of elastic contacts: its short part is 2^-6 of the step. Elastic
@@ -13,8 +14,6 @@
 #define SHORT_STEP 0.6
 /* Steps of one integration: more would take hours. */
 #define MAX_STEPS 1e10
-/* Rounding of the number of steps [-]: an integer times the longest step needs no further step. */
-#define COUNT_ROUNDING 1e-9
 /* Time constants after which a vibration has decayed, to exp(-5) = 0.7 %. */
 #define DECAY_TIMES 5.0
 /* Largest deviation of a velocity from a straight line in a step, relative to the largest velocity
@@ -59,7 +58,8 @@ sm_status sm_choose_steps(const sm_contact *contact, const sm_segment *segment,
         fastest = fmax(fastest, fmax(fabs(segment->frequency[j]), fabs(end)));
     }
     const double longest = SM_TWO_PI / (fastest * steps_per_period);
-    const double count = ceil((to - from) / longest * (1.0 - COUNT_ROUNDING));
+    /* a multiple of the longest step needs no further step, in spite of rounding */
+    const double count = ceil((to - from) / longest * (1.0 - SM_ROUNDING_TOLERANCE));
     if (!(count <= MAX_STEPS)) return SM_BAD_ARGUMENT;
     const int elastic = contact->law == SM_ELASTIC;
     const int halvings = elastic ? ELASTIC_HALVINGS : SM_RIGID_LEVELS - 1;

@@ -9,9 +9,8 @@
 /* Step sizes of rigid contacts, each half the one before: the shortest is an eighth. */
 #define SM_RIGID_LEVELS 4
 
-/* Limits of steps_per_period: fewer steps do not resolve a carrier. */
+/* Fewest steps_per_period that resolve a carrier. */
 #define SM_MIN_STEPS 4
-#define SM_MAX_STEPS 65536
 
 /* Resolution of contact motion that is faster than the steps.
  *

@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "base/check.h"
+#include "base/hermite.h"
 
 void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
                          sm_complex carrier[SM_MODES]) {
@@ -18,31 +19,23 @@ void sm_segment_carriers(const sm_segment *g, int modes, double elapsed,
     }
 }
 
-void sm_segment_cubics(const sm_segment *g, int j, double cubics[2][4]) {
+sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r, sm_complex *rate) {
+    const sm_hermite at = sm_hermite_at(g->duration, r);
+    double a[2], slope[2];
     for (int p = 0; p < 2; p++) {
-        const double start = g->amplitude_start[2 * j + p];
-        const double change = g->amplitude_end[2 * j + p] - start;
-        const double leaving = g->duration * g->rate_start[2 * j + p];
-        const double arriving = g->duration * g->rate_end[2 * j + p];
-        cubics[p][0] = start;
-        cubics[p][1] = leaving;
-        cubics[p][2] = 3.0 * change - 2.0 * leaving - arriving;
-        cubics[p][3] = leaving + arriving - 2.0 * change;
+        const int k = 2 * j + p;
+        const double start = g->amplitude_start[k], end = g->amplitude_end[k];
+        a[p] = sm_hermite_value(&at.value, start, g->rate_start[k], end, g->rate_end[k]);
+        slope[p] = sm_hermite_slope(&at.slope, start, g->rate_start[k], end, g->rate_end[k]);
     }
-}
-
-sm_complex sm_segment_amplitude(const sm_segment *g, int j, double r) {
-    double c[2][4], a[2];
-    sm_segment_cubics(g, j, c);
-    for (int p = 0; p < 2; p++) a[p] = c[p][0] + r * (c[p][1] + r * (c[p][2] + r * c[p][3]));
-    return sm_cx(a[0], a[1]);
+    *rate = sm_pair(slope);
+    return sm_pair(a);
 }
 
 double sm_segment_end(const sm_segment *g) { return g->start + g->duration; }
 
-/* Tolerances of the times at which segments meet, for rounding [-]. */
-#define MEETING_TOLERANCE 1e-6 /* relative to the duration of the segment */
-#define ROUNDING 1e-9          /* relative to the time, or to the duration of the last segment */
+/* Tolerance of the times at which segments meet, relative to the duration of the segment [-]. */
+#define MEETING_TOLERANCE 1e-6
 
 /* Checks the numbers of a segment. */
 static sm_status check_segment(const sm_segment *segment, int modes) {
@@ -61,7 +54,8 @@ static sm_status check_segment(const sm_segment *segment, int modes) {
 static int consecutive(const sm_segment *segment, const sm_segment *next) {
     const double gap = fabs(next->start - sm_segment_end(segment));
     return next->start > segment->start &&
-           gap <= MEETING_TOLERANCE * segment->duration + ROUNDING * fabs(segment->start);
+           gap <= MEETING_TOLERANCE * segment->duration
+                      + SM_ROUNDING_TOLERANCE * fabs(segment->start);
 }
 
 sm_status sm_segments_check(size_t segments, const sm_segment *segment, int modes) {
@@ -80,7 +74,7 @@ sm_status sm_times_check(size_t samples, const double *times, size_t segments,
     if (!times) return SM_BAD_ARGUMENT;
     if (!sm_all_finite(times, samples)) return SM_NOT_FINITE;
     const sm_segment *last = &segment[segments - 1];
-    const double end = sm_segment_end(last) + ROUNDING * last->duration;
+    const double end = sm_segment_end(last) + SM_ROUNDING_TOLERANCE * last->duration;
     if (!(times[0] >= segment->start && times[samples - 1] <= end)) return SM_BAD_ARGUMENT;
     for (size_t k = 1; k < samples; k++)
         if (!(times[k] > times[k - 1])) return SM_BAD_ARGUMENT;

@@ -8,8 +8,6 @@
 
 /* Smallest displacement that the solver resolves, in displacements of sticking contacts. */
 #define RESOLVED 1e-3
-/* Turns of line B in a period are whole up to this relative error. */
-#define WHOLE 1e-9
 
 /* Returns the doubles of the harmonics of y. */
 static size_t harmonics_size(const sm_elastic_lines *e) {
@@ -23,7 +21,7 @@ static size_t harmonics_size(const sm_elastic_lines *e) {
 static size_t shift_of(const sm_elastic_lines *e, int half) {
     const double lines = (double)e->lines.lines, turns = e->lines.ratio * lines;
     const double whole = nearbyint(turns), by = half ? 0.5 * (whole - lines) : whole;
-    if (fabs(turns - whole) >= WHOLE * turns || by != nearbyint(by)) return 0;
+    if (fabs(turns - whole) >= SM_ROUNDING_TOLERANCE * turns || by != nearbyint(by)) return 0;
     return (size_t)(fmod(by, lines) + lines) % e->lines.lines;
 }
 

@@ -9,7 +9,6 @@
 
 #define WIDTH SM_VECTOR
 #define TOGETHER SM_TOGETHER
-#define POWERS SM_POWERS /* values of m whose sums over the lines are formed together */
 
 void sm_phase_lines_place(sm_phase_lines *l, sm_block *block) {
     l->stride = sm_whole_lines(l->lines);
@@ -88,11 +87,11 @@ void sm_phase_lines_clear(sm_phase_lines *l) {
     memset(l->sums, 0, 2 * l->orders * l->row * sizeof(double));
 }
 
-/* Sums y exp(-i m t_B0) of WIDTH contacts at a step over the lines, for POWERS values of m. */
+/* Sums y exp(-i m t_B0) of WIDTH contacts at a step over the lines, for TOGETHER values of m. */
 SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, double *by_power) {
-    double re[POWERS][WIDTH] = {{0.0}}, im[POWERS][WIDTH] = {{0.0}}; /* kept in registers */
+    double re[TOGETHER][WIDTH] = {{0.0}}, im[TOGETHER][WIDTH] = {{0.0}}; /* kept in registers */
     for (size_t p = 0; p < l->lines; p++, y += l->row)
-        for (size_t j = 0; j < POWERS; j++) {
+        for (size_t j = 0; j < TOGETHER; j++) {
             const double *from = l->phases.across + 2 * (m + j) * l->stride + p;
             const double c = from[0], s = from[l->stride];
             SM_SIMD
@@ -101,7 +100,7 @@ SM_INLINE void add_lines(const sm_phase_lines *l, size_t m, const double *y, dou
                 im[j][i] -= y[i] * s;
             }
         }
-    for (size_t j = 0; j < POWERS; j++) {
+    for (size_t j = 0; j < TOGETHER; j++) {
         memcpy(by_power + 2 * (m + j) * l->row, re[j], sizeof re[j]);
         memcpy(by_power + (2 * (m + j) + 1) * l->row, im[j], sizeof im[j]);
     }
@@ -139,7 +138,7 @@ SM_HOT void sm_phase_lines_add(sm_phase_lines *l, size_t first, size_t count, do
     for (size_t i = 0; i < l->row; i += WIDTH) {
         double *by_power = l->by_power + i, *sums = l->sums + i;
         for (size_t k = 0; k < count; k++)
-            for (size_t m = 0; m < l->phases.powers; m += POWERS)
+            for (size_t m = 0; m < l->phases.powers; m += TOGETHER)
                 add_lines(l, m, l->y_mean + k * l->lines * l->row + i, by_power + k * step);
         if (count == TOGETHER)
             add_steps(TOGETHER, l, phasor, weight, by_power, sums);

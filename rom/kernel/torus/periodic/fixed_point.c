@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/dense.h"
+
 /* The residual stalls if it is not reduced by the factor MIN_REDUCTION in MAX_STALLED evaluations.
  * Slower convergence would need more than 190 evaluations for three digits. */
 #define MAX_STALLED 10
@@ -15,39 +17,13 @@
  * rounding errors relative to squares of differences that still have some digits. */
 #define SMALLEST_PIVOT 1e-13
 
-/* Returns the inner product of two vectors. */
-static double dot(const double *a, const double *b, size_t size) {
-    double sum = 0.0;
-    for (size_t k = 0; k < size; k++) sum += a[k] * b[k];
-    return sum;
-}
-
-/* Solves gram theta = right by Cholesky's factorisation, and replaces `right` by theta. Linearly
- * dependent columns are omitted: their theta is 0. */
-static void least_squares(double gram[][SM_ANDERSON_DEPTH], double *right, int n) {
-    double factor[SM_ANDERSON_DEPTH][SM_ANDERSON_DEPTH], largest = 0.0;
-    int used[SM_ANDERSON_DEPTH];
-    for (int i = 0; i < n; i++) largest = fmax(largest, gram[i][i]);
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = gram[i][j];
-            for (int k = 0; k < j; k++) sum -= used[k] ? factor[i][k] * factor[j][k] : 0.0;
-            if (j < i) {
-                factor[i][j] = used[j] ? sum / factor[j][j] : 0.0;
-            } else {
-                used[i] = sum > SMALLEST_PIVOT * fmax(gram[i][i], SMALLEST_PIVOT * largest);
-                factor[i][i] = used[i] ? sqrt(sum) : 1.0;
-            }
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++) right[i] -= used[k] ? factor[i][k] * right[k] : 0.0;
-        right[i] = used[i] ? right[i] / factor[i][i] : 0.0;
-    }
-    for (int i = n; i-- > 0;) {
-        for (int k = i + 1; k < n; k++) right[i] -= used[k] ? factor[k][i] * right[k] : 0.0;
-        right[i] = used[i] ? right[i] / factor[i][i] : 0.0;
-    }
+/* Replaces `right` by the theta that solves gram theta = right. The theta of linearly dependent
+ * columns is 0. */
+static void least_squares(double gram[][SM_ANDERSON_DEPTH], size_t n, double *right) {
+    double factor[SM_ANDERSON_DEPTH * SM_ANDERSON_DEPTH];
+    for (size_t i = 0; i < n; i++) memcpy(factor + i * n, gram[i], n * sizeof(double));
+    (void)sm_cholesky(n, SMALLEST_PIVOT, factor);
+    sm_cholesky_solve(n, factor, right);
 }
 
 /* Replaces z, whose residual is g, by the next iterate. */
@@ -63,9 +39,9 @@ static void combine(sm_fixed_point *a, const double *g, double *z) {
             dg[k] = g[k] - a->g_last[k];
         }
         for (int j = 0; j < known; j++)
-            a->gram[slot][j] = a->gram[j][slot] = dot(dg, a->dg + (size_t)j * size, size);
-        for (int j = 0; j < known; j++) theta[j] = dot(g, a->dg + (size_t)j * size, size);
-        least_squares(a->gram, theta, known);
+            a->gram[slot][j] = a->gram[j][slot] = sm_dot(size, dg, a->dg + (size_t)j * size);
+        for (int j = 0; j < known; j++) theta[j] = sm_dot(size, g, a->dg + (size_t)j * size);
+        least_squares(a->gram, (size_t)known, theta);
     }
     memcpy(a->z_last, z, size * sizeof(double));
     memcpy(a->g_last, g, size * sizeof(double));

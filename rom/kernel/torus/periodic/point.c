@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "base/check.h"
+
 /* Convergence tolerance for slider harmonics that are not requested, relative to `tolerance`, and
  * its upper bound. If a contact slips on few lines, these harmonics keep changing by the
  * discretisation error. The relaxed tolerance is not for contacts that open: these have several
@@ -37,7 +39,7 @@ void sm_search_residual(const sm_search *s, size_t p) {
         const double relative = fabs(point->Y[k] - point->last_Y[k]) / sm_scale_of(&scales, order);
         largest = fmax(largest, k < requested ? relative : others * relative);
     }
-    point->residual = fmax(change / fmax(scales.response, SM_SMALLEST_SCALE), largest);
+    point->residual = fmax(change / fmax(scales.response, SM_TINY), largest);
 }
 
 void sm_search_store(const sm_search *s, size_t p) {

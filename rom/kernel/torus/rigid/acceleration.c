@@ -5,12 +5,12 @@
  * t_B are geometric sequences X_m + c r_m^k: two successive changes give r_m and the limit X_m. */
 #include <string.h>
 
+#include "base/cnumber.h"
 #include "torus/rigid/group.h"
 
 #define SMALLEST_RATIO 0.5 /* of successive changes; faster convergence needs no extrapolation */
-/* Largest |r| and smallest |1 - r|: nearer to 1 the change is multiplied by more than 50, and the
- * limit is ill-conditioned. */
-#define LARGEST_RATIO 1.02
+/* Smallest |1 - r|, and largest |r| - 1: nearer to 1 the change is multiplied by more than 50, and
+ * the limit is ill-conditioned. */
 #define SMALLEST_GAP 0.02
 
 /* Returns the number of Fourier coefficients m = 0, 1, ... over the lines of a point. */
@@ -28,20 +28,18 @@ static void transform(const sm_torus_grid *grid, const sm_torus_group *g, size_t
     if (!inverse) memset(fresh, 0, 2 * count * n * sizeof(double));
     for (size_t lane = p * lines; lane < (p + 1) * lines; lane++) {
         double *x = g->lanes[lane / lanes].x + lane % lanes;
-        double re = 1.0, im = 0.0; /* exp(i m t_B) */
+        sm_complex z = sm_cx(1.0, 0.0); /* exp(i m t_B) */
         for (size_t m = 0; m < count; m++) {
             for (size_t i = 0; i < n; i++) {
                 double *c = fresh + 2 * (m * n + i), *value = x + i * lanes;
                 if (inverse) {
-                    *value += (m == 0 ? 1.0 : 2.0) * (c[0] * re - c[1] * im);
+                    *value += (m == 0 ? 1.0 : 2.0) * (c[0] * z.re - c[1] * z.im);
                 } else {
-                    c[0] += *value * re / (double)lines;
-                    c[1] -= *value * im / (double)lines;
+                    c[0] += *value * z.re / (double)lines;
+                    c[1] -= *value * z.im / (double)lines;
                 }
             }
-            const double t = re * cosine[lane] - im * sine[lane];
-            im = re * sine[lane] + im * cosine[lane];
-            re = t;
+            z = sm_cmul(z, sm_cx(cosine[lane], sine[lane]));
         }
     }
 }
@@ -64,7 +62,7 @@ static int extrapolate(const sm_torus_grid *grid, const sm_acceleration *a) {
         im = norm > 0.0 ? im / norm : 0.0;
         const double size2 = re * re + im * im, gap2 = (1.0 - re) * (1.0 - re) + im * im;
         const int slow = size2 > SMALLEST_RATIO * SMALLEST_RATIO
-                         && size2 < LARGEST_RATIO * LARGEST_RATIO
+                         && size2 < (1.0 + SMALLEST_GAP) * (1.0 + SMALLEST_GAP)
                          && gap2 > SMALLEST_GAP * SMALLEST_GAP;
         const double f_re = slow ? (re * (1.0 - re) - im * im) / gap2 : 0.0;
         const double f_im = slow ? im / gap2 : 0.0;

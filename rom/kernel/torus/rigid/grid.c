@@ -4,34 +4,13 @@
 
 #include <stdlib.h>
 
+#include "base/cnumber.h"
 #include "base/exact_sum.h"
 #include "torus/march.h"
 
 /* Size of H / K up to which the response of the modes is iterated without relaxation: the error is
  * then reduced by more than a factor of 3 per period. */
 #define UNRELAXED 0.3
-
-/* Computes z^m for z = c + i s on the unit circle and a small integer m. */
-static void power(double c, double s, int m, double *re, double *im) {
-    const double signed_s = m < 0 ? -s : s;
-    double pr = 1.0, pi = 0.0;
-    for (int k = 0; k < abs(m); k++) {
-        const double t = pr * c - pi * signed_s;
-        pi = pr * signed_s + pi * c;
-        pr = t;
-    }
-    *re = pr;
-    *im = pi;
-}
-
-/* Computes exp(i (n t_A + m (t_B - t_B0))) from carrier = exp(i t_A), exp(i (t_B - t_B0)). */
-static void harmonic(const double *carrier, const int32_t *order, double *re, double *im) {
-    double a_re, a_im, b_re, b_im;
-    power(carrier[0], carrier[1], order[0], &a_re, &a_im);
-    power(carrier[2], carrier[3], order[1], &b_re, &b_im);
-    *re = a_re * b_re - a_im * b_im;
-    *im = a_re * b_im + a_im * b_re;
-}
 
 /* Computes carriers, weights and phasors at all stages. */
 static void fill_angles(sm_torus_grid *grid) {
@@ -44,15 +23,15 @@ static void fill_angles(sm_torus_grid *grid) {
         c[2] = cos(grid->ratio * t);
         c[3] = sin(grid->ratio * t);
         for (int q = 0; q < orders; q++) {
-            double re, im;
-            harmonic(c, grid->orders + 2 * q, &re, &im);
+            const int32_t *order = grid->orders + 2 * q;
+            const sm_complex z = sm_unit((order[0] + order[1] * grid->ratio) * t);
             if (grid->phasor) {
-                grid->phasor[2 * (k * orders + q)] = re;
-                grid->phasor[2 * (k * orders + q) + 1] = im;
+                grid->phasor[2 * (k * orders + q)] = z.re;
+                grid->phasor[2 * (k * orders + q) + 1] = z.im;
             }
             if (k % 2 == 1) {
-                grid->weight[(k - 1) * orders + 2 * q] = re / grid->steps;
-                grid->weight[(k - 1) * orders + 2 * q + 1] = -im / grid->steps;
+                grid->weight[(k - 1) * orders + 2 * q] = z.re / grid->steps;
+                grid->weight[(k - 1) * orders + 2 * q + 1] = -z.im / grid->steps;
             }
         }
     }
@@ -74,7 +53,7 @@ static double relaxation_of(const sm_contact *contact, const double *H) {
         im += H[2 * (i * n + i) + 1] / contact->stiffness[i * n + i];
     }
     if (size <= UNRELAXED) return 1.0;
-    const double along = size * re / fmax(hypot(re, im), SM_SMALLEST_SCALE);
+    const double along = size * re / fmax(hypot(re, im), SM_TINY);
     const double best = (1.0 - along) / (1.0 - 2.0 * along + size * size);
     const double safe = 1.0 / (1.0 + size);
     return best > 0.0 ? fmin(best, safe) : safe;

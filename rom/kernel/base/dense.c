@@ -1,7 +1,13 @@
 /* Compiled without contraction to fused operations: vectors of every width give the same bits. */
-#include "contact/elastic/equations.h"
+#include "base/dense.h"
 
 #include "base/lanes.h"
+
+double sm_dot(size_t n, const double *a, const double *b) {
+    double sum = 0.0;
+    for (size_t i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
 
 /* Exchanges rows a and b of A, from column `first` on, and of the right-hand side. */
 static void exchange_rows(size_t n, size_t a, size_t b, size_t first, double *A, double *right) {
@@ -37,4 +43,32 @@ SM_HOT int sm_eliminate(size_t n, double *A, double *right) {
         right[c] /= A[c * n + c];
     }
     return 1;
+}
+
+size_t sm_cholesky(size_t n, double least, double *A) {
+    size_t independent = 0;
+    for (size_t i = 0; i < n; i++) {
+        double *row = A + i * n;
+        const double smallest = least * row[i];
+        for (size_t j = 0; j <= i; j++) {
+            const double *other = A + j * n, rest = row[j] - sm_dot(j, row, other);
+            if (j < i)
+                row[j] = other[j] > 0.0 ? rest / other[j] : 0.0;
+            else
+                row[i] = rest > smallest && isfinite(rest) ? sqrt(rest) : 0.0;
+        }
+        independent += row[i] > 0.0;
+    }
+    return independent;
+}
+
+void sm_cholesky_solve(size_t n, const double *L, double *right) {
+    for (size_t i = 0; i < n; i++) {
+        const double *row = L + i * n, rest = right[i] - sm_dot(i, row, right);
+        right[i] = row[i] > 0.0 ? rest / row[i] : 0.0;
+    }
+    for (size_t i = n; i-- > 0;) {
+        right[i] = L[i * n + i] > 0.0 ? right[i] / L[i * n + i] : 0.0;
+        for (size_t k = 0; k < i; k++) right[k] -= L[i * n + k] * right[i];
+    }
 }
