@@ -16,8 +16,8 @@ full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic 
            the time integration
 base/      complex numbers, lanes, checks, messages
 
-Here structures.py and library.py read structures and functions from the header; handle.py holds
-objects of the core that have a state.
+Here structures.py reads the header and checks arrays; library.py loads the functions; handle.py
+holds objects of the core that have a state.
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ that know the symmetry at zero amplitude: a harmonic (n, m) is odd in |a_A| wher
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
@@ -116,7 +115,7 @@ class Table:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
         count = points.size // self.modes
-        status = kernel.lib.sm_table_lookup(ctypes.byref(self.kernel()), count, points, result)
+        status = kernel.lib.sm_table_lookup(self.kernel(), count, points, result)
         if status == kernel.OUTSIDE_TABLE:
             raise outside_table(points, self)
         kernel.check(status, "table look-up")

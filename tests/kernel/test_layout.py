@@ -43,8 +43,10 @@ def test_arrays_of_another_type_or_layout_are_refused(array):
         kernel.lib.sm_table_lookup(kernel.Table(), 1, array, np.zeros(1, dtype=complex))
 
 
-def test_unknown_fields_and_integers_that_do_not_fit_are_refused():
+def test_unknown_fields_other_structures_and_integers_that_do_not_fit_are_refused():
     with pytest.raises(AttributeError):
         kernel.Table(nodes=1)
+    with pytest.raises(TypeError, match="response: must be sm_modal_response, got sm_table"):
+        kernel.Contact(response=kernel.Table())
     with pytest.raises(OverflowError, match="steps = 4294967360: does not fit"):
         kernel.Discretisation(steps=2**32 + 64)
