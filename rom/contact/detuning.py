@@ -47,7 +47,7 @@ class Detuned:
             return cls(torus, np.ones(len(reduced.modes), dtype=complex))
         frequency = reduced.carrier * (1.0 + np.asarray(detuning))
         moved = torus.problem.at_carriers(frequency)
-        there = moved.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+        there = moved.on(torus.grid, torus.tolerance, torus.smallest_amplitude)
         return cls(there, coupling_factor(reduced, frequency))
 
     @property

@@ -122,7 +122,7 @@ def with_detuning(
     if error_with(slope(FrictionDetuning(torus, distance), points)) > 0.5 * error:
         return table, error  # it would not help
     # Slopes are small corrections: marches may repeat ten times less closely.
-    rough = torus.problem.on(torus.grid, 10.0 * torus.march.tolerance, torus.smallest_amplitude)
+    rough = torus.problem.on(torus.grid, 10.0 * torus.tolerance, torus.smallest_amplitude)
     surface = _surface(
         table,
         _DETUNING_STRIDE[table.modes],

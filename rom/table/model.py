@@ -197,7 +197,7 @@ class Model:
         else:
             higher = self._higher_orders(problem, coarse.grid)
         problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, higher)
-        return problem.on(grid, 0.1 * coarse.march.tolerance, smallest_amplitude)
+        return problem.on(grid, 0.1 * coarse.tolerance, smallest_amplitude)
 
     def _higher_orders(self, problem: ContactProblem, grid: Discretisation) -> list[Order]:
         """Return the harmonics of a table of two modes beyond `RESPONSE_ORDER`."""
