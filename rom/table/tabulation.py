@@ -384,8 +384,8 @@ class _Task:
         budget, ends, modes = self.budget, self.amplitude_range, len(reduced.modes)
         allowed = candidate.allowed * budget.interpolation
         trial = self._problem(reduced, 1, higher)
-        search = ResolutionSearch(trial, ends, self.mapped, self.time_budget, bool(higher))
-        resolution = search.choose(budget)
+        search = ResolutionSearch(trial, ends, budget, self.mapped, self.time_budget, bool(higher))
+        resolution = search.choose()
         problem = self._problem(reduced, max(self.harmonics, 1), higher)
         # Samples of sliders begin with those nearby. Not under varying load, where contacts may
         # have two motions.
