@@ -89,15 +89,18 @@ class ContactProblem:
         """
         if reduced.shares_tone:
             reduced.refuse_shared_tone("reduced: must be of one or two modes with a carrier each")
+        orders = [*higher_orders]
+        if reduced.formulation == "consistent":
+            orders[:0] = harmonic_orders(RESPONSE_ORDER, len(reduced.modes), reduced.even)
+        return cls(reduced, law, tuple(orders), tuple(combinations)).requesting(highest)
 
-        def up_to(order: int) -> list[Order]:
-            return harmonic_orders(order, len(reduced.modes), reduced.even)
-
-        responding = up_to(RESPONSE_ORDER) if reduced.formulation == "consistent" else []
-        stored = [term.stored_order for term in combinations]
-        requested = list(dict.fromkeys([*up_to(highest), *stored]))
-        orders = tuple(dict.fromkeys([*requested, *responding, *higher_orders]))
-        return cls(reduced, law, orders, tuple(combinations), len(requested))
+    def requesting(self, highest: int) -> Self:
+        """Return the problem that also requests all harmonics up to |n| + |m| = `highest`."""
+        lowest = harmonic_orders(highest, len(self.reduced.modes), self.reduced.even)
+        stored = [term.stored_order for term in self.combinations]
+        requested = dict.fromkeys([*lowest, *stored])
+        orders = tuple(dict.fromkeys([*requested, *self.orders]))
+        return replace(self, orders=orders, requested=len(requested))
 
     def at_carriers(self, frequency: Floats) -> Self:
         """Return the problem with other carriers (modes,) [rad/s]."""
