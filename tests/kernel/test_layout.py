@@ -2,10 +2,10 @@
 
 import ctypes
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from native import CORE, run
 
 from slipmode.rom import kernel
 from slipmode.rom.kernel.structures import HEADERS, STRUCTURES
@@ -27,9 +27,8 @@ def test_fields_are_where_the_compiler_puts_them(tmp_path):
     source, program = tmp_path / "layout.c", tmp_path / "layout"
     head = '#include <stdio.h>\n#include "slipmode.h"\nint main(void) {\n'
     source.write_text(head + "\n".join(printed) + "\nreturn 0;\n}\n")
-    subprocess.run([compiler, "-I", HEADERS[0].parent, source, "-o", program], check=True)
-    found = subprocess.run([program], check=True, capture_output=True, text=True).stdout
-    assert found.splitlines() == expected
+    assert run(compiler, "-I", CORE, source, "-o", program).returncode == 0
+    assert run(program).stdout.splitlines() == expected
 
 
 @pytest.mark.parametrize(
