@@ -220,17 +220,9 @@ def tabulate(
             if candidate.allowed == 1.0 or tables[-1].error <= tolerance:
                 break
         found = min(tables, key=lambda each: each.error + each.candidate.neglected_response)
-        torus, table = found.samples.torus, found.table
-        reduced = torus.problem.reduced
-        off_carriers: float | None = 0.0
-        if reduced.formulation == "consistent":
-            table = with_rate_correction(table, torus, tolerance, mapped)
-            off_carriers = None
-            if detuning is None or detuning:
-                tones = slice(reduced.tones)  # the others follow
-                natural = np.array_equal(reduced.carrier[tones], reduced.frequency[tones])
-                wanted = tolerance if detuning or natural else None
-                table, off_carriers = with_detuning(table, torus, mapped, wanted, distance)
+        table, off_carriers = _corrected(found, tolerance, detuning, distance, mapped)
+    torus = found.samples.torus
+    reduced = torus.problem.reduced
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -263,6 +255,28 @@ class _Tabulated(NamedTuple):
     table: Table
     carried: Complexes | None
     error: float
+
+
+def _corrected(
+    found: _Tabulated,
+    tolerance: float,
+    detuning: bool | float | None,
+    distance: float,
+    mapped: Mapped,
+) -> tuple[Table, float | None]:
+    """Return the table with its corrections, and the error of forcing off the carriers.
+
+    The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
+    """
+    torus, reduced = found.samples.torus, found.samples.torus.problem.reduced
+    if reduced.formulation == "paper":
+        return found.table, 0.0
+    table = with_rate_correction(found.table, torus, tolerance, mapped)
+    if detuning is not None and not detuning:
+        return table, None
+    own = slice(reduced.tones)  # the others follow
+    is_wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
+    return with_detuning(table, torus, mapped, tolerance if is_wanted else None, distance)
 
 
 def _is_finer_worth(reduced: Reduced, share: float) -> bool:
