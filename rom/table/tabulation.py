@@ -171,9 +171,7 @@ def tabulate(
     time_budget, shares = TimeBudget(checked_budget(budget) or np.inf), ErrorBudget(tolerance)
     if threads is not None:
         check_count("threads", threads)
-    check_law(
-        reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
-    )
+    check_law(reduced.n_contacts, reduced.contacts, law)
     check_table_carriers(reduced.frequency, reduced.carrier)
     if warned:
         warn(model_findings(reduced, law, ends, combinations or ()))
