@@ -46,7 +46,7 @@ class Checks:
         """
         sampling = self._sampling
         table = sampling.table(grid.nodes, grid.samples.tabulated)
-        norm, indicators = sampling.known_norm(table), sampling.indicators(table)
+        indicators = sampling.indicators(table)
         indicator = in_cells(in_cells(indicators.max(axis=0), 0), 1)
         blocks = Blocks.of(
             table.axes, grid.block, np.maximum(indicator, grid.expected_error.max(axis=0))
@@ -65,7 +65,7 @@ class Checks:
                 self.points = np.concatenate((self.points, points))
                 self._exact = np.concatenate((self._exact, exact))
             off = table.terms(self.points) - self._exact
-            errors = sampling.errors(norm, self.points, off, self._exact)
+            errors = sampling.errors(table, self.points, off, self._exact)
             return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)

@@ -136,7 +136,7 @@ class Grid:
             exact = sampling.at(points[wanted], near) if known is None else known
             lines = lines.taken(wanted, exact)
         off = surface - lines.tabulated
-        error = sampling.errors(sampling.known_norm(table), points, off, lines.tabulated)
+        error = sampling.errors(table, points, off, lines.tabulated)
         found = replace(self, samples=samples)
         return found._cut(mode, middles, lines, np.where(wanted, error, 0.0), tolerance)
 

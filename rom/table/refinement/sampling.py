@@ -50,19 +50,15 @@ class Sampling:
         """Where samples may have kinks, (lines, modes), see `onset_lines`."""
         return onset_lines(self.problem.reduced, self.problem.law)
 
-    def known_norm(self, table: Table) -> ErrorNorm:
-        """Return the norm with the largest |S_j| at the nodes of a table."""
-        return self.norm.known(table.nodes())
-
     def errors(
-        self, norm: ErrorNorm, points: Floats, off: Complexes | Floats, exact: Complexes
+        self, table: Table, points: Floats, off: Complexes | Floats, exact: Complexes
     ) -> Floats:
-        """Return the largest relative error (...,) of the tabulated columns.
+        """Return the largest relative error (...,) of the tabulated columns of a table.
 
         Errors `off` and values `exact` are (..., columns), at amplitudes (..., modes). Errors at
         amplitudes that are too small to be part of what a table states are 0.
         """
-        carrier = self.problem.reduced.carrier
+        norm, carrier = self.norm.known(table.nodes()), self.problem.reduced.carrier
         scale = norm.scale(points, exact[..., : carrier.size])
         # An error of S_j changes the power by 2 Omega_j |a_j| times that error.
         power = (scale * points * 2.0 * carrier).sum(axis=-1, keepdims=True)
@@ -74,12 +70,12 @@ class Sampling:
 
     def indicators(self, table: Table) -> Floats:
         """Return the error of nodes predicted by neighbours along each axis, (modes, n_a, n_b)."""
-        S, norm = table.nodes(), self.known_norm(table)
+        S = table.nodes()
         points = amplitude_pairs(table.node_a, table.node_b, table.modes)
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        return np.array([self.errors(norm, points, part, S) for part in parts])
+        return np.array([self.errors(table, points, part, S) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Return the table through the tabulated columns on a grid."""
