@@ -95,7 +95,13 @@ class ContactProblem:
         return cls(reduced, law, tuple(orders), tuple(combinations)).requesting(highest)
 
     def requesting(self, highest: int) -> Self:
-        """Return the problem that also requests all harmonics up to |n| + |m| = `highest`."""
+        """Return the problem with further requested harmonics.
+
+        Parameters
+        ----------
+        highest : int
+            Largest |n| + |m| of the harmonics that are requested besides combination resonances.
+        """
         lowest = harmonic_orders(highest, len(self.reduced.modes), self.reduced.even)
         stored = [term.stored_order for term in self.combinations]
         requested = dict.fromkeys([*lowest, *stored])
