@@ -71,12 +71,8 @@ class Harmonics:
         return result
 
 
-def mean_square(orders: Sequence[Order], P: Complexes) -> Floats:
-    """Mean square (..., N_c) of a motion with harmonics P (..., orders, N_c)."""
+def left_out(orders: Sequence[Order], P: Complexes, mean_square: Floats) -> Floats:
+    """RMS beyond harmonics P (..., orders, N_c) of a motion of a `mean_square` (..., N_c)."""
     weight = np.array([4.0 if order == (0, 0) else 2.0 for order in orders])
-    return np.asarray(np.einsum("q,...qc->...c", weight, np.abs(P) ** 2))
-
-
-def left_out(orders: Sequence[Order], P: Complexes, of: Floats) -> Floats:
-    """RMS beyond harmonics P (..., orders, N_c) of a motion of mean square `of` (..., N_c)."""
-    return np.asarray(np.sqrt(np.maximum(of - mean_square(orders, P), 0.0)))
+    known = np.einsum("q,...qc->...c", weight, np.abs(P) ** 2)
+    return np.asarray(np.sqrt(np.maximum(mean_square - known, 0.0)))

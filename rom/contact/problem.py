@@ -23,7 +23,7 @@ from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.contact.time_budget import WorkLimit, contact_size
 from slipmode.rom.contact.torus.grid import Discretisation
-from slipmode.rom.contact.torus.march import MOST_PERIODS, ContactForces, TorusMarch
+from slipmode.rom.contact.torus.march import ContactForces, TorusMarch
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.friction import Friction
 from slipmode.rom.reduction.combination import (
@@ -89,15 +89,24 @@ class ContactProblem:
         """
         if reduced.shares_tone:
             reduced.refuse_shared_tone("reduced: must be of one or two modes with a carrier each")
+        orders = [*higher_orders]
+        if reduced.formulation == "consistent":
+            orders[:0] = harmonic_orders(RESPONSE_ORDER, len(reduced.modes), reduced.even)
+        return cls(reduced, law, tuple(orders), tuple(combinations)).requesting(highest)
 
-        def up_to(order: int) -> list[Order]:
-            return harmonic_orders(order, len(reduced.modes), reduced.even)
+    def requesting(self, highest: int) -> Self:
+        """Return the problem with further requested harmonics.
 
-        responding = up_to(RESPONSE_ORDER) if reduced.formulation == "consistent" else []
-        stored = [term.stored_order for term in combinations]
-        requested = list(dict.fromkeys([*up_to(highest), *stored]))
-        orders = tuple(dict.fromkeys([*requested, *responding, *higher_orders]))
-        return cls(reduced, law, orders, tuple(combinations), len(requested))
+        Parameters
+        ----------
+        highest : int
+            Largest |n| + |m| of the harmonics that are requested besides combination resonances.
+        """
+        lowest = harmonic_orders(highest, len(self.reduced.modes), self.reduced.even)
+        stored = [term.stored_order for term in self.combinations]
+        requested = dict.fromkeys([*lowest, *stored])
+        orders = tuple(dict.fromkeys([*requested, *self.orders]))
+        return replace(self, orders=orders, requested=len(requested))
 
     def at_carriers(self, frequency: Floats) -> Self:
         """Return the problem with other carriers (modes,) [rad/s]."""
@@ -134,8 +143,9 @@ class ContactProblem:
             Amplitudes whose frictionless displacement is the scale instead, where it is larger
             [kg^1/2 m].
         """
-        march = TorusMarch.of(self, grid, march_tolerance)
-        return TorusProblem(self, grid, kernel.contiguous(smallest_amplitude), march)
+        smallest = kernel.contiguous(smallest_amplitude)
+        march = TorusMarch.of(self, grid, march_tolerance, smallest)
+        return TorusProblem(self, grid, march_tolerance, smallest, march)
 
 
 @frozen
@@ -144,6 +154,7 @@ class TorusProblem:
 
     problem: ContactProblem
     grid: Discretisation
+    tolerance: float  # of the march
     smallest_amplitude: Floats
     march: TorusMarch
 
@@ -164,34 +175,25 @@ class TorusProblem:
         L-stable second-order rule; second order in `steps`, spectral in `lines`.
         """
         points, march, work = kernel.contiguous(amplitudes), self.march, self.problem.work
-        if points.ndim != 2 or points.shape[1] != march.rates.size:
-            raise SlipmodeError(f"amplitudes: must have shape (points, {march.rates.size})")
+        modes, contacts = march.contact.modes, march.contact.contacts
+        if points.ndim != 2 or points.shape[1] != modes:
+            raise SlipmodeError(f"amplitudes: must have shape (points, {modes})")
         if work is not None:
             work.check()
-        count, contacts = len(points), march.contact.contacts
-        P = np.empty((count, len(march.orders), contacts), dtype=complex)
+        count = len(points)
+        P = np.empty((count, len(self.problem.orders), contacts), dtype=complex)
         guess = None if initial_guess is None else np.ascontiguousarray(initial_guess)
         if guess is not None and guess.shape != P.shape:
             raise SlipmodeError(f"initial_guess: must have shape {P.shape}, got {guess.shape}")
         mean_square, residual = np.empty((count, contacts)), np.empty(count)
         marched = np.empty(count, dtype=np.int32)
-        grid = kernel.Discretisation(
-            rates=march.rates,
-            steps=march.steps,
-            lines=march.lines,
-            orders_count=len(march.orders),
-            orders=march.orders,
-            tolerance=march.tolerance,
-            smallest_scale=self.smallest_amplitude,
-            max_periods=MOST_PERIODS,
-        )
         at = kernel.TorusPoints(count, points, guess)
         motion = kernel.TorusMotion(P, mean_square, residual, marched)
-        status = kernel.lib.sm_torus_harmonics(march.contact, grid, at, motion)
+        status = kernel.lib.sm_torus_harmonics(march.contact, march.discretisation, at, motion)
         kernel.check(status, "contact problem on the torus")
         if work is not None:
             size = contact_size(contacts, self.problem.reduced.contacts)
-            work.add(float(marched.sum()) * march.lines * size)
+            work.add(float(marched.sum()) * march.discretisation.lines * size)
         P[:, ~march.distinguishable] = 0.0
         return ContactTerms(self.problem, points, P, mean_square, residual, marched)
 
@@ -205,10 +207,10 @@ class TorusProblem:
         if self.problem.reduced.contacts is not None or len(self.problem.reduced.modes) == 1:
             return terms
         while finer.grid.lines < 8 * self.grid.lines:
-            (moving,) = np.nonzero(terms.residual > self.march.tolerance)
+            (moving,) = np.nonzero(terms.residual > self.tolerance)
             if not moving.size:
                 break
             grid = replace(finer.grid, lines=2 * finer.grid.lines)
-            finer = self.problem.on(grid, self.march.tolerance, self.smallest_amplitude)
+            finer = self.problem.on(grid, self.tolerance, self.smallest_amplitude)
             terms = terms.replaced(moving, finer.solve(terms.amplitudes[moving]))
         return terms

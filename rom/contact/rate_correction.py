@@ -43,35 +43,27 @@ def friction_rate_correction(
     growth = np.maximum(0.02 * amplitudes, 0.002 * amplitude_range)
     # of one mode after the other, up and down
     along = np.array([[1.0], [-1.0]]) * np.eye(modes)[:, np.newaxis]
-    growing = along[:, :, np.newaxis] * growth
-    S = _growing(reduced, law, np.broadcast_to(amplitudes, growing.shape), growing, grid)
+    growing = kernel.contiguous(along[:, :, np.newaxis] * growth)
+    passed = kernel.contiguous(np.broadcast_to(amplitudes, growing.shape))
+    problem = contact_problem(reduced, law)
+    problem.response = None
+    orders = np.array(CARRIERS[:modes], dtype=np.int32)
+    discretised = kernel.Discretisation(
+        rates=kernel.contiguous(reduced.carrier),
+        steps=grid.steps,
+        lines=grid.lines,
+        orders_count=modes,
+        orders=orders,
+    )
+    P = np.empty((*growing.shape, reduced.n_contacts), dtype=complex)
+    status = kernel.lib.sm_torus_growing(
+        problem, discretised, growing.size // modes, passed, growing, P
+    )
+    kernel.check(status, "contact problem of growing amplitudes")
+    S = -np.einsum("jc,...jc->...j", reduced.coupling, P)
     rate_correction = np.moveaxis(S[:, 0] - S[:, 1], 0, -1) / (2.0 * growth[:, np.newaxis])
     rate_correction *= 2.0 * np.pi / reduced.carrier[0]
     # of one mode by the growth of the other: odd in both amplitudes
     of_other = ~np.eye(modes, dtype=bool)
     rate_correction[(amplitudes == 0.0).any(axis=1)[:, np.newaxis, np.newaxis] & of_other] = 0.0
-    return rate_correction
-
-
-def _growing(
-    reduced: Reduced, law: Friction, amplitudes: Floats, growth: Floats, grid: Discretisation
-) -> Complexes:
-    """S_j (..., modes) as amplitudes pass by, growing by `growth` in a period of mode A."""
-    problem = contact_problem(reduced, law)
-    problem.response = None
-    rates = kernel.contiguous(reduced.carrier)
-    orders = np.ascontiguousarray(CARRIERS[: rates.size], dtype=np.int32)
-    points, growth = kernel.contiguous(amplitudes), kernel.contiguous(growth)
-    P = np.empty((*points.shape, reduced.n_contacts), dtype=complex)
-    discretised = kernel.Discretisation(
-        rates=rates,
-        steps=grid.steps,
-        lines=grid.lines,
-        orders_count=len(orders),
-        orders=orders,
-    )
-    status = kernel.lib.sm_torus_growing(
-        problem, discretised, points.size // rates.size, points, growth, P
-    )
-    kernel.check(status, "contact problem of growing amplitudes")
-    return np.asarray(-np.einsum("jc,...jc->...j", reduced.coupling, P))
+    return np.asarray(rate_correction)

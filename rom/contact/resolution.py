@@ -115,13 +115,14 @@ class _Trial:
 
 @frozen
 class ResolutionSearch:
-    """Search for the coarsest discretisation that meets a tolerance.
+    """Search for the coarsest discretisation that meets a tolerance, at a few amplitudes.
 
     Attributes
     ----------
     problem : ContactProblem
     amplitude_range : (modes,) ndarray
         Largest amplitudes [kg^1/2 m].
+    budget : ErrorBudget
     mapped : callable
     time_budget : TimeBudget
     is_optional : bool
@@ -130,11 +131,13 @@ class ResolutionSearch:
 
     problem: ContactProblem
     amplitude_range: Floats
+    budget: ErrorBudget
     mapped: Mapped
     time_budget: TimeBudget
     is_optional: bool = False
+    _known: dict[tuple[int, int], _Trial] = field(default_factory=dict, init=False)
 
-    def choose(self, budget: ErrorBudget) -> Resolution:
+    def choose(self) -> Resolution:
         """Return the coarsest discretisation whose answer changes within its share when doubled.
 
         Raises
@@ -147,7 +150,7 @@ class ResolutionSearch:
             suffice for an optional problem.
         """
         try:
-            return _Trials(self, budget).resolution()
+            return self._resolution()
         except _UnresolvedError as failure:
             if self.is_optional:
                 raise UnsettledError(
@@ -163,32 +166,23 @@ class ResolutionSearch:
         tolerance = round_up(failure.tolerance)
         while tolerance <= LARGEST_TOLERANCE:
             try:
-                _Trials(self, ErrorBudget(tolerance)).resolution()
+                replace(self, budget=ErrorBudget(tolerance))._resolution()
             except _UnresolvedError as again:
                 tolerance = round_up(max(1.5 * tolerance, again.tolerance))
             else:
                 break
         return within_reach(tolerance)
 
-
-@frozen
-class _Trials:
-    """Solutions at a few amplitudes on several grids."""
-
-    search: ResolutionSearch
-    budget: ErrorBudget
-    _known: dict[tuple[int, int], _Trial] = field(default_factory=dict)
-
-    def resolution(self) -> Resolution:
-        """See `ResolutionSearch.choose`."""
-        reduced, budget = self.search.problem.reduced, self.budget
+    def _resolution(self) -> Resolution:
+        """Return what `choose` does, or raise `_UnresolvedError`."""
+        reduced, budget = self.problem.reduced, self.budget
         rigid, counts = reduced.contacts is None, step_counts(reduced.carrier, _LEAST_STEPS)
         numbers, by_lines = [1], 0.0
         if len(reduced.modes) == 2:
             share = budget.steps if rigid else budget.closed_lines
-            enough = _distinguishing_lines(self.search.problem)
+            enough = _distinguishing_lines(self.problem)
             grids = [Discretisation(counts[0], lines) for lines in enough]
-            if self.search.is_optional:
+            if self.is_optional:
                 # On few lines, motion with higher-order harmonics may not repeat
                 # (test_of_elastic_contacts). The lines on which the harmonics were found stay.
                 grids = [grid for grid in grids if grid.lines >= LINES or self._repeats(grid)]
@@ -207,21 +201,21 @@ class _Trials:
         part = (self._norm.known(S).scale(points, S) / points)[:, moved] / free[moved]
         least = float(part.min(initial=1.0))
         if reduced.ratio:  # the motion by the stronger mode drives the weaker one
-            by_mode = np.linalg.norm(reduced.coupling, axis=1) * self.search.amplitude_range
+            by_mode = np.linalg.norm(reduced.coupling, axis=1) * self.amplitude_range
             least *= float(by_mode.min() / by_mode.max())
         march = max(budget.march * least, _FINEST_MARCH)
         return Resolution(grid, by_steps + by_lines, march)
 
     @cached_property
     def _norm(self) -> ErrorNorm:
-        return ErrorNorm.of(self.search.problem.reduced, self.search.amplitude_range)
+        return ErrorNorm.of(self.problem.reduced, self.amplitude_range)
 
     @cached_property
     def _points(self) -> Floats:
         """Amplitudes (points, modes) at which resolution is tried."""
-        ends = self.search.amplitude_range
+        ends = self.amplitude_range
         points = _PROBES[ends.size] * ends
-        onset = onset_lines(self.search.problem.reduced, self.search.problem.law)
+        onset = onset_lines(self.problem.reduced, self.problem.law)
         if ends.size == 1 and onset.size:
             past = _PAST_ONSET[:, np.newaxis] / onset.max()
             inside = points.min() <= past[0, 0] and past[-1, 0] <= ends[0]
@@ -231,7 +225,7 @@ class _Trials:
     @cached_property
     def _march_tolerance(self) -> float:
         """Marches repeat relative to the frictionless motion; S_j may be a small part of that."""
-        reduced = self.search.problem.reduced
+        reduced = self.problem.reduced
         free, least = frictionless_force(reduced), 1.0
         if len(reduced.modes) == 1 and (free > 0.0).all():
             least = float(np.clip(self._norm.loss[0] / free[0], _LEAST_PART, 1.0))
@@ -250,10 +244,9 @@ class _Trials:
             return False
 
     def _solve(self, grid: Discretisation) -> _Trial:
-        search, tolerance = self.search, self._march_tolerance
-        modes = search.amplitude_range.size
-        torus = search.problem.on(grid, tolerance, _TRIED_SCALE[modes] * search.amplitude_range)
-        parts = list(search.mapped(torus.solve, np.array_split(self._points, _TASKS[modes])))
+        tolerance, modes = self._march_tolerance, self.amplitude_range.size
+        torus = self.problem.on(grid, tolerance, _TRIED_SCALE[modes] * self.amplitude_range)
+        parts = list(self.mapped(torus.solve, np.array_split(self._points, _TASKS[modes])))
         for part in parts:
             part.check_periodic()
         work = grid.lines * sum(int(part.marched.sum()) for part in parts)
@@ -263,7 +256,7 @@ class _Trials:
 
     def _change(self, coarse: _Trial, fine: _Trial) -> float:
         """Return the largest error of the coarse trial relative to the fine one."""
-        modes, combinations = self.search.amplitude_range.size, self.search.problem.combinations
+        modes, combinations = self.amplitude_range.size, self.problem.combinations
         driven = [*range(modes), *(term.mode for term in combinations)]
         scale = self._norm.known(fine.S).scale(self._points, fine.S)[:, driven]
         difference = np.abs(np.hstack((fine.S - coarse.S, fine.T - coarse.T)))
@@ -280,16 +273,15 @@ class _Trials:
         """
         changes: list[float] = []
         for k, (grid, finer) in enumerate(pairwise(grids)):
-            if changes and self.search.time_budget.spent:
+            if changes and self.time_budget.spent:
                 reached = round_up(min(changes) / allowed * self.budget.tolerance)
                 raise SlipmodeError(
                     f"budget: the contact problem needs more than {_count(grids, grid)} steps or "
                     "phase lines per period, and the budget of "
-                    f"{self.search.time_budget.seconds:g} s is spent; with these "
-                    + within_reach(reached)
+                    f"{self.time_budget.seconds:g} s is spent; with these " + within_reach(reached)
                 )
             coarse = self._solved(grid)
-            if self.search.is_optional and not coarse.repeats:
+            if self.is_optional and not coarse.repeats:
                 break
             fine = self._solved(finer)
             changes.append(self._change(coarse, fine))

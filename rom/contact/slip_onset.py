@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.laws.elements import SLIDERS, Elements
+from slipmode.rom.arrays import Flags, Floats
+from slipmode.rom.laws.elements import SLIDERS
 from slipmode.rom.laws.friction import Friction, RigidFriction, limits
 from slipmode.rom.reduction.force_response import steady_coupling
 from slipmode.rom.reduction.reduced import Reduced
@@ -60,19 +60,13 @@ def largest_load(reduced: Reduced, law: Friction, amplitudes: Floats) -> Floats:
 def _loads(reduced: Reduced, law: Friction, *, disks: bool = False) -> tuple[Floats, Floats]:
     """Return loads (modes, lines) per amplitude and what holds (lines,): forces, or displacements.
 
-    With `disks`, an upper bound of the load of friction in two directions is among them.
+    Friction on a disk, in two directions, begins on a curve, of which there is only a bound. It is
+    included if `disks`.
     """
     L = 2.0 * steady_coupling(reduced)
     if isinstance(law, RigidFriction):
         return np.abs(L), limits(law, reduced.n_contacts)
-    return _elastic(L, law.elements(reduced.n_contacts), disks)
-
-
-def _elastic(L: Complexes, elements: Elements, disks: bool) -> tuple[Floats, Floats]:
-    """`_loads` of elastic contacts.
-
-    Friction on a disk, in two directions, begins on a curve, of which there is only a bound.
-    """
+    elements = law.elements(reduced.n_contacts)
     motion, holding = [], []
     for element in elements.element:
         if element["law"] == SLIDERS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
@@ -188,9 +187,9 @@ def _equilibrium(
     X, stuck = response[:, :-1], response[:, -1]
     R = W.T @ X
     R, of_contacts = kernel.contiguous(0.5 * (R + R.T)), kernel.contiguous(W.T @ stuck)
-    x_c, f, record = np.empty_like(of_contacts), np.empty_like(of_contacts), held.kernel()
+    x_c, f = np.empty_like(of_contacts), np.empty_like(of_contacts)
     status = kernel.lib.sm_elastic_equilibrium(
-        ctypes.byref(record), len(of_contacts), R, of_contacts, x_c, f
+        held.kernel(), len(of_contacts), R, of_contacts, x_c, f
     )
     if status != kernel.NOT_CONVERGED:
         kernel.check(status, "static_force")

@@ -16,8 +16,8 @@ full/      Eq. (1) in full: esdirk4.h is a step, elastic_step.c that of elastic 
            the time integration
 base/      complex numbers and phasors, dense equations, Hermite cubics, lanes, checks, messages
 
-Here structures.py and library.py read structures and functions from the header; handle.py holds
-objects of the core that have a state.
+Here structures.py reads the header and checks arrays; library.py loads the functions; handle.py
+holds objects of the core that have a state.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.kernel.library import load
 from slipmode.rom.kernel.structures import *  # noqa: F403
-from slipmode.rom.kernel.structures import INPUTS, Structure, Table
+from slipmode.rom.kernel.structures import INPUTS
 
 OK = 0
 BAD_ARGUMENT = 1
@@ -64,28 +64,3 @@ def inputs(count: int) -> NDArray[np.void]:
 def contiguous(values: Any) -> Floats:
     """Return a C-contiguous float64 array that the core can read."""
     return np.ascontiguousarray(values, dtype=float)
-
-
-def table(
-    modes: int,
-    node_a: Floats,
-    node_b: Floats,
-    values: Floats,
-    rate_correction: Floats | None,
-    detuning: Floats | None,
-) -> Structure:
-    """Return an sm_table over the given contiguous arrays, which it keeps alive."""
-    columns = values.shape[-1] // 2
-    power = int(columns > modes)
-    return Table(
-        modes=modes,
-        combinations=columns - modes - power,
-        power=power,
-        count_a=node_a.size,
-        count_b=node_b.size,
-        node_a=node_a,
-        node_b=node_b if modes == 2 else None,
-        values=values,
-        rate_correction=rate_correction,
-        detuning=detuning,
-    )

@@ -5,53 +5,12 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import importlib.util
-import re
-from collections.abc import Iterator
-from ctypes import POINTER, c_char_p, c_void_p
+from ctypes import c_char_p
 from typing import Any
 
-import numpy as np
-
-from slipmode.rom.kernel.structures import DECLARATIONS, HEADERS, STRUCTURES, TYPES, address
+from slipmode.rom.kernel.structures import DECLARATIONS, HEADERS, TYPES, argument, declared
 
 NAME = "slipmode.rom._core"  # where CMakeLists.txt installs the library
-
-# What may be an array.
-_IN_ARRAYS = {"double", "sm_inputs", "sm_segment", "sm_element"}
-
-
-class _Array:
-    """Type of an argument that is an array, an address or None."""
-
-    def __init__(self, name: str, kind: str) -> None:
-        self._name, self._kind = name, kind
-
-    def from_param(self, value: Any) -> Any:
-        """Return what ctypes passes."""
-        if isinstance(value, np.ndarray):
-            value = address(self._name, self._kind, value)
-        return c_void_p.from_param(value)
-
-
-def _argument(declaration: str) -> Any:
-    """Return the ctype of an argument as C declares it: "const sm_table *table"."""
-    kind, name = declaration.removeprefix("const ").split()
-    if not name.startswith("*"):
-        return TYPES[kind]
-    pointed = {**TYPES, **STRUCTURES}.get(kind)
-    if pointed is None or name.startswith("**"):
-        return c_void_p
-    return _Array(name[1:], kind) if kind in _IN_ARRAYS else POINTER(pointed)
-
-
-def functions() -> Iterator[tuple[str, Any, list[Any]]]:
-    """Yield names, result and arguments of the functions that slipmode.h declares."""
-    results = {**TYPES, "void": None, "char": c_char_p}
-    for kind, name, declared in re.findall(
-        r"SM_API (?:const )?(\w+) \*?(\w+)\(([^)]*)\);", DECLARATIONS
-    ):
-        arguments = [] if declared == "void" else declared.split(",")
-        yield name, results[kind], [_argument(" ".join(each.split())) for each in arguments]
 
 
 def load() -> ctypes.CDLL:
@@ -61,9 +20,12 @@ def load() -> ctypes.CDLL:
         raise ImportError(f"{NAME}: the compiled kernel is missing; install slipmode again")
     library = ctypes.CDLL(found.origin)
     check_headers(library)
-    for name, result, arguments in functions():
+    for part in DECLARATIONS.split("SM_API ")[1:]:
+        declaration, _, rest = part.partition("(")
+        ((name, kind, stars, _),) = declared(declaration)
         function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
+        function.restype = c_char_p if stars else TYPES.get(kind)  # None: void
+        function.argtypes = [argument(each) for each in rest.partition(")")[0].split(",")]
     return library
 
 

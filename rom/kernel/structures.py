@@ -1,15 +1,13 @@
-"""The structures of slipmode.h, as ctypes and as columns of arrays.
+"""The declarations of slipmode.h in ctypes, and the types of the arrays that pointers take.
 
-They are read from the header, which says what each field is.
+They are read from the header, which says what each field and each argument is.
 """
 
 from __future__ import annotations
 
 import ctypes
-import re
 from collections.abc import Iterator
 from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_int32, c_size_t, c_uint64, c_void_p
-from functools import cache
 from math import prod
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,41 +17,50 @@ import numpy as np
 HEADERS = tuple(
     Path(__file__).with_name(name) for name in ("slipmode.h", "slipmode_full.h", "slipmode_tone.h")
 )
-DECLARATIONS = re.sub(r"/\*.*?\*/", "", "".join(map(Path.read_text, HEADERS)), flags=re.DOTALL)
-_NUMBERS = dict(re.findall(r"#define SM_(\w+) (\d+)", DECLARATIONS))
+# A comment ends, and what C reads begins, at the first "*/" of each part that "/*" begins.
+_TEXT = "*/" + "".join(map(Path.read_text, HEADERS))
+_LINES = "".join(part.partition("*/")[2] for part in _TEXT.split("/*")).splitlines()
+#: The declarations, without comments and lines of the preprocessor.
+DECLARATIONS = "\n".join(line for line in _LINES if not line.startswith("#"))
+_NUMBERS = dict(line.split()[1:] for line in _LINES if len(line.split()) == 3 and "#" in line)
 
 CurveRates = CFUNCTYPE(c_int32, c_void_p, *[POINTER(c_double)] * 3)  # sm_curve_rates
 
+#: What C calls a type, and what it is in ctypes; the structures are added as they are declared.
 TYPES: dict[str, Any] = {
     **{"int": c_int, "int32_t": c_int32, "size_t": c_size_t, "double": c_double},
     **{"uint64_t": c_uint64, "sm_status": c_int32, "sm_curve_rates": CurveRates},
 }
 
 
-@cache
-def _dtypes(kind: str) -> list[np.dtype[Any]]:
-    """Return the types of arrays for a pointer to what C calls `kind`.
+def address(name: str, kind: str, value: np.ndarray | Structure) -> int:
+    """Return the address of an array or a structure for a pointer that C declares as `kind *name`.
 
-    Complex numbers are pairs of doubles. Rows of doubles may be structures of doubles.
+    Arrays must be C-contiguous, and of a type in `_ARRAYS`.
     """
-    own = np.dtype(TYPES.get(kind) or STRUCTURES[kind])
-    if kind == "double":
-        return [own, np.dtype(complex)]
-    of_doubles = own.names and all(own[name].base.kind == "f" for name in own.names)
-    return [own, np.dtype(float)] if of_doubles else [own]
-
-
-def address(name: str, kind: str, array: np.ndarray) -> int:
-    """Return the address of an array for a pointer that C declares as `kind *name`.
-
-    Arrays must be C-contiguous, and of a type in `_dtypes`.
-    """
-    if array.dtype not in _dtypes(kind) or not array.flags.c_contiguous:
-        contiguous = "" if array.flags.c_contiguous else ", which is not contiguous"
+    if isinstance(value, Structure):
+        if type(value) is not TYPES[kind]:
+            raise TypeError(f"{name}: must be {kind}, got {type(value).__name__}")
+        return ctypes.addressof(value)
+    if value.dtype not in _ARRAYS.get(kind, ()) or not value.flags.c_contiguous:
+        contiguous = "" if value.flags.c_contiguous else ", which is not contiguous"
         raise TypeError(
-            f"{name}: must be a C-contiguous array of {kind}, got {array.dtype}{contiguous}"
+            f"{name}: must be a C-contiguous array of {kind}, got {value.dtype}{contiguous}"
         )
-    return int(array.ctypes.data)
+    return int(value.ctypes.data)
+
+
+class _Array:
+    """Type of an argument that is an array, an address or None."""
+
+    def __init__(self, name: str, kind: str) -> None:
+        self._name, self._kind = name, kind
+
+    def from_param(self, value: Any) -> Any:
+        """Return what ctypes passes."""
+        if isinstance(value, np.ndarray):
+            value = address(self._name, self._kind, value)
+        return c_void_p.from_param(value)
 
 
 class Structure(ctypes.Structure):
@@ -75,42 +82,56 @@ class Structure(ctypes.Structure):
     def __setattr__(self, name: str, value: Any) -> None:
         """Set a field; refuse arrays of another type, and integers that do not fit."""
         stored = value
-        if isinstance(value, np.ndarray):
+        if isinstance(value, np.ndarray | Structure):
             self.owned[name] = value
-            stored = address(name, self.pointers[name], value)
-        elif isinstance(value, Structure):
-            self.owned[name] = value
-            stored = ctypes.addressof(value) if name in self.pointers else value
+            if name in self.pointers:
+                stored = address(name, self.pointers[name], value)
         super().__setattr__(name, stored)
-        if isinstance(stored, int) and getattr(self, name) != stored and name not in self.pointers:
+        if isinstance(stored, int) and getattr(self, name) != stored:
             raise OverflowError(f"{name} = {stored}: does not fit in the integer of the core")
 
 
-def _fields(declarations: str) -> Iterator[tuple[str, Any]]:
-    """Yield names and ctypes of fields as C declares them: "double a, b[2]; const double *c;"."""
-    for kind, declared in re.findall(r"(?:const )?(\w+) ([^;]+);", declarations):
-        for pointer, name, sizes in re.findall(r"(\*?)(\w+)((?:\[[^]]+\])*)", declared):
-            field: Any = c_void_p if pointer else TYPES.get(kind) or STRUCTURES[kind]
-            for size in reversed(re.findall(r"\[([^]]+)\]", sizes)):
-                factors = size.replace("SM_", "").split(" * ")
-                field *= prod(int(_NUMBERS.get(factor, factor)) for factor in factors)
-            yield name, field
+def declared(declaration: str) -> Iterator[tuple[str, str, int, list[str]]]:
+    """Yield names, types, numbers of stars and sizes in C: of a and b in "const int *a, b[2]"."""
+    kind, declarators = declaration.strip().removeprefix("const ").split(maxsplit=1)
+    for declarator in declarators.split(","):
+        pointer, *sizes = declarator.replace("]", "").split("[")
+        yield pointer.strip(" *\n"), kind, pointer.count("*"), sizes
 
 
-def _pointers(declarations: str) -> Iterator[tuple[str, str]]:
-    """Yield names of fields that are pointers, and what they point to."""
-    for kind, declared in re.findall(r"(?:const )?(\w+) ([^;]+);", declarations):
-        yield from ((name, kind) for name in re.findall(r"\*(\w+)", declared))
+def argument(declaration: str) -> Any:
+    """Return the ctype of an argument as C declares it: "const sm_table *table"."""
+    ((name, kind, stars, _),) = declared(declaration)
+    if kind not in TYPES:  # an object whose fields only the core knows
+        return c_void_p
+    if not stars:
+        return TYPES[kind]
+    return _Array(name, kind) if kind in _ARRAYS else POINTER(TYPES[kind])
+
+
+def _structure(name: str, body: str) -> type[Structure]:
+    """Return a structure of this name in C with the fields that its body declares."""
+    fields: dict[str, Any] = {}
+    pointers: dict[str, str] = {}
+    for declaration in body.split(";")[:-1]:
+        for field, kind, stars, sizes in declared(declaration):
+            fields[field] = c_void_p if stars else TYPES[kind]
+            for size in reversed(sizes):
+                fields[field] *= prod(int(_NUMBERS.get(each, each)) for each in size.split(" * "))
+            if stars:
+                pointers[field] = kind
+    members = {"__slots__": (), "_fields_": list(fields.items()), "pointers": pointers}
+    return type(name, (Structure,), members)
 
 
 STRUCTURES: dict[str, type[Structure]] = {}  # by their names in C
-for _body, _name in re.findall(r"typedef struct \{(.*?)\} (\w+);", DECLARATIONS, re.DOTALL):
-    members: dict[str, Any] = {"__slots__": (), "_fields_": list(_fields(_body))}
-    members["pointers"] = dict(_pointers(_body))
-    STRUCTURES[_name] = type(_name, (Structure,), members)
+for _part in DECLARATIONS.split("typedef struct {")[1:]:
+    _body, _, _rest = _part.partition("}")
+    _name = _rest.partition(";")[0].strip()
+    STRUCTURES[_name] = TYPES[_name] = _structure(_name, _body)
 
-MODES = int(_NUMBERS["MODES"])
-OUTPUTS_FIXED = int(_NUMBERS["OUTPUTS_FIXED"])
+MODES = int(_NUMBERS["SM_MODES"])
+OUTPUTS_FIXED = int(_NUMBERS["SM_OUTPUTS_FIXED"])
 
 Contact = STRUCTURES["sm_contact"]
 Elastic = STRUCTURES["sm_elastic"]
@@ -137,6 +158,15 @@ HarmonicSum = STRUCTURES["sm_harmonic_sum"]
 INPUTS = np.dtype(STRUCTURES["sm_inputs"])
 ELEMENT = np.dtype(STRUCTURES["sm_element"])
 SEGMENT = np.dtype(STRUCTURES["sm_segment"])
+# Types of the arrays that a pointer takes, by what C declares that it points to. Complex numbers
+# are pairs of doubles, inputs are rows of doubles.
+_ARRAYS = {
+    "double": (np.dtype(float), np.dtype(complex)),
+    "int32_t": (np.dtype(np.int32),),
+    "sm_inputs": (INPUTS, np.dtype(float)),
+    "sm_element": (ELEMENT,),
+    "sm_segment": (SEGMENT,),
+}
 INPUT_QUANTITIES = ("force", "frequency", "phase")
 INPUT_FIELDS = tuple(name + rate for name in INPUT_QUANTITIES for rate in ("", "_rate"))
 SCALE_FIELDS = ("limit_scale", "limit_scale_rate")  # of all contacts, not of a mode

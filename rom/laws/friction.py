@@ -11,7 +11,7 @@ import numpy as np
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.laws.elements import checked, per_contact
+from slipmode.rom.laws.elements import Elements, checked, per_contact
 from slipmode.rom.representable import LARGEST, SMALLEST
 from slipmode.rom.short_repr import short_repr
 
@@ -98,10 +98,10 @@ def is_homogeneous(law: Friction, contacts: int) -> bool:
     return law.elements(contacts).homogeneous
 
 
-def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
+def check_law(contacts: int, elements: Elements | None, law: Friction) -> None:
     """Refuse a law that does not fit the reduction of a structure.
 
-    `reference` (contacts,) is the stiffness of its stuck contacts [N/m], None if they are bonded.
+    `elements` are its contacts that were reduced as stuck; None if they are bonded.
     """
     if not isinstance(law, Friction):
         raise SlipmodeError(
@@ -114,13 +114,15 @@ def check_law(contacts: int, reference: Floats | None, law: Friction) -> None:
         )
     if isinstance(law, Tanh | Coulomb):
         limits(law, contacts)
-        if reference is not None:
+        if elements is not None:
             raise SlipmodeError(
                 "law: this law is rigid, but the structure was reduced with elastic contacts; "
                 "call rom.reduce without law"
             )
         return
-    if reference is None or not np.array_equal(law.elements(contacts).reference, reference):
+    if elements is None or not np.array_equal(
+        law.elements(contacts).reference, elements.reference
+    ):
         raise SlipmodeError(
             "law: the structure was not reduced with the stiffness of these contacts; "
             "call rom.reduce(..., law=law)"

@@ -1,6 +1,7 @@
 """Friction tables S_j = Q_j |a_j|, Eq. (20), over the amplitude plane; the model that holds them.
 
 tabulation.py        tabulate: resolution, refinement, check, corrections. Start here.
+candidates.py        modes and harmonics that a table may have
 hermite.py           Table: the bicubic surface; the look-up is rom/kernel/table/table.c
 refinement/          where its grid lines lie, and where its error is measured
 corrections.py       beside the friction terms: for growing amplitudes, for other frequencies

@@ -7,7 +7,6 @@ that know the symmetry at zero amplitude: a harmonic (n, m) is odd in |a_A| wher
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
@@ -75,13 +74,18 @@ class Table:
 
     def kernel(self) -> kernel.Structure:
         """The table as the core reads it."""
-        corrections = (self.rate_correction, self.detuning)
-        return kernel.table(
-            self.modes,
-            kernel.contiguous(self.node_a),
-            kernel.contiguous(self.node_b),
-            kernel.contiguous(self.values),
-            *(None if each is None else kernel.contiguous(each) for each in corrections),
+        columns = self.values.shape[-1] // 2
+        power = int(columns > self.modes)
+        node_b = self.node_b if self.modes == 2 else None
+        arrays = {"node_a": self.node_a, "node_b": node_b, "values": self.values}
+        arrays |= {"rate_correction": self.rate_correction, "detuning": self.detuning}
+        return kernel.Table(
+            modes=self.modes,
+            combinations=columns - self.modes - power,
+            power=power,
+            count_a=self.node_a.size,
+            count_b=self.node_b.size,
+            **{name: kernel.contiguous(a) for name, a in arrays.items() if a is not None},
         )
 
     def __call__(self, amplitudes: ArrayLike) -> Complexes:
@@ -116,7 +120,7 @@ class Table:
             raise SlipmodeError(f"amplitudes: the last axis must have length {self.modes}")
         result = np.empty((*points.shape[:-1], self.values.shape[-1] // 2), dtype=complex)
         count = points.size // self.modes
-        status = kernel.lib.sm_table_lookup(ctypes.byref(self.kernel()), count, points, result)
+        status = kernel.lib.sm_table_lookup(self.kernel(), count, points, result)
         if status == kernel.OUTSIDE_TABLE:
             raise outside_table(points, self)
         kernel.check(status, "table look-up")

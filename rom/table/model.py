@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict, astuple, dataclass
 from functools import cached_property
 from typing import Any
@@ -189,23 +190,16 @@ class Model:
             Discretised contact problem, source Eqs. (13) and (14).
         """
         coarse = self.contact_problem(smallest_amplitude)
-        problem = coarse.problem
-        steps, lines = 4 * coarse.grid.steps, self.modes * coarse.grid.lines
-        grid = Discretisation(steps, lines)
+        higher: Iterable[Order] = ()
         if self.modes == 1:
             higher = harmonic_orders(HIGHEST_HARMONIC[1], 1, self.reduced.even)
         else:
-            higher = self._higher_orders(problem, coarse.grid)
-        problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, higher)
-        return problem.on(grid, 0.1 * coarse.march.tolerance, smallest_amplitude)
-
-    def _higher_orders(self, problem: ContactProblem, grid: Discretisation) -> list[Order]:
-        """Return the harmonics of a table of two modes beyond `RESPONSE_ORDER`."""
-        response, ends = ErrorBudget(self.accuracy.tolerance).response, self.table.amplitude_range
-        try:
-            return list(higher_order_harmonics(problem, grid, ends, response))
-        except UnsettledError:
-            return []
+            least, ends = ErrorBudget(self.accuracy.tolerance).response, self.table.amplitude_range
+            with suppress(UnsettledError):
+                higher = higher_order_harmonics(coarse.problem, coarse.grid, ends, least)
+        problem = ContactProblem.of(self.reduced, self.law, self.combinations, 1, [*higher])
+        grid = Discretisation(4 * coarse.grid.steps, self.modes * coarse.grid.lines)
+        return problem.on(grid, 0.1 * coarse.tolerance, smallest_amplitude)
 
     def detuning_findings(self, frequency: Floats, forced: Flags | None = None) -> list[Finding]:
         """Return warnings about forcing frequencies far from the carriers of the table.

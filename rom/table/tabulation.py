@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, overload
+from typing import NamedTuple, overload
 
 import numpy as np
 from tqdm import tqdm
@@ -15,27 +15,18 @@ from slipmode.rom.arrays import Complexes, Floats, as_floats, check_count
 from slipmode.rom.contact.detuning import MOST_DETUNING
 from slipmode.rom.contact.error_norm import smallest_scale
 from slipmode.rom.contact.harmonics import Harmonics
-from slipmode.rom.contact.higher_order_harmonics import (
-    change_by_harmonics,
-    higher_order_harmonics,
-)
-from slipmode.rom.contact.problem import ContactProblem, TorusProblem
-from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch, trial_grid
+from slipmode.rom.contact.problem import ContactProblem
+from slipmode.rom.contact.resolution import Mapped, Resolution, ResolutionSearch
 from slipmode.rom.contact.time_budget import TimeBudget, WorkLimit, checked_budget
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
 from slipmode.rom.reduction.combination import CombinationResonance, Order
-from slipmode.rom.reduction.nonresonant import (
-    HIGHEST_HARMONIC,
-    RESPONSE_ORDER,
-    with_responding,
-)
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.representable import LARGEST_PRODUCT, SMALLEST_PRODUCT
-from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.accuracy import Accuracy
+from slipmode.rom.table.candidates import Candidate, candidates
 from slipmode.rom.table.corrections import with_detuning, with_rate_correction
 from slipmode.rom.table.hermite import Table
 from slipmode.rom.table.local.tone_model import ToneModel
@@ -174,62 +165,62 @@ def tabulate(
         return ToneModel.of(reduced, law, tolerance)
     if reduced.shares_tone:
         reduced.refuse_shared_tone("amplitude: must be left out")
-    amplitude_range = extended_range(_of_both(reduced, amplitude), headroom)
-    check_request(amplitude_range, len(reduced.modes), tolerance, amplitude)
-    given = checked_budget(budget)
-    time_budget = TimeBudget(np.inf if given is None else given)
-    is_flag = detuning is None or isinstance(detuning, bool | np.bool_)
-    distance = MOST_DETUNING if is_flag else float(as_floats("detuning", detuning))
-    if not 0.0 < distance <= MOST_DETUNING:
-        raise SlipmodeError(
-            f"detuning: must be True, False, or a number > 0 and <= {MOST_DETUNING:g}, "
-            f"got {detuning}"
-        )
+    ends = extended_range(_of_both(reduced, amplitude), headroom)
+    check_request(ends, len(reduced.modes), tolerance, amplitude)
+    distance = _checked_distance(detuning)
+    time_budget, shares = TimeBudget(checked_budget(budget) or np.inf), ErrorBudget(tolerance)
     if threads is not None:
         check_count("threads", threads)
-    check_law(
-        reduced.n_contacts, None if reduced.contacts is None else reduced.contacts.reference, law
-    )
+    check_law(reduced.n_contacts, reduced.contacts, law)
     check_table_carriers(reduced.frequency, reduced.carrier)
     if warned:
-        warn(model_findings(reduced, law, amplitude_range, combinations or ()))
+        warn(model_findings(reduced, law, ends, combinations or ()))
     if combinations is None:
         consistent = reduced.formulation == "consistent"
         combinations = combinations_along(reduced, reduced.carrier) if consistent else ()
     # with a budget in seconds the message says what is possible in this time
     work = WorkLimit("friction table", _advice(len(reduced.modes))) if budget is None else None
+    problem = replace(ContactProblem.of(reduced, law, combinations), work=work)
+    # Samples of sliders begin with those nearby. Not under varying load, where contacts may
+    # have two motions.
+    carries = harmonics > 0 or (reduced.contacts is not None and not reduced.even)
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
         tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
     ):
         # Of one mode and few contacts, threads would take longer to start than they save.
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= 8
-        task = _Task(
-            replace(ContactProblem.of(reduced, law, combinations), work=work),
-            amplitude_range,
-            tolerance,
-            harmonics,
-            time_budget,
-            map if quick else pool.map,
-            bar,
-        )
-        tables: list[_Refined] = []
-        for candidate in task.candidates():
+        mapped: Mapped = map if quick else pool.map
+        tables: list[_Tabulated] = []
+        for candidate in candidates(problem, ends, tolerance):
+            search = ResolutionSearch(
+                candidate.problem, ends, shares, mapped, time_budget, not candidate.is_simplest
+            )
+            requesting = candidate.problem.requesting(max(harmonics, 1))
+            allowed, own = candidate.allowed * shares.interpolation, []
             try:
-                tables.append(task.refined(candidate))
+                resolution = search.choose()
+                for each in (resolution, resolution.finer):
+                    torus = requesting.on(each.grid, each.march, smallest_scale(reduced, ends))
+                    samples = ContactSamples(torus, ends, mapped, bar, carries)
+                    sampling = Sampling(samples, requesting, ends, shares.march, harmonics > 0)
+                    made = refine(sampling, allowed, time_budget)
+                    own.append(_Tabulated(candidate, each, samples, *made))
+                    if not _is_finer_worth(reduced, own[0].error / allowed):
+                        break
             except UnsettledError:
-                if not candidate.higher and not tables:
+                if candidate.is_simplest and not tables:
                     raise
                 continue
+            tables.append(min(own, key=lambda each: each.error))
             # Without harmonics that change S_j little the motion may repeat less well
             # (test_of_elastic_contacts): then those with them are tried as well.
             if candidate.allowed == 1.0 or tables[-1].error <= tolerance:
                 break
         found = min(tables, key=lambda each: each.error + each.candidate.neglected_response)
-        table, reduced = found.table, found.torus.problem.reduced
-        off_carriers: float | None = 0.0
-        if reduced.formulation == "consistent":
-            table, off_carriers = task.corrected(found, detuning, distance)
+        table, off_carriers = _corrected(found, tolerance, detuning, distance, mapped)
+    torus = found.samples.torus
+    reduced = torus.problem.reduced
     accuracy = Accuracy(
         tolerance=tolerance,
         interpolation=found.error,
@@ -238,19 +229,76 @@ def tabulate(
         neglected_response=found.candidate.neglected_response,
         neglected_modes=found.candidate.neglected_modes,
         detuning=off_carriers,
-        steps=found.resolution.grid.steps,
-        lines=found.resolution.grid.lines,
+        steps=torus.grid.steps,
+        lines=torus.grid.lines,
         solved=found.samples.solved,
         distance=distance,
     )
     if warned:
         warn(accuracy.findings())
     carried = found.carried
-    kept = None if carried is None else _harmonics(table, found.torus.problem.orders, carried)
+    kept = None if carried is None else _harmonics(table, torus.problem.orders, carried)
     if reduced.force_patterns is None:
-        moved = _contact_motion(reduced, found.samples.carriers / amplitude_range[:, np.newaxis])
+        moved = _contact_motion(reduced, found.samples.carriers / ends[:, np.newaxis])
         reduced = reduced.moving(moved)
     return Model(reduced, law, table, kept, tuple(combinations), accuracy)
+
+
+class _Tabulated(NamedTuple):
+    """A table, the samples behind it, and its errors; see `refine`."""
+
+    candidate: Candidate
+    resolution: Resolution
+    samples: ContactSamples
+    table: Table
+    carried: Complexes | None
+    error: float
+
+
+def _corrected(
+    found: _Tabulated,
+    tolerance: float,
+    detuning: bool | float | None,
+    distance: float,
+    mapped: Mapped,
+) -> tuple[Table, float | None]:
+    """Return the table with its corrections, and the error of forcing off the carriers.
+
+    The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
+    """
+    torus, reduced = found.samples.torus, found.samples.torus.problem.reduced
+    if reduced.formulation == "paper":
+        return found.table, 0.0
+    table = with_rate_correction(found.table, torus, tolerance, mapped)
+    if detuning is not None and not detuning:
+        return table, None
+    own = slice(reduced.tones)  # the others follow
+    is_wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
+    return with_detuning(table, torus, mapped, tolerance if is_wanted else None, distance)
+
+
+def _is_finer_worth(reduced: Reduced, share: float) -> bool:
+    """Return whether a table with an error of this share of its tolerance is made in finer steps.
+
+    At the onset of slip steps may be too long, and of two motions that contacts may come to, other
+    steps may find one. Of elastic contacts, errors up to twice the tolerance are stated instead,
+    as a finer table takes four times as long; so are errors of two modes, where it would take
+    minutes. Errors of more than four times the tolerance are jumps of friction.
+    """
+    stated = 1.0 if reduced.contacts is None else 2.0
+    return len(reduced.modes) == 1 and stated < share <= 4.0
+
+
+def _checked_distance(detuning: bool | float | None) -> float:
+    """Return the largest relative distance from the carriers [-]; refuse one that is too large."""
+    is_flag = detuning is None or isinstance(detuning, bool | np.bool_)
+    distance = MOST_DETUNING if is_flag else float(as_floats("detuning", detuning))
+    if not 0.0 < distance <= MOST_DETUNING:
+        raise SlipmodeError(
+            f"detuning: must be True, False, or a number > 0 and <= {MOST_DETUNING:g}, "
+            f"got {detuning}"
+        )
+    return distance
 
 
 def _of_both(reduced: Reduced, amplitude: Sequence[float]) -> Sequence[float]:
@@ -296,141 +344,6 @@ def check_request(
         )
     if not 1e-6 <= tolerance <= 0.1:
         raise SlipmodeError(f"tolerance: must be 1e-6 to 0.1, got {tolerance}")
-
-
-@frozen
-class _Candidate:
-    """The modes and harmonics of a table, and what they neglect; see `Accuracy`."""
-
-    reduced: Reduced
-    higher: Mapping[Order, float]  # beyond `RESPONSE_ORDER`
-    neglected_response: float = 0.0
-    neglected_modes: float = 0.0
-    allowed: float = 1.0  # interpolation error, relative to that of the budget
-
-
-@frozen
-class _Refined:
-    """A table, the problem and the samples behind it, and its errors; see `refine`."""
-
-    candidate: _Candidate
-    torus: TorusProblem
-    resolution: Resolution
-    samples: ContactSamples
-    table: Table
-    carried: Complexes | None
-    error: float
-
-
-@frozen
-class _Task:
-    """The arguments of `tabulate`, and the threads that solve it."""
-
-    problem: ContactProblem
-    amplitude_range: Floats
-    tolerance: float
-    harmonics: int
-    time_budget: TimeBudget
-    mapped: Mapped
-    bar: tqdm[Any]
-
-    @property
-    def budget(self) -> ErrorBudget:
-        """The largest error of each part."""
-        return ErrorBudget(self.tolerance)
-
-    def candidates(self) -> Iterator[_Candidate]:
-        """Yield modes and harmonics for the table: the best first, which may not settle.
-
-        With one mode, modes respond to all harmonics of a direct steady state. Where the contact
-        motion does not converge so, and with two modes, they respond to harmonics up to the 15th,
-        with two modes first to weaker ones, too. Where it does not converge so either, weak modes
-        and harmonics beyond the fifth are left out. The table states the neglected response.
-        """
-        reduced, budget, ends = self.problem.reduced, self.budget, self.amplitude_range
-        if reduced.formulation == "paper":
-            yield _Candidate(reduced, {})
-            return
-        all_orders = HIGHEST_HARMONIC[1]
-        first = (
-            (all_orders, all_orders, budget.response)
-            if len(reduced.modes) == 1
-            else (RESPONSE_ORDER, 15, 0.5 * budget.response)
-        )
-        strongest: dict[Order, float] | None = None  # of the first attempt; None: not known
-        for of_modes, highest, smallest in (first, (RESPONSE_ORDER, 15, budget.response)):
-            few, share = with_responding(reduced, budget.modes, of_modes)
-            problem = self._problem(few)
-            grid = trial_grid(problem, self.tolerance)
-            try:
-                higher = higher_order_harmonics(problem, grid, ends, smallest, highest)
-                strongest = higher if strongest is None else strongest
-                # Tables of two modes take half the time without them.
-                if higher and len(reduced.modes) == 2:
-                    change = change_by_harmonics(problem, higher, grid, ends, budget.response)
-                    if change <= budget.harmonics:
-                        yield _Candidate(few, {}, change, share, 1.0 - change / self.tolerance)
-            except UnsettledError:
-                continue
-            left = [strongest[order] for order in strongest if order not in higher]
-            yield _Candidate(few, higher, max(left, default=0.0), share)
-        unknown = np.inf if strongest is None else max(strongest.values(), default=0.0)
-        few, share = with_responding(reduced, self.tolerance, RESPONSE_ORDER)
-        yield _Candidate(few, {}, unknown, share)
-
-    def refined(self, candidate: _Candidate) -> _Refined:
-        """Return the table to the tolerance, or as close as it comes."""
-        reduced, higher = candidate.reduced, list(candidate.higher)
-        budget, ends, modes = self.budget, self.amplitude_range, len(reduced.modes)
-        allowed = candidate.allowed * budget.interpolation
-        trial = self._problem(reduced, 1, higher)
-        search = ResolutionSearch(trial, ends, self.mapped, self.time_budget, bool(higher))
-        resolution = search.choose(budget)
-        problem = self._problem(reduced, max(self.harmonics, 1), higher)
-        # Samples of sliders begin with those nearby. Not under varying load, where contacts may
-        # have two motions.
-        carries = self.harmonics > 0 or (reduced.contacts is not None and not reduced.even)
-        tables: list[_Refined] = []
-        scale = smallest_scale(reduced, ends)
-        for each in (resolution, resolution.finer):
-            torus = problem.on(each.grid, each.march, scale)
-            samples = ContactSamples(torus, ends, self.mapped, self.bar, carries)
-            sampling = Sampling(samples, problem, ends, budget.march, self.harmonics > 0)
-            made = refine(sampling, allowed, self.time_budget)
-            tables.append(_Refined(candidate, torus, each, samples, *made))
-            # At the onset of slip steps may be too long, and of two motions that contacts may come
-            # to, other steps may find one. Of elastic contacts, errors up to twice the tolerance
-            # are stated instead, as a finer table takes four times as long; so are errors of two
-            # modes, where it would take minutes. Errors of more than four times the tolerance are
-            # jumps of friction.
-            share = tables[0].error / allowed
-            stated = 1.0 if reduced.contacts is None else 2.0
-            if modes == 2 or not stated < share <= 4.0:
-                break
-        return min(tables, key=lambda each: each.error)
-
-    def _problem(
-        self, reduced: Reduced, highest: int = 1, higher: Sequence[Order] = ()
-    ) -> ContactProblem:
-        own = self.problem
-        problem = ContactProblem.of(reduced, own.law, own.combinations, highest, higher)
-        return replace(problem, work=own.work)
-
-    def corrected(
-        self, found: _Refined, detuning: bool | float | None, distance: float
-    ) -> tuple[Table, float | None]:
-        """Return the table with its corrections, and the error of forcing off the carriers.
-
-        The rate correction, and dS_j / dOmega_k where that reduces the error at `distance`.
-        """
-        table = with_rate_correction(found.table, found.torus, self.tolerance, self.mapped)
-        if detuning is not None and not detuning:
-            return table, None
-        reduced = found.torus.problem.reduced
-        own = slice(reduced.tones)  # the others follow
-        wanted = detuning or np.array_equal(reduced.carrier[own], reduced.frequency[own])
-        tolerance = self.tolerance if wanted else None
-        return with_detuning(table, found.torus, self.mapped, tolerance, distance)
 
 
 def _harmonics(table: Table, orders: Sequence[Order], carried: Complexes) -> Harmonics:

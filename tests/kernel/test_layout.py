@@ -2,10 +2,10 @@
 
 import ctypes
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from native import CORE, run
 
 from slipmode.rom import kernel
 from slipmode.rom.kernel.structures import HEADERS, STRUCTURES
@@ -27,9 +27,8 @@ def test_fields_are_where_the_compiler_puts_them(tmp_path):
     source, program = tmp_path / "layout.c", tmp_path / "layout"
     head = '#include <stdio.h>\n#include "slipmode.h"\nint main(void) {\n'
     source.write_text(head + "\n".join(printed) + "\nreturn 0;\n}\n")
-    subprocess.run([compiler, "-I", HEADERS[0].parent, source, "-o", program], check=True)
-    found = subprocess.run([program], check=True, capture_output=True, text=True).stdout
-    assert found.splitlines() == expected
+    assert run(compiler, "-I", CORE, source, "-o", program).returncode == 0
+    assert run(program).stdout.splitlines() == expected
 
 
 @pytest.mark.parametrize(
@@ -43,8 +42,10 @@ def test_arrays_of_another_type_or_layout_are_refused(array):
         kernel.lib.sm_table_lookup(kernel.Table(), 1, array, np.zeros(1, dtype=complex))
 
 
-def test_unknown_fields_and_integers_that_do_not_fit_are_refused():
+def test_unknown_fields_other_structures_and_integers_that_do_not_fit_are_refused():
     with pytest.raises(AttributeError):
         kernel.Table(nodes=1)
+    with pytest.raises(TypeError, match="response: must be sm_modal_response, got sm_table"):
+        kernel.Contact(response=kernel.Table())
     with pytest.raises(OverflowError, match="steps = 4294967360: does not fit"):
         kernel.Discretisation(steps=2**32 + 64)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from slipmode.rom.contact.problem import ContactProblem
 
 _ELASTIC = 2  # sm_law
-MOST_PERIODS = 400  # of a march
+MOST_PERIODS = 400  # largest number of periods of mode A in a march
 
 
 @frozen
@@ -69,33 +68,31 @@ class TorusMarch:
     Attributes
     ----------
     contact : sm_contact
-    rates : (modes,) ndarray
-        Of the phases [rad/s].
-    steps, lines : int
-    tolerance : float
-    orders : (orders, 2) ndarray
+    discretisation : sm_discretisation
     distinguishable : (orders,) ndarray of bool
         Orders that the phase lines of elastic contacts distinguish. The modes respond to these,
         the others are 0.
     """
 
     contact: kernel.Structure
-    rates: Floats
-    steps: int
-    lines: int
-    tolerance: float
-    orders: NDArray[np.int32]
+    discretisation: kernel.Structure
     distinguishable: Flags
 
     @classmethod
-    def of(cls, problem: ContactProblem, grid: Discretisation, tolerance: float) -> Self:
+    def of(
+        cls,
+        problem: ContactProblem,
+        grid: Discretisation,
+        tolerance: float,
+        smallest_amplitude: Floats,
+    ) -> Self:
         """Return the march of a problem, see `ContactProblem.on`."""
-        reduced, orders, forces = problem.reduced, problem.orders, problem.forces
-        rates, lines = kernel.contiguous(reduced.carrier).copy(), grid.lines
-        distinguishable = np.ones(len(orders), dtype=bool)
+        reduced, forces = problem.reduced, problem.forces
+        orders = np.array(problem.orders, dtype=np.int32)
+        rates, lines = np.array(reduced.carrier, dtype=float), grid.lines
+        distinguishable, marched = np.ones(len(orders), dtype=bool), 0
         reaction, stiffness = forces.reaction, reduced.stiffness
-        response = _modal_response(orders)
-        response.requested = problem.requested
+        arrays: dict[str, Any] = {"prescribed": forces.constant, "start": forces.first_guess}
         if reduced.contacts is not None and rates.size == 2:
             # Relative error of Omega_B / Omega_A on closed phase lines, over the march
             # tolerance: it changes S by about a third of that.
@@ -106,26 +103,36 @@ class TorusMarch:
                 odd=not reduced.even,
             )
             rates[1] = ratio * rates[0]
-            distinguishable = 2 * np.abs(np.array(orders)[:, 1]) < lines
+            distinguishable = 2 * np.abs(orders[:, 1]) < lines
         if forces.prescribed:
             reaction = np.zeros((len(orders), *stiffness.shape), dtype=complex)
         elif reduced.contacts is not None:
-            marched, motion, reacting = _marched(reduced, grid.steps, orders, tuple(rates))
+            modes, motion, reacting = _marched(reduced, grid.steps, problem.orders, tuple(rates))
             known = distinguishable[:, np.newaxis, np.newaxis]
             reaction = np.where(known, reaction - reacting, 0.0)
-            periodic = np.where(known, motion, 0.0)
-            stiffness = -marched.flexibility(reduced)
-            response.marched = len(marched.drawn)
-            _give(response, projection=marched.drawn, advance=marched.advance, periodic=periodic)
-        _give(
-            response,
-            dynamic_stiffness=reaction,
-            prescribed=forces.constant,
-            start=forces.first_guess,
+            stiffness, marched = -modes.flexibility(reduced), len(modes.drawn)
+            arrays |= {"projection": modes.drawn, "advance": modes.advance}
+            arrays["periodic"] = np.where(known, motion, 0.0)
+        arrays["dynamic_stiffness"] = reaction
+        response = kernel.ModalResponse(
+            orders_count=len(orders),
+            orders=orders,
+            requested=problem.requested,
+            marched=marched,
+            **{name: np.ascontiguousarray(a) for name, a in arrays.items() if a is not None},
+        )
+        discretisation = kernel.Discretisation(
+            rates=rates,
+            steps=grid.steps,
+            lines=lines,
+            orders_count=len(orders),
+            orders=orders,
+            tolerance=tolerance,
+            smallest_scale=smallest_amplitude,
+            max_periods=MOST_PERIODS,
         )
         contact = _contact(reduced, problem.law, forces.coupling, stiffness, response)
-        numbers = np.ascontiguousarray(orders, np.int32)
-        return cls(contact, rates, grid.steps, lines, tolerance, numbers, distinguishable)
+        return cls(contact, discretisation, distinguishable)
 
 
 @lru_cache(maxsize=8)
@@ -148,20 +155,9 @@ def contact_problem(
 
     The modes respond to the harmonics `orders` with what comes along with the trajectory.
     """
-    response = _modal_response(orders)
+    numbers = np.array(orders, dtype=np.int32)
+    response = kernel.ModalResponse(orders_count=len(orders), orders=numbers)
     return _contact(reduced, law, reduced.coupling, reduced.stiffness, response)
-
-
-def _modal_response(orders: Sequence[Order]) -> kernel.Structure:
-    numbers = np.ascontiguousarray(orders, dtype=np.int32)
-    return kernel.ModalResponse(orders_count=len(orders), orders=numbers)
-
-
-def _give(response: kernel.Structure, **arrays: Complexes | Floats | None) -> None:
-    """Set pointers to arrays; None: there is no such array."""
-    for name, array in arrays.items():
-        if array is not None:
-            setattr(response, name, np.ascontiguousarray(array))
 
 
 def _contact(

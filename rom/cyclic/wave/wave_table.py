@@ -168,7 +168,7 @@ def wave_model(carriers: Sequence[Carrier], amplitude: Sequence[float], toleranc
         return np.hstack((terms.S, np.zeros((len(amplitudes), 1)), at_carriers))
 
     with naming_resonance(problem):
-        resolution = ResolutionSearch(problem, ends, map, forever).choose(budget)
+        resolution = ResolutionSearch(problem, ends, budget, map, forever).choose()
         torus = problem.on(resolution.grid, resolution.march, smallest_scale(reduced, ends))
         sampling = Sampling(sample, problem, ends, budget.march, kept=True)
         table, deficits, error = refine(sampling, budget.interpolation, forever)

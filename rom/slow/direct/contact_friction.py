@@ -94,7 +94,7 @@ class ContactFriction:
             problem = replace(problem, combinations=())
         grid = Discretisation(model.accuracy.steps, model.accuracy.lines)
         torus = problem.on(grid, _MARCH_TOLERANCE, smallest)
-        finer_torus = problem.on(finer.grid, finer.march.tolerance, smallest)
+        finer_torus = problem.on(finer.grid, finer.tolerance, smallest)
         return cls(torus, finer_torus, applied, Resonances.none(problem.orders))
 
     @property
@@ -145,7 +145,7 @@ class ContactFriction:
             reaction = problem.forces.reaction - resonances.reaction(problem.reduced)
             given = replace(problem.forces, reaction=reaction, constant=resonances.force(B, q))
             problem = replace(problem, given_forces=given)
-        there = problem.on(torus.grid, torus.march.tolerance, torus.smallest_amplitude)
+        there = problem.on(torus.grid, torus.tolerance, torus.smallest_amplitude)
         terms = there.on_more_lines(there.solve(np.abs(a)[np.newaxis], self._harmonics))
         if not terms.is_periodic[0]:
             return

@@ -185,8 +185,7 @@ def steady_state(
     f = AppliedForces.of(reduced, force).force
     if reduced.formulation == "paper":
         raise SlipmodeError("formulation: must be 'consistent' for a steady state without a table")
-    reference = None if reduced.contacts is None else reduced.contacts.reference
-    check_law(reduced.n_contacts, reference, law)
+    check_law(reduced.n_contacts, reduced.contacts, law)
     Omega = as_floats("frequency", frequency)
     if Omega.shape != (modes,):
         raise SlipmodeError(f"frequency: must be {modes} numbers [rad/s], got {Omega}")

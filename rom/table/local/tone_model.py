@@ -65,8 +65,7 @@ class ToneModel:
             raise SlipmodeError(
                 f"tolerance: must be 1e-4 to 0.1 for modes that share a tone, got {tolerance}"
             )
-        reference = None if reduced.contacts is None else reduced.contacts.reference
-        check_law(reduced.n_contacts, reference, law)
+        check_law(reduced.n_contacts, reduced.contacts, law)
         sliding = sliding_law(law, reduced.n_contacts)
         middle = np.array([reduced.frequency[own].mean() for own in reduced.on_tones])
         if middle.size == 2:

@@ -33,9 +33,20 @@ class Checks:
         self.points = points
         self._exact = exact[:, : len(sampling.orders)]
 
-    def errors(self, table: Table, grid: Grid, indicators: Floats, tolerance: float) -> Floats:
-        """Add the points that the table needs; return the relative errors at all points."""
-        sampling, norm = self._sampling, self._sampling.known_norm(table)
+    def errors(self, grid: Grid, tolerance: float) -> tuple[Table, Floats, Floats]:
+        """Add the points that the table through the samples of a grid needs.
+
+        Returns
+        -------
+        table : Table
+        indicators : (modes, n_a, n_b) ndarray
+            Of its nodes, see `Sampling.indicators`.
+        errors : (points,) ndarray
+            Relative errors at all points.
+        """
+        sampling = self._sampling
+        table = sampling.table(grid.nodes, grid.samples.tabulated)
+        indicators = sampling.indicators(table)
         indicator = in_cells(in_cells(indicators.max(axis=0), 0), 1)
         blocks = Blocks.of(
             table.axes, grid.block, np.maximum(indicator, grid.expected_error.max(axis=0))
@@ -54,7 +65,7 @@ class Checks:
                 self.points = np.concatenate((self.points, points))
                 self._exact = np.concatenate((self._exact, exact))
             off = table.terms(self.points) - self._exact
-            errors = sampling.errors(norm, self.points, off, self._exact)
+            errors = sampling.errors(table, self.points, off, self._exact)
             return errors, grid.block[grid.cells(self.points)]
 
         onset = onset_points(blocks, sampling.onset_lines, self.points)
@@ -72,7 +83,7 @@ class Checks:
         for share in (0.25, 0.12):
             errors, holding = add(_places_around(blocks, holding, self.points, errors, share))
         self.gain = float(errors.max() / first) if first > 0.0 else 1.0
-        return errors
+        return table, indicators, errors
 
     def limit(self, errors: Floats, tolerance: float) -> float:
         """Return the largest error at check points for which `largest_error` is the tolerance."""

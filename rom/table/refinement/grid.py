@@ -136,7 +136,7 @@ class Grid:
             exact = sampling.at(points[wanted], near) if known is None else known
             lines = lines.taken(wanted, exact)
         off = surface - lines.tabulated
-        error = sampling.errors(sampling.known_norm(table), points, off, lines.tabulated)
+        error = sampling.errors(table, points, off, lines.tabulated)
         found = replace(self, samples=samples)
         return found._cut(mode, middles, lines, np.where(wanted, error, 0.0), tolerance)
 
@@ -293,18 +293,13 @@ def _lines_between(
 
 def _widened(cells: Flags) -> Flags:
     """Return marked cells and their neighbours along the first axis."""
-    wide = cells.copy()
-    wide[1:] |= cells[:-1]
-    wide[:-1] |= cells[1:]
-    return wide
+    padded = np.pad(cells, ((1, 1), (0, 0)))
+    return np.asarray(padded[:-2] | padded[1:-1] | padded[2:])
 
 
 def _touching(cells: Flags, axis: int, nodes: int) -> Flags:
     """Return the nodes along an axis at which a marked cell begins or ends."""
     if nodes == 1:
         return cells
-    along = cells.swapaxes(0, axis)
-    touched = np.zeros((nodes, along.shape[1]), dtype=bool)
-    touched[:-1] = along
-    touched[1:] |= along
-    return touched.swapaxes(0, axis)
+    padded = np.pad(cells.swapaxes(0, axis), ((1, 1), (0, 0)))
+    return np.asarray(padded[:-1] | padded[1:]).swapaxes(0, axis)

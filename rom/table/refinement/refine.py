@@ -70,9 +70,7 @@ def refine(
                 grid, table = grid.halved(sampling, mode, tolerance, table), None
         if grid.marked.any():
             continue
-        table = sampling.table(grid.nodes, grid.samples.tabulated)
-        indicators = sampling.indicators(table)
-        errors = checks.errors(table, grid, indicators, tolerance)
+        table, indicators, errors = checks.errors(grid, tolerance)
         error = largest_error(errors, sampling.noise)
         # If only the extrapolated error is too large, it decreases with every round.
         waste = 1.0 if errors.max() > tolerance else 0.5
@@ -87,8 +85,7 @@ def refine(
         if ended:
             break
     if table is None or not ended:
-        table = sampling.table(grid.nodes, grid.samples.tabulated)
-        errors = checks.errors(table, grid, sampling.indicators(table), tolerance)
+        table, _, errors = checks.errors(grid, tolerance)
         error = largest_error(errors, sampling.noise)
         _check_end(grid, error, tolerance, time_budget)
     carried = grid.samples.carried if sampling.kept else None

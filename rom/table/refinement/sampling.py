@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -49,19 +50,15 @@ class Sampling:
         """Where samples may have kinks, (lines, modes), see `onset_lines`."""
         return onset_lines(self.problem.reduced, self.problem.law)
 
-    def known_norm(self, table: Table) -> ErrorNorm:
-        """Return the norm with the largest |S_j| at the nodes of a table."""
-        return self.norm.known(table.nodes())
-
     def errors(
-        self, norm: ErrorNorm, points: Floats, off: Complexes | Floats, exact: Complexes
+        self, table: Table, points: Floats, off: Complexes | Floats, exact: Complexes
     ) -> Floats:
-        """Return the largest relative error (...,) of the tabulated columns.
+        """Return the largest relative error (...,) of the tabulated columns of a table.
 
         Errors `off` and values `exact` are (..., columns), at amplitudes (..., modes). Errors at
         amplitudes that are too small to be part of what a table states are 0.
         """
-        carrier = self.problem.reduced.carrier
+        norm, carrier = self.norm.known(table.nodes()), self.problem.reduced.carrier
         scale = norm.scale(points, exact[..., : carrier.size])
         # An error of S_j changes the power by 2 Omega_j |a_j| times that error.
         power = (scale * points * 2.0 * carrier).sum(axis=-1, keepdims=True)
@@ -73,12 +70,12 @@ class Sampling:
 
     def indicators(self, table: Table) -> Floats:
         """Return the error of nodes predicted by neighbours along each axis, (modes, n_a, n_b)."""
-        S, norm = table.nodes(), self.known_norm(table)
+        S = table.nodes()
         points = amplitude_pairs(table.node_a, table.node_b, table.modes)
         parts = [unpredicted(table.node_a, S)]
         if table.modes == 2:
             parts.append(unpredicted(table.node_b, S.swapaxes(0, 1)).swapaxes(0, 1))
-        return np.array([self.errors(norm, points, part, S) for part in parts])
+        return np.array([self.errors(table, points, part, S) for part in parts])
 
     def table(self, axes: tuple[Floats, Floats], tabulated: Complexes) -> Table:
         """Return the table through the tabulated columns on a grid."""
@@ -87,58 +84,64 @@ class Sampling:
         return make_table(axes[0], axes[1], tabulated, self.orders, loss)
 
 
+@dataclass(eq=False)
 class ContactSamples:
     """Contact terms at many amplitudes, task by task.
 
     Attributes
     ----------
+    torus : TorusProblem
+    amplitude_range : (modes,) ndarray
+        Largest amplitudes [kg^1/2 m].
+    mapped : callable
+    bar : tqdm
+    carries : bool
+        Whether the samples have harmonics of the contacts besides the tabulated columns.
     carriers : (modes, N_c) complex ndarray
-        P of the contacts at the largest amplitudes, once these were sampled [m].
+        P of the contacts at the largest amplitudes; 0 until they were sampled [m].
     periodicity : float
         Largest distance from periodicity so far.
     solved : int
         Contact problems so far.
     """
 
-    def __init__(
-        self,
-        torus: TorusProblem,
-        amplitude_range: Floats,
-        mapped: Mapped,
-        bar: tqdm[Any],
-        carries: bool,
-    ) -> None:
-        self._torus, self._largest, self._mapped, self._bar = torus, amplitude_range, mapped, bar
-        self._carries = carries
-        self._contacts = torus.problem.reduced.n_contacts
-        self.carriers: Complexes = np.zeros((amplitude_range.size, self._contacts), dtype=complex)
-        self.periodicity = 0.0
-        self.solved = 0
+    torus: TorusProblem
+    amplitude_range: Floats
+    mapped: Mapped
+    bar: tqdm[Any]
+    carries: bool
+    carriers: Complexes = field(init=False)
+    periodicity: float = 0.0
+    solved: int = 0
+
+    def __post_init__(self) -> None:
+        contacts = self.torus.problem.reduced.n_contacts
+        self.carriers = np.zeros((self.amplitude_range.size, contacts), dtype=complex)
 
     def __call__(self, amplitudes: Floats, near: Complexes | None = None) -> Complexes:
         """Return the tabulated columns, then those that are carried along, (points, columns).
 
         `near` are guesses of the latter. Nothing is solved where all contacts stick.
         """
-        problem, orders = self._torus.problem, len(self._torus.problem.orders)
+        problem = self.torus.problem
         samples = self._columns(ContactTerms.at_rest(problem, amplitudes))
         moving = ~stick(problem.reduced, problem.law, amplitudes)
         if not moving.any():
             return samples
         guesses = []
-        if near is not None and self._carries:  # without the last, what the harmonics leave out
-            guesses = [near[moving].reshape(-1, orders + 1, self._contacts)[:, :-1]]
+        if near is not None and self.carries:  # without the last, what the harmonics leave out
+            guesses = [near[moving].reshape(moving.sum(), len(problem.orders) + 1, -1)[:, :-1]]
         rows = []
-        solved = in_tasks(self._mapped, self._torus.solve, amplitudes[moving], *guesses)
-        for terms in self._mapped(self._torus.on_more_lines, solved):
+        solved = in_tasks(self.mapped, self.torus.solve, amplitudes[moving], *guesses)
+        for terms in self.mapped(self.torus.on_more_lines, solved):
             terms.check_periodic()
             rows.append(self._columns(terms))
-            (at,) = np.nonzero((terms.amplitudes == self._largest).all(axis=1))
+            (at,) = np.nonzero((terms.amplitudes == self.amplitude_range).all(axis=1))
             if at.size:
-                self.carriers = terms.P[at[0], : self._largest.size]
+                self.carriers = terms.P[at[0], : self.amplitude_range.size]
             self.periodicity = max(self.periodicity, float(terms.residual.max()))
             self.solved += len(terms.S)
-            self._bar.update(len(terms.S))
+            self.bar.update(len(terms.S))
         samples[moving] = np.concatenate(rows)
         return samples
 
@@ -146,7 +149,7 @@ class ContactSamples:
         """Return the columns of contact terms, (points, columns)."""
         lost = terms.power - terms.leaving - terms.by_forces
         parts = [terms.S, terms.T, (lost + 1j * terms.by_forces)[:, np.newaxis]]
-        if self._carries:
+        if self.carries:
             parts += [terms.P.reshape(len(terms.S), -1), terms.left_out]
         return np.concatenate(parts, axis=1)
 
