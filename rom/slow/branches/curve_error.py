@@ -75,6 +75,10 @@ class CurveError:
             beyond_table = float(np.nan_to_num(share, nan=np.inf).max())
         return cls(size * error, rate, beyond_table)
 
+    def at(self, points: NDArray[np.intp]) -> CurveError:
+        """Return the error of some points, or of all in another order."""
+        return CurveError(self.amplitude[points], self.rate[points], self.beyond_table)
+
 
 @dataclass(frozen=True, eq=False)
 class _Solutions:

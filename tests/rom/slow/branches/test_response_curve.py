@@ -58,10 +58,11 @@ def test_it_is_made_of_steady_states(both, vary):
     assert not curve.branch.any() and curve.stable.all()
     ends = (0, 1) if vary == "frequency" else span
     assert {curve.parameter[0], curve.parameter[-1]} == set(ends)
-    for value, found in zip(curve.parameter[5::20], curve.amplitude[5::20], strict=True):
-        frequency, (A, B), limit = at(value)
+    for k in range(5, curve.parameter.size, 20):
+        frequency, (A, B), limit = at(curve.parameter[k])
         expected = limit * rom.steady(both, frequency, ({0: 0.15 * A}, {1: 0.25 * B}))
-        assert found == pytest.approx(expected, abs=1e-8)
+        # rom.steady solves the contact problem where the table's error exceeds its tolerance
+        assert np.all(np.abs(curve.amplitude[k] - expected) <= curve.error[k])
 
 
 @pytest.mark.quick
