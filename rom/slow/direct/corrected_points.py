@@ -7,6 +7,7 @@ act on the contacts in other ways than in the table.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
-from slipmode.rom.errors import SlipmodeError, warn
+from slipmode.rom.errors import SlipmodeError, ValidityWarning, warn
 from slipmode.rom.reduction.force_response import AppliedForces
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.answer_error import (
@@ -172,7 +173,9 @@ def _from_rest(flow: ForcedFlow, applied: AppliedForces) -> Complexes | None:
     factor = flow.force[0] / applied.modal
     force = list(np.abs(factor / scale)[:, np.newaxis] * applied.force)
     try:
-        state = steady_state(model.reduced, model.law, flow.frequency[0], force)
+        with warnings.catch_warnings():  # the caller has them
+            warnings.simplefilter("ignore", ValidityWarning)
+            state = steady_state(model.reduced, model.law, flow.frequency[0], force)
     except SlipmodeError:
         return None
     return np.asarray(scale * state.amplitude * np.exp(1j * np.angle(factor)))
