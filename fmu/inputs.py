@@ -212,7 +212,10 @@ def limit_scale(record: Floats) -> float:
 
 def carried_frequencies(model: AnyModel) -> Floats:
     """Return the frequencies [rad/s] near which the forcing frequencies are, (modes,) or (1,)."""
-    return np.array([model.middle]) if isinstance(model, ToneModel) else model.reduced.frequency
+    if isinstance(model, ToneModel):
+        model.check_one_tone()
+        return np.atleast_1d(model.middle)
+    return model.reduced.frequency
 
 
 def relative_range(model: AnyModel) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracles.system import System, Tone, jenkins
-from oracles.time_integration import steady_harmonics
+from oracles.time_integration import integrate, steady_harmonics
 
 from slipmode import fmu, rom
 
@@ -89,14 +89,55 @@ def test_steady_states_beside_time_integration(draw, seed, share):
     assert np.all(off < 1e-3 * size + own[at])
 
 
+@pytest.mark.slow
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+@pytest.mark.parametrize(
+    ("draw", "seed", "share"), [(square_plate, 1, 0.03), (drawn, 4, 0.03), (drawn, 3, 0.25)]
+)
+def test_motion_from_rest_beside_time_integration(draw, seed, share):
+    """Modal coordinates within 0.5 %, and amplitudes at the end within 0.2 %."""
+    (system, tones), modes = draw(seed, share)
+    model, Omega = tabulated(system, modes), np.array([each.Omega for each in tones])
+    patterns = np.array([each.F.real for each in tones])
+    flow, end = rom.tone_flow(model, Omega, patterns), 100.0 * 2.0 * np.pi / Omega[0]
+    flow.step(0.0, magnitude=(1.0, 1.0))
+    exact = integrate(system, patterns.T, lambda t: np.cos(np.outer(t, Omega)), end, 51200, 61)
+    found = []
+    for t in exact.t:
+        flow.step(t - flow.time)
+        found.append(2.0 * np.real(np.exp(1j * flow.angle) @ flow.modal_amplitude()[:, :5]))
+    expected = exact.x @ system.M @ model.reduced.mode_shapes
+    assert np.linalg.norm(found - expected) < 0.006 * np.linalg.norm(expected)
+    flow.step(4000.0)
+    a = rom.steady(model, Omega, patterns)
+    assert np.abs(flow.modal_amplitude()[TONES, range(5)] - a).max() < 0.004 * np.abs(a).max()
+
+
 (SYSTEM, FORCES), MODES = square_plate(1, 0.03)
 OMEGA, PATTERNS = [each.Omega for each in FORCES], [each.F.real for each in FORCES]
 
 
+@pytest.fixture(scope="module")
+def model():
+    return tabulated(SYSTEM, MODES)
+
+
+@pytest.mark.slow
+def test_curves_are_steady_states():
+    """The other frequency stays; displacements are at both."""
+    model, span = tabulated(SYSTEM, MODES, tolerance=0.01), OMEGA[1] * np.array([0.998, 1.002])
+    curve = rom.response_curve(model, OMEGA, PATTERNS, "frequency_B", span)
+    assert np.all(curve.carrier[:, 0] == OMEGA[0])
+    a = rom.steady(model, curve.carrier[5], PATTERNS)
+    assert np.abs(curve.amplitude[5] - a).max() < curve.error[5].max()
+    assert curve.displacement(0).shape == curve.carrier.shape
+
+
 @pytest.mark.oracle
-def test_one_force_leaves_the_states_of_one_tone():
+def test_one_force_leaves_the_states_of_one_tone(model):
     """The other tone is at rest; friction is odd, so that the phases turn with the forces."""
-    both, alone = tabulated(SYSTEM, MODES), tabulated(SYSTEM, MODES[:3], (0, 0, 0))
+    both, alone = model, tabulated(SYSTEM, MODES[:3], (0, 0, 0))
     expected = rom.steady(alone, OMEGA[:1], PATTERNS[:1])
     a = rom.steady(both, OMEGA, [PATTERNS[0], 0.0 * PATTERNS[1]], (0.5, 0.0))
     assert np.abs(a[:3] * np.exp(-0.5j) - expected).max() < 5e-4 * np.abs(expected).max()
@@ -110,15 +151,27 @@ def test_one_force_leaves_the_states_of_one_tone():
         (lambda m: rom.steady(m, OMEGA, PATTERNS[:1]), "force: needs one entry"),
         (lambda m: rom.steady(m, [OMEGA[0]] * 2, PATTERNS), "is 1 times .* put all modes on tone"),
         (lambda m: rom.steady(m, [OMEGA[0], 1.0], PATTERNS), "mode B resonates at 2.5"),
-        (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "two tones.* use rom.steady"),
-        (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "two tones.* use rom.steady"),
+        (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "frequency: must be two numbers"),
+        (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "frequency: .* 2 tones, got 1"),
+        (lambda m: rom.tone_flow(m, OMEGA, PATTERNS[0]), "force: "),
         (lambda m: fmu.Component(m, PATTERNS), "two tones.* use rom.steady"),
         (
-            lambda m: rom.response_curve(m, OMEGA, PATTERNS, "frequency_A", (1.7, 1.8)),
-            "two tones.* use rom.steady",
+            lambda m: rom.response_curve(m, OMEGA, PATTERNS, "force_B", (1.7, 1.8)),
+            "vary = 'force_B': must be 'frequency_A' or 'frequency_B'",
         ),
     ],
 )
-def test_wrong_calls_are_refused(call, message):
+def test_wrong_calls_are_refused(call, message, model):
     with pytest.raises(rom.SlipmodeError, match=message):
-        call(tabulated(SYSTEM, MODES))
+        call(model)
+
+
+def test_wrong_steps_are_refused(model):
+    flow = rom.tone_flow(model, OMEGA, PATTERNS)
+    for inputs, message in [
+        ({"magnitude": 1.0}, "magnitude: must be two numbers"),
+        ({"phase": (0.0, np.nan)}, "phase: must be a finite number, got nan"),
+        ({"frequency": (OMEGA[0], 1.2 * OMEGA[1])}, "must be within 10 % of 2.4"),
+    ]:
+        with pytest.raises(rom.SlipmodeError, match=message):
+            flow.step(1.0, **inputs)
