@@ -100,8 +100,8 @@ def forced_tone(model: ToneModel, force_patterns: ForcePatterns | None) -> Force
     """Return modes that share a tone under their force; refuse a force that is missing."""
     if force_patterns is None:
         raise SlipmodeError(
-            "force_patterns: is missing, because one force moves all modes that share a tone; "
-            "give it as [{DOF: amplitude}]"
+            "force_patterns: is missing, because a force moves all modes that share a tone; give "
+            "one for each tone, as [{DOF: amplitude}]"
         )
     with naming("force_patterns"):
         return ForcedTone.of(model, force_patterns, 0.0, np.atleast_2d(model.middle))

@@ -257,7 +257,7 @@ def _constants(
     alpha, nominal = 0.0, np.zeros(3 * kernel.MODES + 1)
     if isinstance(model, ToneModel):
         flow = kernel.SlowFlow()
-        flow.natural[0] = model.middle
+        flow.natural[: model.reduced.tones] = np.atleast_1d(model.middle).tolist()
     else:
         flow = slow_flow(model, force_patterns)
         alpha = contact_problem(model.reduced, model.law).alpha

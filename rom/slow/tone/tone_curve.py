@@ -55,6 +55,11 @@ class ToneCurve(Tabulated):
     responses: Sequence[ToneResponse]
     states: Sequence[ToneState]
 
+    @property
+    def response(self) -> ToneResponse:
+        """Structure and force of tone A."""
+        return self.responses[0]
+
     def displacement(self, dof: int) -> Complexes:
         """Return the harmonic of the displacement of a DOF at each forcing frequency.
 
@@ -73,7 +78,7 @@ class ToneCurve(Tabulated):
         SlipmodeError
             If there is no such DOF.
         """
-        check_dof(dof, self.responses[0].reduced.n_dofs)
+        check_dof(dof, self.response.reduced.n_dofs)
         modal, deficit = (
             np.array([getattr(state, name) for state in self.states])
             for name in ("modal", "deficit")

@@ -19,10 +19,6 @@ _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
     "rom.steady, rom.response_curve, rom.tone_flow, fmu.Component or fmu.export"
 )
-_TWO_TONES = (
-    "model: its modes are on two tones; use rom.steady, rom.response_curve or rom.tone_flow, or "
-    "retain the modes of one tone"
-)
 
 
 @frozen
@@ -30,8 +26,7 @@ class ToneModel:
     """Represent modes that share one or two tones. They act on each other through all contacts.
 
     `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
-    `rom.steady`, `rom.response_curve` and `rom.tone_flow` take it, `fmu.Component` and
-    `fmu.export` on one tone.
+    `rom.steady`, `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it.
 
     Attributes
     ----------
@@ -82,11 +77,6 @@ class ToneModel:
         each = [self.reduced.frequency[own] for own in self.reduced.on_tones]
         found = [0.5 * float(own.min() + own.max()) for own in each]
         return found[0] if len(found) == 1 else np.array(found)
-
-    def check_one_tone(self) -> None:
-        """Refuse modes on two tones where they are not supported."""
-        if self.reduced.tones > 1:
-            raise SlipmodeError(_TWO_TONES)
 
     @property
     def table(self) -> NoReturn:

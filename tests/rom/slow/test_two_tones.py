@@ -144,6 +144,36 @@ def test_one_force_leaves_the_states_of_one_tone(model):
     assert np.abs(a[3:]).max() < 1e-4 * np.abs(expected).max()
 
 
+@pytest.mark.slow
+@pytest.mark.oracle
+def test_components_are_flows_whose_forces_do_the_work_of_friction_and_dampers(model):
+    """With sweeps of both frequencies, and displacements at both carriers."""
+    of = {"tolerance": model.tolerance, "contact": True, "elastic": (0, 3), "warned": False}
+    made = fmu.Component(model, PATTERNS, **of)
+    middle = np.array(model.middle)
+    flow = rom.tone_flow(model, middle, PATTERNS)
+    flow.step(0.0, magnitude=(1.0, 2.0), phase=(0.0, 0.4))
+    flow.step(100.0, frequency=OMEGA)
+    made.set_inputs(force_A=1.0, force_B=2.0, phase_B=0.4)
+    rate_A, rate_B = (np.array(OMEGA) - middle) / 100.0
+    made.set_inputs(frequency_rate_A=rate_A, frequency_rate_B=rate_B)
+    made.do_step(0.0, 100.0)
+    made.set_inputs(frequency_rate_A=0.0, frequency_rate_B=0.0)
+    now, a = made.outputs(), flow.modal_amplitude()[TONES, range(5)]
+    found = [now[f"{mode}_re"] + 1j * now[f"{mode}_im"] for mode in model.reduced.mode_names]
+    assert np.abs(found - a).max() < 1e-9 * np.abs(a).max()
+    turned = np.exp(1j * flow.angle) @ flow.displacement()
+    assert now["x_3"] == pytest.approx(2.0 * turned[3].real, rel=1e-9)
+    made.do_step(100.0, 4000.0)
+    flow.step(4000.0)
+    now, c = made.outputs(), 2.0 * flow.displacement()
+    damped = 0.5 * np.sum(
+        np.array(OMEGA) ** 2 * np.einsum("tn,nk,tk->t", c.conj(), SYSTEM.C, c).real
+    )
+    assert now["input_power"] == pytest.approx(damped + now["dissipated_power"], rel=2e-3)
+    assert now["dissipated_power"] > 0.05 * damped
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -154,7 +184,7 @@ def test_one_force_leaves_the_states_of_one_tone(model):
         (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "frequency: must be two numbers"),
         (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "frequency: .* 2 tones, got 1"),
         (lambda m: rom.tone_flow(m, OMEGA, PATTERNS[0]), "force: "),
-        (lambda m: fmu.Component(m, PATTERNS), "two tones.* use rom.steady"),
+        (lambda m: fmu.Component(m, PATTERNS[:1]), "force_patterns: needs one entry"),
         (
             lambda m: rom.response_curve(m, OMEGA, PATTERNS, "force_B", (1.7, 1.8)),
             "vary = 'force_B': must be 'frequency_A' or 'frequency_B'",
