@@ -65,7 +65,7 @@ class _Grid:
 # On one tone, and on two. Nodes of one tone are close to one another where slip begins. Of two
 # tones, forces k x between the nodes were within 1.1 % of the force of a sticking contact, and
 # within 0.14 % on average; tests/rom/slow/test_two_tones.py has the effect on motions.
-_GRIDS = _Grid(1e-6, 1e5, 500, 1, STEPS, 1, 1e-8), _Grid(1e-3, 1e4, 29, 17, 64, 16, 1e-6)
+_GRIDS = _Grid(1e-6, 1e5, 500, 1, STEPS, 1, 1e-8), _Grid(1e-3, 1e6, 37, 17, 64, 16, 1e-6)
 _SMALLEST = 0.02  # angle [rad]
 
 

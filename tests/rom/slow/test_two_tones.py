@@ -114,6 +114,23 @@ def test_motion_from_rest_beside_time_integration(draw, seed, share):
     assert np.abs(flow.modal_amplitude()[TONES, range(5)] - a).max() < 0.004 * np.abs(a).max()
 
 
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_sliders_of_very_different_limits():
+    """The first of 72 slips at 3e-5 of the motion; runs end in the steady state."""
+    (system, tones), modes = drawn(3, 0.25)
+    (k,), (limit,) = system.laws[0].stiffnesses, system.laws[0].limits
+    law = rom.Iwan(0.5 * limit, k, -0.5, 0.5)
+    matrices = {"mass": system.M, "damping": system.C, "stiffness": system.K}
+    structure = rom.Structure(**matrices, contact=system.W)
+    model = rom.tabulate(rom.reduce(structure, modes, law=law, tones=TONES, warned=False), law)
+    Omega, patterns = [each.Omega for each in tones], [each.F.real for each in tones]
+    a, flow = rom.steady(model, Omega, patterns), rom.tone_flow(model, Omega, patterns)
+    flow.step(0.0, magnitude=(1.0, 1.0))
+    flow.step(4000.0)
+    assert np.abs(flow.modal_amplitude()[TONES, range(5)] - a).max() < 0.004 * np.abs(a).max()
+
+
 (SYSTEM, FORCES), MODES = square_plate(1, 0.03)
 OMEGA, PATTERNS = [each.Omega for each in FORCES], [each.F.real for each in FORCES]
 
@@ -184,7 +201,7 @@ def test_components_are_flows_whose_forces_do_the_work_of_friction_and_dampers(m
         (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "frequency: must be two numbers"),
         (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "frequency: .* 2 tones, got 1"),
         (lambda m: rom.tone_flow(m, OMEGA, PATTERNS[0]), "force: "),
-        (lambda m: fmu.Component(m, PATTERNS[:1]), "force_patterns: needs one entry"),
+        (lambda m: fmu.Component(m, PATTERNS[:1]), "force_patterns: force: needs one entry"),
         (
             lambda m: rom.response_curve(m, OMEGA, PATTERNS, "force_B", (1.7, 1.8)),
             "vary = 'force_B': must be 'frequency_A' or 'frequency_B'",
