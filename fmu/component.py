@@ -54,7 +54,7 @@ class Component:
         Model from `rom.tabulate`, `rom.model_of_rates` or an identification.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
-        Modes that share a tone need one, [{DOF: amplitude}], possibly complex.
+        Modes that share a tone need one per tone, [{DOF: amplitude}], possibly complex.
     contact : bool, default False
         Add the contact motion to the outputs. The model must store harmonics,
         `rom.tabulate(..., harmonics=5)`, except in the formulation "paper".
@@ -72,12 +72,13 @@ class Component:
     input_names : tuple of str
         "force_A" [N] or [N kg^-1/2], "frequency_A" [rad/s], "phase_A" [rad], and "limit_scale" [-]
         if the friction law scales. Each input has a rate, such as "force_rate_A" [N/s]. B has the
-        corresponding inputs; modes that share a tone have one force, A.
+        corresponding inputs; modes that share a tone have one force, A, or A and B on two tones.
     output_names : tuple of str
         "time" [s]; "A_re", "A_im" [kg^1/2 m]; "theta_A" [rad]; "input_power", "dissipated_power"
         [W]; "dissipated_energy" [J]. With `contact` also "contact_0_x" [m], "contact_0_v" [m/s]
         and "contact_0_f" [N] for each contact DOF. With `elastic` also "x_0" [m] for each DOF.
-        Modes that share a tone are A, A2, A3, ... Their motion is that at the forcing frequency.
+        Modes that share a tone are A, A2, A3, ..., and B, B2, ... of another tone. Their motion is
+        that at the forcing frequencies.
 
     Raises
     ------

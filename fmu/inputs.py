@@ -67,8 +67,8 @@ class Inputs:
     ) -> None:
         self._tone = isinstance(model, ToneModel)
         present = present_modes(model, mode_names)
-        driven, self._omega = present[: model.reduced.tones], carried_frequencies(model)
-        if self._tone:  # one force moves all modes
+        driven, self._omega = tone_names(model, present), carried_frequencies(model)
+        if self._tone:  # a force moves all modes of its tone
             self.mode_names, self.carriers = present, driven
         else:
             self.mode_names = (*present, *(name for name in MODE_NAMES if name not in present))
@@ -166,7 +166,7 @@ class Inputs:
         frequency = records[:, [place("frequency", j) for j in range(omega.size)]]
         if is_near(omega, frequency).all():
             return []
-        return carrier_findings("frequency_{}", self.mode_names, omega, frequency)
+        return carrier_findings("frequency_{}", self.carriers, omega, frequency)
 
     def _can_carry(self, omega: float, frequency: Floats) -> Flags:
         """Return whether frequencies are allowed."""
@@ -211,8 +211,10 @@ def limit_scale(record: Floats) -> float:
 
 
 def carried_frequencies(model: AnyModel) -> Floats:
-    """Return the frequencies [rad/s] near which the forcing frequencies are, (modes,) or (1,)."""
-    return np.array([model.middle]) if isinstance(model, ToneModel) else model.reduced.frequency
+    """Return the frequencies [rad/s] near which the forcing frequencies are, (modes or tones,)."""
+    if isinstance(model, ToneModel):
+        return np.atleast_1d(model.middle)
+    return model.reduced.frequency
 
 
 def relative_range(model: AnyModel) -> tuple[float, float]:
@@ -235,6 +237,12 @@ def present_modes(model: AnyModel, mode_names: Sequence[str]) -> tuple[str, ...]
             f"{in_one_line(mode_names)}"
         )
     return present
+
+
+def tone_names(model: AnyModel, mode_names: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the tones: of the first mode of each."""
+    reduced = model.reduced
+    return tuple(mode_names[own.start] for own in reduced.on_tones[: reduced.tones])
 
 
 def force_factors(model: AnyModel, force_patterns: ForcePatterns | None) -> Floats:

@@ -55,7 +55,7 @@ def export(
         Name of the .fmu file, which is replaced if it exists.
     force_patterns : sequence of {DOF: amplitude} or (n,) array_like, one per mode, optional
         Forces [N] for a force input of 1 N. Default: the input is the modal force [N kg^-1/2].
-        Modes that share a tone need one, [{DOF: amplitude}], possibly complex.
+        Modes that share a tone need one per tone, [{DOF: amplitude}], possibly complex.
     contact : bool, default False
         Add the contact motion to the outputs, see `Component`.
     elastic : sequence of int
@@ -162,13 +162,15 @@ def _forcing_findings(inputs: Inputs, options: ExportOptions) -> list[Finding]:
         columns = [list(stimuli.names).index(name) for name in natural]
         reached = np.vstack((reached, stimuli.values[:, columns]))
     omega = np.array(list(natural.values()))
-    return carrier_findings("frequency_{}", options.mode_names, omega, reached)
+    return carrier_findings("frequency_{}", inputs.carriers, omega, reached)
 
 
 def _summary(model: AnyModel) -> str:
     modes = "one mode" if model.modes == 1 else "two modes"
     if isinstance(model, ToneModel):
-        modes = f"{model.modes} modes that share a tone"
+        modes = (
+            f"{model.modes} modes that share {('a tone', 'two tones')[model.reduced.tones - 1]}"
+        )
     count = contact_count(model)
     contacts = f"{count} dry-friction contact{'s' if count > 1 else ''}"
     way = f"in slow time, {model.reduced.formulation} formulation"

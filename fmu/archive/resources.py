@@ -32,14 +32,15 @@ from slipmode.rom.slow.nonresonant.response_surface import (
 from slipmode.rom.slow.slow_flow import slow_flow
 from slipmode.rom.table.local.tone_model import ToneModel
 
-FORMAT = 12  # FMU_FORMAT in fmu/src/resources/model.h
+FORMAT = 13  # FMU_FORMAT in fmu/src/resources/model.h
 IDENTITY = "model.txt"
 
 # The struct `fmu_layout` of fmu/src/resources/model.h, without the format.
 _LAYOUT = (
     *("modes", "contacts", "elastic", "law", "paper", "combinations", "power", "count_a"),
     *("count_b", "corrected", "detuned", "inertia", "elements", "sliders", "orders"),
-    *("steps_per_period", "variables", "slow", "fast", "kinds", "nodes"),
+    *("steps_per_period", "variables", "kinds", "nodes", "shares"),
+    *(f"{count}_{letter}" for count in ("slow", "fast", "modes") for letter in "ab"),
 )
 _ROW = 2 + len(kernel.ELEMENT.names or ())  # doubles of an sm_element, with three columns
 # Arrays of models with a friction table, in their order, with their shapes in other models.
@@ -151,9 +152,12 @@ def _tone_arrays(
     model: ToneModel, force_patterns: ForcePatterns | None, options: ComponentOptions
 ) -> tuple[dict[str, int], dict[str, np.ndarray]]:
     """Return counts and arrays of modes that share a tone."""
-    tone = forced_tone(model, force_patterns).core(model.middle, options.elastic, True)
-    counts = {"slow": tone.slow.count, "fast": tone.fast.count}
-    counts |= {"kinds": tone.kinds, "nodes": tone.nodes}
+    at = np.atleast_1d(model.middle)
+    tone = forced_tone(model, force_patterns).core(at, options.elastic, True)
+    counts = {name: getattr(tone, name) for name in ("kinds", "nodes", "shares")}
+    for letter, carrier in zip("ab", tone.owned["carrier"], strict=False):
+        counts |= {f"slow_{letter}": carrier.slow.count, f"fast_{letter}": carrier.fast.count}
+        counts[f"modes_{letter}"] = carrier.amplitudes
     empty = {
         name: np.empty(shape, dtype=np.int32 if name in _INTEGERS else float)
         for name, shape in _TABLE_ARRAYS.items()
@@ -165,8 +169,9 @@ def _numbers(part: kernel.Structure) -> Iterator[Floats]:
     """Yield the doubles of a structure and of its arrays, in the order of its fields."""
     for name, *_ in part._fields_:
         value = part.owned.get(name, getattr(part, name))
-        if isinstance(value, kernel.Structure):
-            yield from _numbers(value)
+        if isinstance(value, kernel.Structure | list):
+            for each in value if isinstance(value, list) else [value]:
+                yield from _numbers(each)
         elif isinstance(value, np.ndarray | float):
             yield np.ravel(value)
 
@@ -252,7 +257,7 @@ def _constants(
     alpha, nominal = 0.0, np.zeros(3 * kernel.MODES + 1)
     if isinstance(model, ToneModel):
         flow = kernel.SlowFlow()
-        flow.natural[0] = model.middle
+        flow.natural[: model.reduced.tones] = np.atleast_1d(model.middle).tolist()
     else:
         flow = slow_flow(model, force_patterns)
         alpha = contact_problem(model.reduced, model.law).alpha

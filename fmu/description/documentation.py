@@ -59,10 +59,11 @@ def contact_count(model: AnyModel) -> int:
 def _validity(model: AnyModel) -> list[str]:
     """Return what the model assumes, and what a change of amplitudes within a cycle costs."""
     if isinstance(model, ToneModel):
+        middle = " and ".join(f"{each:.6g} rad/s" for each in np.atleast_1d(model.middle))
         return [
-            "The modes are modes of the structure with stuck contacts. One force moves all of "
-            f"them, at frequencies within {percentage(SPAN)} of {model.middle:.6g} rad/s.",
-            "Contacts follow the present motion at the forcing frequency. Their action on each "
+            "The modes are modes of the structure with stuck contacts. A force moves all modes of "
+            f"its tone, at frequencies within {percentage(SPAN)} of {middle}.",
+            "Contacts follow the present motion at the forcing frequencies. Their action on each "
             "other at higher harmonics is neglected.",
         ]
     contacts = "Contact motion is small relative to modal motion. The contacts do not separate."
@@ -92,7 +93,7 @@ def _facts(model: AnyModel) -> list[tuple[str, ...]]:
         ("Contact law", "; ".join(law_words(model.law, reduced.n_contacts)) or "none"),
     ]
     if isinstance(model, ToneModel):
-        return [*facts, ("Friction", "one table for each contact, over its own amplitude")]
+        return [*facts, ("Friction", "one table for each contact, over its own amplitudes")]
     accuracy = model.accuracy
     combinations = ", ".join(f"{t.n:+d} A {t.m:+d} B" for t in model.combinations) or "none"
     nodes = f"{model.table.node_a.size} x {model.table.node_b.size}"

@@ -13,7 +13,13 @@ from math import inf, isfinite
 from typing import Self
 
 from slipmode.fmu.description.options import ExportOptions
-from slipmode.fmu.inputs import AnyModel, carried_frequencies, place, relative_range
+from slipmode.fmu.inputs import (
+    AnyModel,
+    carried_frequencies,
+    place,
+    relative_range,
+    tone_names,
+)
 from slipmode.fmu.variables.variable import Kind, Quantity, Variable
 from slipmode.rom import Model, SlipmodeError, kernel
 from slipmode.rom.laws.directions import ContactDirection, contact_directions
@@ -38,7 +44,7 @@ class _Slots:
     def of(cls, model: AnyModel) -> Self:
         modes, angles = kernel.MODES, kernel.MODES
         if isinstance(model, ToneModel):
-            modes, angles = model.modes, 1
+            modes, angles = model.modes, model.reduced.tones
         power = 1 + 2 * modes + angles
         return cls(1, 1 + 2 * modes, power, power + 2, power + 3)
 
@@ -98,9 +104,9 @@ def _inputs(model: AnyModel, newtons: bool, options: ExportOptions) -> Iterator[
     )
     holds = "The input changes at this rate until it is set again"
     range_of_modes = relative_range(model)
-    for mode, letter in enumerate(options.mode_names[: model.reduced.tones]):
+    moving = "the modes of tone" if isinstance(model, ToneModel) else "mode"
+    for mode, letter in enumerate(tone_names(model, options.mode_names)):
         natural = float(carried_frequencies(model)[mode])
-        moved = "all modes" if isinstance(model, ToneModel) else f"mode {letter}"
         for word, title, quantity, rate in rows:
             name = f"{word}_{letter}"
             start, least, most = 0.0, None, None
@@ -108,7 +114,7 @@ def _inputs(model: AnyModel, newtons: bool, options: ExportOptions) -> Iterator[
                 start, (least, most) = natural, (natural * end for end in range_of_modes)
             if name in options.largest_force:
                 least, most = -options.largest_force[name], options.largest_force[name]
-            said = f"{title} of the force on {moved}"
+            said = f"{title} of the force on {moving} {letter}"
             yield Variable(name, Kind.INPUT, place(word, mode), quantity, said, start, least, most)
             slot = place(f"{word}_rate", mode)
             said = f"Rate of {name}. {holds}"
@@ -176,7 +182,7 @@ def _outputs(model: Model, modes: Sequence[str], inputs: tuple[str, ...]) -> Ite
 def _tone_states(
     model: ToneModel, modes: Sequence[str], inputs: tuple[str, ...]
 ) -> Iterator[Variable]:
-    """Yield amplitudes, carrier phase and energy of modes that share a tone.
+    """Yield amplitudes, carrier phases and energy of modes that share a tone.
 
     The importer cannot set them. Amplitudes jump with the inputs, so that displacements do not.
     """
@@ -185,8 +191,9 @@ def _tone_states(
         name, slot = f"{modes[k]}_{('re', 'im')[part]}", slots.amplitude + 2 * k + part
         said = _amplitude_words(modes[k], part)
         yield Variable(name, Kind.OUTPUT, slot, quantity, said, needs=inputs)
-    said = f"Carrier phase, {_ANGLE}"
-    yield Variable(f"theta_{modes[0]}", Kind.OUTPUT, slots.angle, Quantity.ANGLE, said)
+    for tone, name in enumerate(tone_names(model, modes)):
+        said, slot = f"Carrier phase of tone {name}, {_ANGLE}", slots.angle + tone
+        yield Variable(f"theta_{name}", Kind.OUTPUT, slot, Quantity.ANGLE, said)
     yield Variable("dissipated_energy", Kind.OUTPUT, slots.energy, Quantity.ENERGY, _ENERGY)
 
 

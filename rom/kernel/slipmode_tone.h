@@ -1,5 +1,5 @@
-/* Slow flow of many modes on one tone, under one force, with friction by contact (docs/theory.md,
- * "Several modes on one tone"). Python (rom/slow/tone/) and the FMU call it. */
+/* Slow flow of many modes on one or two tones, under a force on each, with friction by contact
+ * (docs/theory.md, "Several modes on one tone"). Python (rom/slow/tone/) and the FMU call it. */
 #ifndef SLIPMODE_TONE_H
 #define SLIPMODE_TONE_H
 
@@ -17,35 +17,48 @@ typedef struct {
     const double *output;     /* (M, 2, K); NULL: no outputs */
 } sm_tone_modes;
 
-/* Slow modes a_m' = (s_m - i Omega) a_m + b_m G + sum_j l_mj y_j under the complex magnitude
- * G = F exp(i phase) of the force. Fast modes are steady at the present G, y and Omega. Contacts
- * move by x_j = sum_m psi_jm a_m + X_j G + sum_i G_ji y_i, a sum over all modes. A force deficit y
- * depends on the present drive c, the displacement without the contact's own response:
- *   c_j = x_j - own_j y_j,   y_j = k_j(|c_j|) c_j */
+/* The structure at the carrier of one tone. Slow modes a_m' = (s_m - i Omega) a_m + b_m G +
+ * sum_j l_mj y_j under the complex magnitude G = F exp(i phase) of the force. Fast modes are steady
+ * at the present G, y and Omega. Contacts move by x_j = sum_m psi_jm a_m + X_j G + sum_i G_ji y_i, a
+ * sum over all modes. */
 typedef struct {
     sm_tone_modes slow, fast;
-    int32_t contacts;          /* n, a multiple of `kinds` */
-    int32_t kinds;             /* number of tables of k: contact j has table j % kinds */
-    int32_t nodes;             /* of the tables, 2 or more */
     int32_t amplitudes;        /* number of outputs that are amplitudes of modes */
-    int32_t elastic;           /* number of outputs that are displacements of DOFs */
-    int32_t contact_motion;    /* 1: contact motion is an output */
     double reference;          /* Omega of the tables [rad/s] */
     const double *flexibility; /* (n + 1, 2, n) residual G_ji without modes and `own`; then X */
     const double *own;         /* (2, n) response of a contact to its own deficit [m/N] */
-    const double *stiffness;   /* (n) of sticking contacts [N/m] */
     const double *output;      /* (n + 1, 2, K) outputs per y and G. K = amplitudes + elastic + 1;
                                   the last output is conj(f) x, the displacement in the direction of
                                   the force pattern f; NULL: no outputs */
-    double onset;              /* |c| at which slip begins [m]; k = 0 below the first node */
-    double first, spacing;     /* log(|c| / onset - 1) at the first node, and between nodes */
-    const double *secant;      /* (nodes, kinds, 2, 2): k and its slope per node; real, imaginary */
+} sm_tone_carrier;
+
+/* A force deficit y depends on the present drives c, the displacements without the contact's own
+ * response, at the carriers t of all tones T:
+ *   c_tj = x_tj - own_tj y_tj,   y_tj = k_tj(|c_Aj|, |c_Bj|) c_tj
+ * k is tabulated over log((|c_A| + |c_B|) / onset - 1), and on two tones over the angle whose squared
+ * tangent is |c_B| / |c_A|. */
+typedef struct {
+    int32_t tones;             /* T, 1 or 2 */
+    sm_tone_carrier carrier[SM_MODES]; /* the first T are used */
+    int32_t contacts;          /* n, a multiple of `kinds` */
+    int32_t kinds;             /* number of tables of k: contact j has table j % kinds */
+    int32_t nodes, shares;     /* of the tables, 2 or more: of the logarithm, and of the angle, which
+                                  has one node on one tone */
+    int32_t elastic;           /* number of outputs that are displacements of DOFs */
+    int32_t contact_motion;    /* 1: contact motion is an output */
+    const double *stiffness;   /* (n) of sticking contacts [N/m] */
+    const double *onset;       /* (kinds) |c_A| + |c_B| at which slip begins [m]; k = 0 below the
+                                  first node */
+    double first, spacing;     /* the logarithm at the first node, and between nodes */
+    const double *secant;      /* (nodes, shares, kinds, T, 2, T, 2): real and imaginary parts of k_t;
+                                  each, and on two tones its derivative by the angle per spacing;
+                                  each with its derivative by the logarithm per spacing */
     double contraction;        /* |k| |G|: factor by which an iteration of y reduces its error */
 } sm_tone;
 
 typedef struct sm_tone_flow sm_tone_flow;
 
-/* Creates a flow at rest at time 0, at the reference frequency and without force. Arrays of the
+/* Creates a flow at rest at time 0, at the reference frequencies and without force. Arrays of the
  * tone are not copied and must outlive the flow. `tolerance` is the error of a step relative to
  * the amplitudes. */
 SM_API sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_flow **flow);
@@ -53,18 +66,19 @@ SM_API sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_f
 SM_API void sm_tone_free(sm_tone_flow *flow);
 /* Sets the flow to rest at `time`, with the present inputs. */
 SM_API sm_status sm_tone_reset(sm_tone_flow *flow, double time);
-/* Sets the inputs from now on; only inputs of mode A are used. If they are discontinuous,
+/* Sets the inputs from now on; inputs of mode t are of tone t. If they are discontinuous,
  * the displacements are continuous. On any status but SM_OK the state is as before the call, here
  * and below: SM_NOT_CONVERGED if no force deficits were found. */
 SM_API sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs);
 /* Advances by `duration` > 0. */
 SM_API sm_status sm_tone_step(sm_tone_flow *flow, double duration);
-/* Returns the present inputs, amplitudes of the slow modes (2, M), and force deficits (2, n). */
+/* Returns the present inputs, amplitudes of the slow modes, (2, M) for each tone, and force deficits
+ * (T, 2, n). */
 SM_API sm_status sm_tone_present(const sm_tone_flow *flow, sm_inputs *inputs, double *amplitude,
                                  double *deficit);
 
-/* Returns the number of outputs: time; (Re, Im) of the amplitudes; theta; input power, power and
- * energy dissipated at the contacts; with contact_motion x, v, f (3 n) at the carrier;
+/* Returns the number of outputs: time; (Re, Im) of the amplitudes; theta of each tone; input power,
+ * power and energy dissipated at the contacts; with contact_motion x, v, f (3 n) at the carriers;
  * displacements of the DOFs. */
 SM_API size_t sm_tone_output_count(const sm_tone_flow *flow);
 /* Computes all outputs. */

@@ -59,12 +59,12 @@ class SharedTonePlan(TonePlan):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ValidityWarning)
             force = self.excited.force_patterns
-            return ForcedTone.of(self.model, force, 0.0, np.array([frequency]))
+            return ForcedTone.of(self.model, force, 0.0, np.array([[frequency]]))
 
     def flow(self) -> ToneFlow:
         """Return the structure at rest, with the middle of the range as reference frequency."""
         middle = 0.5 * sum(self.frequency_range)
-        return self.forced(middle).flow(middle, self.scene.run.tolerance)
+        return self.forced(middle).flow(np.array([middle]), self.scene.run.tolerance)
 
 
 def plan_shared_tone(scene: Scene) -> SharedTonePlan:
@@ -125,5 +125,5 @@ def _decisions(plan: SharedTonePlan) -> list[Finding]:
             else "no [[contact]] or [[elastic]] window",
         ),
         *carrier_findings("forcing.{}.frequency", ("A",), middle, reached[:, np.newaxis], unit),
-        *plan.forced(float(reached.mean())).transient_findings(float(reached.mean())),
+        *plan.forced(float(reached.mean())).transient_findings(reached.mean(keepdims=True)),
     ]

@@ -53,10 +53,10 @@ def models(two_mode_model):
     stiffness, law = np.diag([1.0, 1.06, 1.17, 12.0]), rom.Jenkins((0.02, 0.03), (0.05, 0.08))
     contact = [[0.9, 0.2], [0.4, 0.8], [0.3, 0.5], [1.0, 1.0]]
     structure = rom.Structure(np.eye(4), stiffness, 0.01 * np.eye(4), contact=contact)
-    tone = rom.tabulate(rom.reduce(structure, (0, 1, 2), law=law, tones=(0, 0, 0)), law)
-    forced = {"force_A": 1.0, "frequency_A": 1.02}
+    tone = rom.tabulate(rom.reduce(structure, range(4), law=law, tones=(0, 0, 0, 1)), law)
+    forced = {"force_A": 1.0, "frequency_A": 1.02, "force_B": 0.5, "frequency_B": 3.5}
     return {
-        "tone": (tone, [{0: 0.06, 1: 0.03j, 2: 0.04}], (0, 3), forced),
+        "tone": (tone, [{0: 0.06, 1: 0.03j, 2: 0.04}, {3: 0.05}], (0, 3), forced),
         "friction": (two_mode_model, FORCE_PATTERNS, (0, 1), START),
         "elastic": (beam, cantilever.FORCE_PATTERNS, cantilever.DOFS, cantilever.FORCES),
         "rates": (of_rates, FORCE_PATTERNS, (0, 1, 2), {"force_A": 0.4, "force_B": 0.7}),
@@ -77,7 +77,7 @@ def exported(models, fmus, tmp_path_factory):
 
 
 def present(names, **values):
-    """The values of these names; modes on one tone have no inputs of B."""
+    """The values of these names."""
     return {name: value for name, value in values.items() if name in names}
 
 

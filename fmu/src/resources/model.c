@@ -164,13 +164,17 @@ static int layout_is_possible(loader *l, const fmu_layout *shape) {
     const int32_t counts[] = {shape->contacts, shape->elastic,  shape->combinations,
                               shape->elements, shape->sliders,  shape->orders,
                               shape->count_a,  shape->count_b,  shape->variables,
-                              shape->modes,    shape->slow,     shape->fast,
-                              shape->kinds,    shape->nodes};
+                              shape->modes,    shape->kinds,    shape->nodes,
+                              shape->shares,   shape->slow[0],  shape->slow[1],
+                              shape->fast[0],  shape->fast[1],  shape->retained[0],
+                              shape->retained[1]};
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++)
         if (counts[k] < 0 || counts[k] > MOST)
             return refuse(l, "resources/layout.npy: damaged, has a count of %ld", (long)counts[k]);
-    const int32_t most = shape->slow > 0 ? MOST : SM_MODES;
-    if (shape->modes < 1 || shape->modes > most || shape->combinations > SM_COMBINATIONS)
+    const int32_t retained = shape->retained[0] + shape->retained[1];
+    const int possible =
+        shape->kinds > 0 ? shape->modes == retained : shape->modes <= SM_MODES;
+    if (shape->modes < 1 || !possible || shape->combinations > SM_COMBINATIONS)
         return refuse(l, "resources/layout.npy: damaged, has %ld modes and %ld combinations",
                       (long)shape->modes, (long)shape->combinations);
     return 1;
@@ -195,7 +199,7 @@ static void count(const fmu_layout *shape, size_t extent[EXTENTS], int has[CONDI
     sm_tone tone;
     extent[TONE_NUMBERS] = fmu_tone_numbers(shape, NULL, &tone);
     extent[VARIABLES] = (size_t)shape->variables;
-    has[TONE] = shape->slow > 0;
+    has[TONE] = shape->kinds > 0;
     has[TABLE] = !has[TONE];
     has[CORRECTED] = has[TABLE] && shape->corrected;
     has[DETUNED] = has[TABLE] && shape->detuned;
@@ -320,10 +324,11 @@ static int set_variables(loader *l, fmu_model *model, int32_t count) {
 
 /* Sets the counts of outputs, as sm_component_outputs or sm_tone_outputs packs them. */
 static void set_outputs(fmu_model *model, const fmu_layout *shape) {
-    model->shares_tone = shape->slow > 0;
+    model->shares_tone = shape->kinds > 0;
     model->modes = shape->modes;
     model->contacts = shape->contacts;
-    model->slow_outputs = model->shares_tone ? 2 * shape->modes + 5 : SM_OUTPUTS_FIXED;
+    const int32_t tones = shape->slow[1] > 0 ? 2 : 1;
+    model->slow_outputs = model->shares_tone ? 2 * shape->modes + tones + 4 : SM_OUTPUTS_FIXED;
     model->outputs = model->slow_outputs + 3 * shape->contacts + shape->elastic;
 }
 
@@ -334,8 +339,8 @@ static int is_model(loader *l, sm_status status) {
 
 static int set_tone(loader *l, fmu_model *model, const fmu_layout *shape) {
     memcpy(model->flow.natural, model->constants->natural, sizeof model->flow.natural);
-    model->tones = 1;
     fmu_tone_numbers(shape, model->tone_numbers, &model->tone);
+    model->tones = model->tone.tones;
     sm_tone_flow *made = NULL;
     const sm_status status =
         sm_tone_create(&model->tone, model->constants->parameters[FMU_TOLERANCE], &made);

@@ -4,7 +4,7 @@
 
 #include "slipmode.h"
 
-#define FMU_FORMAT 12  /* of resources/; raised whenever older ones must be refused */
+#define FMU_FORMAT 13  /* of resources/; raised whenever older ones must be refused */
 #define FMU_REASON 256 /* bytes of a sentence that says what is wrong */
 #define FMU_STATES (3 * SM_MODES + 1)
 
@@ -42,12 +42,13 @@ typedef struct {
     int32_t type, kind, slot;
 } fmu_variable;
 
-/* layout.npy; `slow` and what follows are counts of sm_tone, and 0 in models with a friction table:
- * `slow` modes, `fast` modes, kinds of contacts, nodes. */
+/* layout.npy; `kinds` and what follows are counts of sm_tone, and 0 in models with a friction table:
+ * kinds of contacts, nodes; slow, fast and retained modes of each tone. */
 typedef struct {
     int32_t format, modes, contacts, elastic, law, paper, combinations, power, count_a, count_b;
     int32_t corrected, detuned, inertia, elements, sliders, orders, steps_per_period, variables;
-    int32_t slow, fast, kinds, nodes;
+    int32_t kinds, nodes, shares;
+    int32_t slow[SM_MODES], fast[SM_MODES], retained[SM_MODES];
 } fmu_layout;
 
 /* constants.npy */

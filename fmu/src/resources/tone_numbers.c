@@ -30,27 +30,35 @@ static void take_modes(reader *r, int32_t modes, size_t contacts, size_t rows,
     to->output = take(r, M * rows);
 }
 
-size_t fmu_tone_numbers(const fmu_layout *shape, const double *number, sm_tone *tone) {
+static void take_carrier(reader *r, const fmu_layout *shape, int t, sm_tone_carrier *to) {
     const size_t n = (size_t)shape->contacts;
-    const size_t rows = (size_t)shape->modes + (size_t)shape->elastic + 1;
+    const size_t rows = (size_t)shape->retained[t] + (size_t)shape->elastic + 1;
+    take_modes(r, shape->slow[t], n, rows, &to->slow);
+    take_modes(r, shape->fast[t], n, rows, &to->fast);
+    to->amplitudes = shape->retained[t];
+    to->reference = take_one(r);
+    to->flexibility = take(r, 2 * n * (n + 1));
+    to->own = take(r, 2 * n);
+    to->output = take(r, 2 * rows * (n + 1));
+}
+
+size_t fmu_tone_numbers(const fmu_layout *shape, const double *number, sm_tone *tone) {
+    const size_t n = (size_t)shape->contacts, kinds = (size_t)shape->kinds;
     reader r = {number, 0};
-    take_modes(&r, shape->slow, n, rows, &tone->slow);
-    take_modes(&r, shape->fast, n, rows, &tone->fast);
+    tone->tones = shape->slow[1] > 0 ? 2 : 1;
+    for (int t = 0; t < tone->tones; t++) take_carrier(&r, shape, t, &tone->carrier[t]);
     tone->contacts = shape->contacts;
     tone->kinds = shape->kinds;
     tone->nodes = shape->nodes;
-    tone->amplitudes = shape->modes;
+    tone->shares = shape->shares;
     tone->elastic = shape->elastic;
     tone->contact_motion = 1;
-    tone->reference = take_one(&r);
-    tone->flexibility = take(&r, 2 * n * (n + 1));
-    tone->own = take(&r, 2 * n);
     tone->stiffness = take(&r, n);
-    tone->output = take(&r, 2 * rows * (n + 1));
-    tone->onset = take_one(&r);
+    tone->onset = take(&r, kinds);
     tone->first = take_one(&r);
     tone->spacing = take_one(&r);
-    tone->secant = take(&r, 4 * (size_t)shape->nodes * (size_t)shape->kinds);
+    const size_t values = 4 * (size_t)(tone->tones * tone->tones) * kinds;
+    tone->secant = take(&r, values * (size_t)shape->nodes * (size_t)shape->shares);
     tone->contraction = take_one(&r);
     return r.taken;
 }

@@ -274,7 +274,8 @@ class MistunedDisk:
                 every = np.diag(modes.flexibility(frequency))
                 own = every.reshape(sectors, contacts).mean(axis=0)
                 local = self._local(frequency, own)
-            yield ToneFlow(modes, local, np.tile(own, sectors), frequency, tolerance)
+            every_own, at = np.tile(own, sectors)[np.newaxis], np.array([frequency])
+            yield ToneFlow([modes], local, every_own, at, tolerance)
 
     def amplification(
         self,
@@ -447,7 +448,7 @@ class MistunedDisk:
             every = [np.diag(modes.flexibility(nu)) for modes in self._stuck.by_diameter]
             return np.asarray(np.mean(every, axis=0))
 
-        return LocalContacts.of(self.law, at_carrier, own, frequency)
+        return LocalContacts.of(self.law, at_carrier[np.newaxis], own, np.array([frequency]))
 
 
 def _deviations(deviation: ArrayLike, sectors: int) -> Floats:

@@ -349,11 +349,11 @@ def response_curve(
     ----------
     model : Model or ToneModel
         Model with one or two modes. Of modes that share a tone the curve is that of
-        `rom.tone_curve`, against "frequency_A" alone.
+        `rom.tone_curve`, against "frequency_A", and on two tones also against "frequency_B".
     frequency : (modes,) array_like
-        Forcing frequencies [rad/s]; a varied frequency is ignored.
+        Forcing frequencies [rad/s]; a varied frequency is ignored. (tones,) if modes share a tone.
     force : one {DOF: amplitude} or (n,) array_like per mode
-        Force amplitudes [N].
+        Force amplitudes [N]; one per tone if modes share a tone.
     vary : str
         Parameter of the curve:
 
@@ -407,14 +407,9 @@ def response_curve(
     if not 1e-4 <= as_floats("largest_step", largest_step) <= 0.1:
         raise SlipmodeError(f"largest_step: must be 1e-4 to 0.1, got {largest_step}")
     if isinstance(model, ToneModel):
-        if vary != "frequency_A":
-            raise SlipmodeError(
-                f"vary = {vary!r}: must be 'frequency_A' for modes that share a tone; use "
-                "rom.steady for other parameters"
-            )
         if method is not None:
             raise SlipmodeError("method: must be left out for modes that share a tone")
-        return curve_of_tone(model, force, span, phase)
+        return curve_of_tone(model, frequency, force, vary, span, phase)
     problem = ForcedSlowFlow.of(model, frequency, force, phase, vary, span, largest_step)
     found = Branches.by_method(problem, method)
     branches, points, error = found.branches, found.points, found.error

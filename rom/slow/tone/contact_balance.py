@@ -21,7 +21,6 @@ from slipmode.rom.errors import UnsettledError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.table.local.local_contacts import LocalContacts
-from slipmode.rom.table.local.local_torus import LocalTorus
 
 _ITERATIONS, _HALVINGS = 60, 8
 # Relative change of x at which iterations end: with local contacts, and with coupled ones, which
@@ -54,8 +53,7 @@ class ContactBalance:
         G [m/N].
     moved : (structures, orders, N_c) complex ndarray
         x_0 [m].
-    local : LocalContacts or LocalTorus
-        Contacts on one tone, or on two.
+    local : LocalContacts
     springs : (N_c,) ndarray
         s [N/m].
     """
@@ -63,11 +61,13 @@ class ContactBalance:
     frequency: Floats
     flexibility: Complexes
     moved: Complexes
-    local: LocalContacts | LocalTorus
+    local: LocalContacts
     springs: Floats
 
     def with_local_contacts(self, start: Complexes | None) -> tuple[Complexes, Complexes]:
-        """Return x and y (structures, orders, N_c), from a guess of x or else from stuck contacts.
+        """Return x and y (structures, tones, N_c), from a guess of x or else from stuck contacts.
+
+        The structures are given at the carriers alone.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class ContactBalance:
 
         `harmonics` (orders, N_c) are of y at x; `contacts` may have more of them.
         """
-        slopes = self.local(x)[1:]
+        slopes = self._with_slopes(x)[1:]
         drive = x - _times(contacts.far, harmonics[: len(x)])
         at = self._iterate(contacts, slopes, drive, harmonics)
         return np.asarray(at.y + _changes(slopes, at.step))
@@ -144,7 +144,7 @@ class ContactBalance:
 
         anderson: Any = optimize.anderson  # its types allow one number only
 
-        y, *slopes = self.local(x)
+        y, *slopes = self._with_slopes(x)
         start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
         last = self._iterate(contacts, slopes, start, guess)
 
@@ -171,6 +171,20 @@ class ContactBalance:
             except (optimize.NoConvergence, ValueError):
                 raise self._unsettled() from None
         return last.x, last.harmonics
+
+    def _with_slopes(self, x: Complexes) -> tuple[Complexes, Complexes, Complexes]:
+        """Return y of local contacts and its derivatives, at x (orders, N_c) of one structure.
+
+        Local contacts have no force deficits at harmonics beside the carriers. Their slopes are
+        there, as of any small motion, the mean slopes at the carriers.
+        """
+        orders, contacts = x.shape
+        tones = self.frequency.size
+        y, slopes = np.zeros_like(x), np.zeros((2, orders, orders, contacts), dtype=complex)
+        y[:tones], slopes[0, :tones, :tones], slopes[1, :tones, :tones] = self.local(x[:tones])
+        others = np.arange(tones, orders)
+        slopes[0, others, others] = np.einsum("ttc->c", slopes[0]) / tones
+        return y, slopes[0], slopes[1]
 
     def _iterate(
         self,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from slipmode.rom import kernel
@@ -42,54 +44,71 @@ class ToneOutputs:
 
 
 def core_tone(
-    modes: ToneModes,
+    modes: Sequence[ToneModes],
     contacts: LocalContacts,
     own: Complexes,
-    frequency: float,
-    outputs: ToneOutputs | None = None,
+    frequency: Floats,
+    outputs: Sequence[ToneOutputs] | None = None,
 ) -> kernel.Structure:
-    """Return the core's structure of a tone.
+    """Return the core's structure of modes on one or two tones.
 
     Parameters
     ----------
     modes, contacts, own, frequency
         See `ToneFlow`.
-    outputs : ToneOutputs, optional
-        Default: the core has no outputs.
+    outputs : sequence of ToneOutputs, optional
+        By tone. Default: the core has no outputs.
     """
-    nodes = contacts.secant.x
-    spacing = (nodes[-1] - nodes[0]) / (nodes.size - 1)
-    parts = [contacts.secant(nodes), spacing * contacts.secant(nodes, 1)]
-    # (nodes, kinds, value or slope, real or imaginary)
-    secant = np.array(parts).reshape(2, nodes.size, 2, contacts.kinds)
-    by_others = modes.flexibility(frequency) - np.diag(own)
-    besides = np.vstack((modes.static_flexibility.T - np.diag(own), modes.static_displacement))
+    secant = kernel.contiguous(contacts.secant)
+    nodes, shares, kinds, tones = secant.shape[:4]
+    given = [None] * tones if outputs is None else outputs
+    by_others = [
+        each.flexibility(nu) - np.diag(g)
+        for each, nu, g in zip(modes, frequency, own, strict=True)
+    ]
+    largest = np.hypot(*np.moveaxis(secant[..., 0, 0], -1, 0)).max()
     tone = kernel.Tone(
-        slow=_modes(modes.slow, outputs),
-        fast=_modes(modes.fast, outputs),
-        contacts=own.size,
-        kinds=contacts.kinds,
-        nodes=nodes.size,
-        reference=frequency,
-        flexibility=split(besides),
-        own=split(own),
-        stiffness=np.zeros(own.size) if outputs is None else outputs.stiffness,
+        tones=tones,
+        contacts=own.shape[1],
+        kinds=kinds,
+        nodes=nodes,
+        shares=shares,
+        stiffness=np.zeros(own.shape[1]) if outputs is None else outputs[0].stiffness,
         onset=contacts.onset,
-        first=nodes[0],
-        spacing=spacing,
-        secant=kernel.contiguous(secant.transpose(1, 3, 0, 2)),
-        contraction=np.abs(parts[0]).max() * np.linalg.norm(by_others, 2),
+        first=contacts.first,
+        spacing=contacts.spacing,
+        secant=secant,
+        contraction=largest * max(np.linalg.norm(each, 2) for each in by_others),
     )
+    carriers = [_carrier(*each) for each in zip(modes, own, frequency, given, strict=True)]
+    tone.owned["carrier"] = carriers
+    for t, each in enumerate(carriers):
+        tone.carrier[t] = each
     if outputs is not None:
-        for name in ("amplitudes", "elastic", "contact_motion"):
-            setattr(tone, name, int(getattr(outputs, name)))
-        tone.output = split(np.vstack((outputs.deficit.T, outputs.force)))
+        tone.elastic, tone.contact_motion = outputs[0].elastic, int(outputs[0].contact_motion)
     return tone
 
 
 def split(values: Complexes) -> Floats:
     """Return (..., n) complex numbers as (..., 2, n) real and imaginary parts."""
     return np.ascontiguousarray(np.stack((values.real, values.imag), axis=-2))
+
+
+def _carrier(
+    modes: ToneModes, own: Complexes, frequency: float, outputs: ToneOutputs | None
+) -> kernel.Structure:
+    besides = np.vstack((modes.static_flexibility.T - np.diag(own), modes.static_displacement))
+    carrier = kernel.ToneCarrier(
+        slow=_modes(modes.slow, outputs),
+        fast=_modes(modes.fast, outputs),
+        reference=frequency,
+        flexibility=split(besides),
+        own=split(own),
+    )
+    if outputs is not None:
+        carrier.amplitudes = outputs.amplitudes
+        carrier.output = split(np.vstack((outputs.deficit.T, outputs.force)))
+    return carrier
 
 
 def _modes(modes: DampedModes, outputs: ToneOutputs | None) -> kernel.Structure:

@@ -69,13 +69,14 @@ class ToneResponse:
         x = reduced.all_shapes[dof] @ modal + reduced.contact_shapes[dof] @ deficit
         return np.asarray(x + self._static[dof])
 
-    def harmonic_gain(self, frequency: float) -> float:
-        """Return the largest gain of a mode at harmonics of a carrier [rad/s].
+    def harmonic_gain(self, carrier: Floats) -> float:
+        """Return the largest gain of a mode at odd harmonics of each of the carriers [rad/s].
 
-        See `slipmode.rom.reduction.interaction.internal_resonance`; without the modes of the tone.
+        See `slipmode.rom.reduction.interaction.internal_resonance`; without the retained modes.
         """
         h = np.arange(3.0, HIGHEST + 1.0, 2.0)
-        gain, _ = mode_gains(self.reduced, h * frequency, h**2)
+        every = np.outer(carrier, h).ravel()
+        gain, _ = mode_gains(self.reduced, every, np.tile(h**2, carrier.size))
         return float(gain[:, len(self.reduced.modes) :].max(initial=0.0))
 
     def mode_gain(self, orders: Sequence[Order], carrier: Floats) -> Floats:
@@ -127,9 +128,11 @@ class ToneResponse:
             expand=expand,
         )
 
-    def outputs(self, elastic: Sequence[int], *, contact_motion: bool) -> ToneOutputs:
-        """Return the amplitudes of the retained modes, and displacements of DOFs, as outputs."""
-        reduced, amplitudes = self.reduced, len(self.reduced.modes)
+    def outputs(
+        self, modes: slice, elastic: Sequence[int], *, contact_motion: bool
+    ) -> ToneOutputs:
+        """Return the amplitudes of retained modes, and displacements of DOFs, as outputs."""
+        reduced, amplitudes = self.reduced, modes.stop - modes.start
         assert reduced.contacts is not None
 
         def rows(values: Complexes | Floats, of_amplitudes: Floats) -> Complexes:
@@ -142,7 +145,7 @@ class ToneResponse:
             amplitudes,
             len(elastic),
             contact_motion,
-            rows(shapes, np.eye(amplitudes, shapes.shape[1])),
+            rows(shapes, np.eye(shapes.shape[1])[modes]),
             rows(self._by_contacts, np.zeros((amplitudes, reduced.n_contacts))),
             rows(static, np.zeros((amplitudes, 1)))[:, 0],
             reduced.contacts.reference,

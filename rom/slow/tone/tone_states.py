@@ -1,4 +1,4 @@
-"""Steady states of several modes on one or two tones, and transients on one.
+"""Steady states of several modes on one or two tones, and transients.
 
 A steady state with local contacts is put into the equations of all contacts together, solved
 there, and put into these equations again with twice the time steps and harmonics.
@@ -7,7 +7,6 @@ there, and put into these equations again with twice the time steps and harmonic
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -29,7 +28,6 @@ from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.slow.tone.tone_modes import ToneModes
 from slipmode.rom.slow.tone.tone_response import ToneResponse
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
-from slipmode.rom.table.local.local_torus import LocalTorus
 from slipmode.rom.table.local.tone_model import ToneModel, local_contacts
 from slipmode.rom.validity import Finding, warn
 
@@ -95,20 +93,18 @@ class ForcedTone:
     def of(
         cls, model: ToneModel, force: Sequence[ToneForce], phase: ArrayLike, frequency: Floats
     ) -> Self:
-        """Return a model under its forces, at frequencies (points, tones) [rad/s].
-
-        Frequencies are checked; of one tone they may be (points,).
-        """
+        """Return a model under its forces, at frequencies (points, tones) [rad/s], if allowed."""
         if not isinstance(model, ToneModel):
             raise SlipmodeError("model: must be of modes that share a tone (rom.reduce(tones=))")
-        if frequency.ndim == 1:
-            model.check_one_tone()
-        reduced = model.reduced
+        reduced, at = model.reduced, frequency
+        if at.shape[1] != reduced.tones:
+            raise SlipmodeError(
+                f"frequency: must be one for each of {reduced.tones} tones, got {at.shape[1]}"
+            )
         vectors = _complex_vectors(force, reduced.tones, reduced.n_dofs)
         angle = as_floats("phase", phase)
         if angle.size not in (1, reduced.tones) or not np.isfinite(angle).all():
             raise SlipmodeError(f"phase: must be a finite number [rad], got {in_one_line(phase)}")
-        at = frequency.reshape(-1, reduced.tones)
         if not np.all(np.isfinite(at) & (at > 0.0)):
             raise SlipmodeError("frequency: must be finite and > 0 [rad/s]")
         middle = np.array([np.median(reduced.frequency[own]) for own in reduced.on_tones])
@@ -120,34 +116,25 @@ class ForcedTone:
         turned = phasor(vectors, angle.reshape(-1, 1))
         return cls(model, [ToneResponse(reduced, each) for each in turned])
 
-    @property
-    def response(self) -> ToneResponse:
-        """Response to the first force."""
-        return self.responses[0]
-
     def steady(self, frequency: Floats) -> list[ToneState]:
         """Return steady states at frequencies (points, tones) [rad/s], in their order."""
         each = self._with_local_contacts(frequency)
-        return [self._together(balance, x, driven) for balance, driven, x, _ in each]
+        return [self._together(balance.frequency, x[0]) for balance, x, _ in each]
 
     def with_local_contacts(self, frequency: Floats) -> Complexes:
         """Return amplitudes (points, modes) with local contacts alone."""
-        found = []
-        for balance, _, _, y in self._with_local_contacts(frequency):
-            own = y[0, : balance.frequency.size]
-            found.append(self._amplitude(self._modal(balance.frequency, own)))
-        return np.array(found)
+        each = self._with_local_contacts(frequency)
+        return np.array([self._amplitude(self._modal(at.frequency, y[0])) for at, _, y in each])
 
     def _with_local_contacts(
         self, frequency: Floats
-    ) -> Iterator[tuple[ContactBalance, list[Order], Complexes, Complexes]]:
-        """Yield the balance, its harmonics, x and y at each frequency, from the x before."""
+    ) -> Iterator[tuple[ContactBalance, Complexes, Complexes]]:
+        """Yield the balance, x and y (1, tones, N_c) at each frequency, from the x before."""
         x: Complexes | None = None
-        for each in frequency.reshape(-1, len(self.responses)):
-            driven = self._driven(each)
-            balance = self._balance(each, driven)
-            x, y = balance.with_local_contacts(self._start(x, driven))
-            yield balance, driven, x, y
+        for each in frequency:
+            balance = self._balance(each, CARRIERS[: each.size])
+            x, y = balance.with_local_contacts(x)
+            yield balance, x, y
 
     def _modal(self, frequency: Floats, deficit: Complexes) -> Complexes:
         """Return the amplitudes of all modes at each carrier, see `ToneState`."""
@@ -159,30 +146,33 @@ class ForcedTone:
         own = zip(modal, self.model.reduced.on_tones, strict=True)
         return np.concatenate([each[modes] for each, modes in own])
 
-    def flow(self, frequency: float, tolerance: float) -> ToneFlow:
-        """Return the structure of one tone at rest, near a reference frequency [rad/s]."""
+    def flow(self, frequency: Floats, tolerance: float) -> ToneFlow:
+        """Return the structure at rest, near reference frequencies (tones,) [rad/s]."""
         return ToneFlow(*self._parts(frequency), frequency, tolerance)
 
-    def core(self, frequency: float, elastic: Sequence[int], contact: bool) -> Structure:
-        """Return the core's structure near a reference frequency [rad/s], with outputs."""
-        outputs = self.response.outputs(elastic, contact_motion=contact)
+    def core(self, frequency: Floats, elastic: Sequence[int], contact: bool) -> Structure:
+        """Return the core's structure near reference frequencies [rad/s], with outputs."""
+        own = zip(self.responses, self.model.reduced.on_tones, strict=True)
+        outputs = [each.outputs(modes, elastic, contact_motion=contact) for each, modes in own]
         return core_tone(*self._parts(frequency), frequency, outputs)
 
-    def _parts(self, frequency: float) -> tuple[ToneModes, LocalContacts, Complexes]:
-        """Return modes, contacts and the own flexibilities of the contacts."""
-        modes = self.response.tone_modes(frequency)
-        own = np.diag(modes.flexibility(frequency))
+    def _parts(self, frequency: Floats) -> tuple[list[ToneModes], LocalContacts, Complexes]:
+        """Return modes of each tone, contacts, and the own flexibilities of the contacts."""
+        each = zip(self.responses, frequency.tolist(), strict=True)
+        modes = [response.tone_modes(nu) for response, nu in each]
+        near = zip(modes, frequency.tolist(), strict=True)
+        own = np.array([np.diag(each.flexibility(nu)) for each, nu in near])
         return modes, local_contacts(self.model.reduced, self.model.law, frequency, own), own
 
-    def transient_findings(self, frequency: float) -> list[Finding]:
-        """Report that transients near a frequency [rad/s] have large errors."""
-        reduced, at = self.model.reduced, np.array([frequency])
+    def transient_findings(self, frequency: Floats) -> list[Finding]:
+        """Report that transients near frequencies (tones,) [rad/s] have large errors."""
+        reduced, at = self.model.reduced, frequency[np.newaxis]
         assert reduced.contacts is not None
         squares = (reduced.frequency**2)[:, np.newaxis]
         share = float((reduced.spring**2 / squares @ reduced.contacts.reference).max())
         local, exact = self.with_local_contacts(at)[0], self.steady(at)[0].amplitude
         off = np.abs(local - exact).max() / max(np.abs(local).max(), _TINY)
-        gain = self.response.harmonic_gain(frequency)
+        gain = self.responses[0].harmonic_gain(frequency)
         error = float(_AVERAGING * (share + gain) + off)
         if error <= _LARGE:
             return []
@@ -206,25 +196,14 @@ class ForcedTone:
         if frequency.size == 1:
             return carriers
         orders = [each for each in harmonic_orders(HIGHEST, 2)[2:] if 2 * abs(each[1]) < LINES]
-        gain = self.response.mode_gain(orders, frequency)
+        gain = self.responses[0].mode_gain(orders, frequency)
         strongest = np.argsort(-gain, kind="stable")[:_MOST_DRIVEN]
         return carriers + [orders[k] for k in strongest if gain[k] > _LARGE_GAIN]
 
-    def _start(self, x: Complexes | None, driven: Sequence[Order]) -> Complexes | None:
-        """Return a guess of x at the harmonics, from x at others; they share the carriers."""
-        if x is None:
-            return None
-        tones, start = len(self.responses), np.zeros((1, len(driven), x.shape[-1]), dtype=complex)
-        start[:, :tones] = x[..., :tones, :]
-        return start
-
     def _balance(self, frequency: Floats, driven: Sequence[Order]) -> ContactBalance:
-        tones, local = frequency.size, self.model.local
-        nu = [float(np.dot(order[:tones], frequency)) for order in driven]
-        if isinstance(local, LocalTorus):
-            local = replace(local, orders=driven)
+        nu = [float(np.dot(order[: frequency.size], frequency)) for order in driven]
         try:
-            G = np.array([[self.response.flexibility(each) for each in nu]])
+            G = np.array([[self.responses[0].flexibility(each) for each in nu]])
             moved = np.zeros((1, len(nu), self.model.reduced.n_contacts), dtype=complex)
             for tone, response in enumerate(self.responses):
                 moved[0, tone] = response.moved(nu[tone])
@@ -235,17 +214,18 @@ class ForcedTone:
                 "damping; give the structure damping, or another frequency"
             ) from None
         stuck = np.zeros(moved.shape[-1])  # G contains the springs of the contacts
-        return ContactBalance(frequency, G, moved, local, stuck)
+        return ContactBalance(frequency, G, moved, self.model.local, stuck)
 
-    def _together(
-        self, balance: ContactBalance, x: Complexes, driven: Sequence[Order]
-    ) -> ToneState:
-        """Return the state with all contacts together, from the one with local contacts.
+    def _together(self, frequency: Floats, local: Complexes) -> ToneState:
+        """Return the state with all contacts together, from x (tones, N_c) with local contacts.
 
         The last correction, by equations with twice the steps and harmonics, is the error.
         """
-        tolerance, frequency, finer = self.model.tolerance, balance.frequency, 1
+        tolerance, finer, driven = self.model.tolerance, 1, self._driven(frequency)
+        balance = self._balance(frequency, driven)
         contacts = self._contacts(frequency, finer, driven)
+        x = np.zeros((1, len(driven), local.shape[1]), dtype=complex)
+        x[0, : frequency.size] = local
         harmonics: Complexes | None = None
         while finer < _FINEST[len(self.responses) - 1]:
             x, harmonics = balance.with_coupled_contacts([contacts], x, harmonics)
@@ -269,7 +249,7 @@ class ForcedTone:
         )
 
     def _contacts(self, frequency: Floats, finer: int, driven: Sequence[Order]) -> CoupledContacts:
-        response, law = self.response, self.model.law
+        response, law = self.responses[0], self.model.law
         flexibility = response.flexibility
         return CoupledContacts.of(law, response.fast, flexibility, frequency, finer, driven)
 
@@ -293,22 +273,22 @@ def _complex_vectors(force: Any, tones: int, n_dofs: int) -> Complexes:
 
 def tone_flow(
     model: ToneModel,
-    frequency: float,
-    force: ToneForce,
-    phase: float = 0.0,
+    frequency: ArrayLike,
+    force: ToneForce | Sequence[ToneForce],
+    phase: ArrayLike = 0.0,
 ) -> ToneFlow:
-    """Return a structure at rest whose modes share a tone, for stepping in time.
+    """Return a structure at rest whose modes share one or two tones, for stepping in time.
 
     Parameters
     ----------
     model : ToneModel
         Model of modes that share a tone.
-    frequency : float
-        Forcing frequency at the start [rad/s]; it may change by 10 %.
-    force : {DOF: amplitude} or (n,) array_like
+    frequency : float or (2,) array_like
+        Forcing frequency at the start [rad/s], of two tones both; it may change by 10 %.
+    force : {DOF: amplitude} or (n,) array_like, or a sequence of two of them for two tones
         Force amplitudes f [N] of Re(f exp(i Omega t)), complex where DOFs have phases of their
         own. `ToneFlow.step` multiplies them by a magnitude, which is 0 at the start.
-    phase : float, default 0.0
+    phase : float or (2,) array_like, default 0.0
         Phase of the force [rad].
 
     Returns
@@ -327,7 +307,9 @@ def tone_flow(
         If errors of transients are above 1 %, because contacts are strong or act on each other at
         higher harmonics.
     """
-    Omega = float(as_floats("frequency", frequency))
-    forced = ForcedTone.of(model, [force], phase, np.array([Omega]))
+    Omega = as_floats("frequency", frequency)
+    forces: Any = force if Omega.shape else [force]
+    Omega = Omega.reshape(1, -1)[0]
+    forced = ForcedTone.of(model, forces, phase, Omega[np.newaxis])
     warn(forced.transient_findings(Omega))
     return forced.flow(Omega, model.tolerance)

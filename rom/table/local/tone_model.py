@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NoReturn, Self
+from typing import Any, NoReturn, Self
 
 import numpy as np
 
-from slipmode.rom.arrays import Complexes, as_floats
+from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import Friction, check_law
@@ -14,15 +14,10 @@ from slipmode.rom.reduction.reduced import Reduced
 from slipmode.rom.reduction.tones import sliding_law
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.local.local_contacts import LocalContacts
-from slipmode.rom.table.local.local_torus import LocalTorus
 
 _NO_TABLE = (
     "model: its modes share a tone, and it has no friction table over their amplitudes; use "
     "rom.steady, rom.response_curve, rom.tone_flow, fmu.Component or fmu.export"
-)
-_TWO_TONES = (
-    "model: its modes are on two tones, which have steady states alone; use rom.steady, or retain "
-    "the modes of one tone"
 )
 
 
@@ -31,8 +26,7 @@ class ToneModel:
     """Represent modes that share one or two tones. They act on each other through all contacts.
 
     `rom.tabulate` makes it, if `rom.reduce` received modes that share a tone. `rom.steady`,
-    `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it on one tone,
-    `rom.steady` on two tones.
+    `rom.steady`, `rom.response_curve`, `rom.tone_flow`, `fmu.Component` and `fmu.export` take it.
 
     Attributes
     ----------
@@ -43,14 +37,14 @@ class ToneModel:
     tolerance : float
         Largest error of steady amplitudes relative to the largest of them, and of a step in time
         [-].
-    local : LocalContacts or LocalTorus
-        Force deficit of each contact against its displacement, on one tone or two.
+    local : LocalContacts
+        Force deficit of each contact against its displacement.
     """
 
     reduced: Reduced
     law: Elastic
     tolerance: float
-    local: LocalContacts | LocalTorus
+    local: LocalContacts
 
     @classmethod
     def of(cls, reduced: Reduced, law: Friction, tolerance: float) -> Self:
@@ -68,12 +62,8 @@ class ToneModel:
         check_law(reduced.n_contacts, reduced.contacts, law)
         sliding = sliding_law(law, reduced.n_contacts)
         middle = np.array([reduced.frequency[own].mean() for own in reduced.on_tones])
-        if middle.size == 2:
-            local = LocalTorus.of(sliding, -np.diag(reduced.stiffness), middle)
-            return cls(reduced, sliding, tolerance, local)
-        alone = np.zeros(reduced.n_contacts, dtype=complex)
-        table = local_contacts(reduced, sliding, float(middle[0]), alone)
-        return cls(reduced, sliding, tolerance, table)
+        alone = np.zeros((middle.size, reduced.n_contacts), dtype=complex)
+        return cls(reduced, sliding, tolerance, local_contacts(reduced, sliding, middle, alone))
 
     @property
     def modes(self) -> int:
@@ -81,15 +71,11 @@ class ToneModel:
         return len(self.reduced.modes)
 
     @property
-    def middle(self) -> float:
-        """Middle of the range of the natural frequencies of one tone [rad/s]."""
-        self.check_one_tone()
-        return 0.5 * float(self.reduced.frequency.min() + self.reduced.frequency.max())
-
-    def check_one_tone(self) -> None:
-        """Refuse modes on two tones, for all but their steady states."""
-        if self.reduced.tones > 1:
-            raise SlipmodeError(_TWO_TONES)
+    def middle(self) -> Any:
+        """Middle of the range of the natural frequencies of a tone [rad/s], (2,) of two tones."""
+        each = [self.reduced.frequency[own] for own in self.reduced.on_tones]
+        found = [0.5 * float(own.min() + own.max()) for own in each]
+        return found[0] if len(found) == 1 else np.array(found)
 
     @property
     def table(self) -> NoReturn:
@@ -102,20 +88,22 @@ class ToneModel:
 
 
 def local_contacts(
-    reduced: Reduced, law: Elastic, frequency: float, at_carrier: Complexes
+    reduced: Reduced, law: Elastic, frequency: Floats, at_carrier: Complexes
 ) -> LocalContacts:
-    """Return the contacts at a frequency [rad/s], each with its own flexibility at harmonics.
+    """Return the contacts at frequencies (tones,) [rad/s].
 
-    `at_carrier` (N_c,) is their flexibility at the carrier [m/N], see `LocalContacts.of`.
+    `at_carrier` (tones, N_c) is their flexibility at the carriers [m/N], see `LocalContacts.of`.
+    On one tone each has its own flexibility at harmonics, and the static one on two tones.
     """
+    static = np.diag(-reduced.stiffness).astype(complex)
 
     def own(nu: float) -> Complexes:
         return np.diag(reduced.reaction(nu) - reduced.stiffness)
 
     try:
-        return LocalContacts.of(law, at_carrier, own, frequency)
+        of_harmonics = own if frequency.size == 1 else lambda _: static
+        return LocalContacts.of(law, at_carrier, of_harmonics, frequency)
     except UnsettledError:
         # Close to a mode a harmonic of one contact alone may not converge, while all contacts
         # together do. Steady states include the mode, and transients state what they neglect.
-        static = np.diag(-reduced.stiffness).astype(complex)
         return LocalContacts.of(law, at_carrier, lambda _: static, frequency)

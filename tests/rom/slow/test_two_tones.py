@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from oracles.system import System, Tone, jenkins
-from oracles.time_integration import steady_harmonics
+from oracles.time_integration import integrate, steady_harmonics
 
 from slipmode import fmu, rom
 
@@ -89,18 +89,106 @@ def test_steady_states_beside_time_integration(draw, seed, share):
     assert np.all(off < 1e-3 * size + own[at])
 
 
+@pytest.mark.slow
+@pytest.mark.oracle
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+@pytest.mark.parametrize(
+    ("draw", "seed", "share"), [(square_plate, 1, 0.03), (drawn, 4, 0.03), (drawn, 3, 0.25)]
+)
+def test_motion_from_rest_beside_time_integration(draw, seed, share):
+    """Modal coordinates within 0.5 %, and amplitudes at the end within 0.2 %."""
+    (system, tones), modes = draw(seed, share)
+    model, Omega = tabulated(system, modes), np.array([each.Omega for each in tones])
+    patterns = np.array([each.F.real for each in tones])
+    flow, end = rom.tone_flow(model, Omega, patterns), 100.0 * 2.0 * np.pi / Omega[0]
+    flow.step(0.0, magnitude=(1.0, 1.0))
+    exact = integrate(system, patterns.T, lambda t: np.cos(np.outer(t, Omega)), end, 51200, 61)
+    found = []
+    for t in exact.t:
+        flow.step(t - flow.time)
+        found.append(2.0 * np.real(np.exp(1j * flow.angle) @ flow.modal_amplitude()[:, :5]))
+    expected = exact.x @ system.M @ model.reduced.mode_shapes
+    assert np.linalg.norm(found - expected) < 0.006 * np.linalg.norm(expected)
+    flow.step(4000.0)
+    a = rom.steady(model, Omega, patterns)
+    assert np.abs(flow.modal_amplitude()[TONES, range(5)] - a).max() < 0.004 * np.abs(a).max()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::slipmode.rom.ValidityWarning")
+def test_sliders_of_very_different_limits():
+    """The first of 72 slips at 3e-5 of the motion; runs end in the steady state."""
+    (system, tones), modes = drawn(3, 0.25)
+    (k,), (limit,) = system.laws[0].stiffnesses, system.laws[0].limits
+    law = rom.Iwan(0.5 * limit, k, -0.5, 0.5)
+    matrices = {"mass": system.M, "damping": system.C, "stiffness": system.K}
+    structure = rom.Structure(**matrices, contact=system.W)
+    model = rom.tabulate(rom.reduce(structure, modes, law=law, tones=TONES, warned=False), law)
+    Omega, patterns = [each.Omega for each in tones], [each.F.real for each in tones]
+    a, flow = rom.steady(model, Omega, patterns), rom.tone_flow(model, Omega, patterns)
+    flow.step(0.0, magnitude=(1.0, 1.0))
+    flow.step(4000.0)
+    assert np.abs(flow.modal_amplitude()[TONES, range(5)] - a).max() < 0.004 * np.abs(a).max()
+
+
 (SYSTEM, FORCES), MODES = square_plate(1, 0.03)
 OMEGA, PATTERNS = [each.Omega for each in FORCES], [each.F.real for each in FORCES]
 
 
+@pytest.fixture(scope="module")
+def model():
+    return tabulated(SYSTEM, MODES)
+
+
+@pytest.mark.slow
+def test_curves_are_steady_states():
+    """The other frequency stays; displacements are at both."""
+    model, span = tabulated(SYSTEM, MODES, tolerance=0.01), OMEGA[1] * np.array([0.998, 1.002])
+    curve = rom.response_curve(model, OMEGA, PATTERNS, "frequency_B", span)
+    assert np.all(curve.carrier[:, 0] == OMEGA[0])
+    a = rom.steady(model, curve.carrier[5], PATTERNS)
+    assert np.abs(curve.amplitude[5] - a).max() < curve.error[5].max()
+    assert curve.displacement(0).shape == curve.carrier.shape
+
+
 @pytest.mark.oracle
-def test_one_force_leaves_the_states_of_one_tone():
+def test_one_force_leaves_the_states_of_one_tone(model):
     """The other tone is at rest; friction is odd, so that the phases turn with the forces."""
-    both, alone = tabulated(SYSTEM, MODES), tabulated(SYSTEM, MODES[:3], (0, 0, 0))
+    both, alone = model, tabulated(SYSTEM, MODES[:3], (0, 0, 0))
     expected = rom.steady(alone, OMEGA[:1], PATTERNS[:1])
     a = rom.steady(both, OMEGA, [PATTERNS[0], 0.0 * PATTERNS[1]], (0.5, 0.0))
     assert np.abs(a[:3] * np.exp(-0.5j) - expected).max() < 5e-4 * np.abs(expected).max()
     assert np.abs(a[3:]).max() < 1e-4 * np.abs(expected).max()
+
+
+@pytest.mark.slow
+@pytest.mark.oracle
+def test_components_are_flows_whose_forces_do_the_work_of_friction_and_dampers(model):
+    """With sweeps of both frequencies, and displacements at both carriers."""
+    of = {"tolerance": model.tolerance, "contact": True, "elastic": (0, 3), "warned": False}
+    made = fmu.Component(model, PATTERNS, **of)
+    middle = np.array(model.middle)
+    flow = rom.tone_flow(model, middle, PATTERNS)
+    flow.step(0.0, magnitude=(1.0, 2.0), phase=(0.0, 0.4))
+    flow.step(100.0, frequency=OMEGA)
+    made.set_inputs(force_A=1.0, force_B=2.0, phase_B=0.4)
+    rate_A, rate_B = (np.array(OMEGA) - middle) / 100.0
+    made.set_inputs(frequency_rate_A=rate_A, frequency_rate_B=rate_B)
+    made.do_step(0.0, 100.0)
+    made.set_inputs(frequency_rate_A=0.0, frequency_rate_B=0.0)
+    now, a = made.outputs(), flow.modal_amplitude()[TONES, range(5)]
+    found = [now[f"{mode}_re"] + 1j * now[f"{mode}_im"] for mode in model.reduced.mode_names]
+    assert np.abs(found - a).max() < 1e-9 * np.abs(a).max()
+    turned = np.exp(1j * flow.angle) @ flow.displacement()
+    assert now["x_3"] == pytest.approx(2.0 * turned[3].real, rel=1e-9)
+    made.do_step(100.0, 4000.0)
+    flow.step(4000.0)
+    now, c = made.outputs(), 2.0 * flow.displacement()
+    damped = 0.5 * np.sum(
+        np.array(OMEGA) ** 2 * np.einsum("tn,nk,tk->t", c.conj(), SYSTEM.C, c).real
+    )
+    assert now["input_power"] == pytest.approx(damped + now["dissipated_power"], rel=2e-3)
+    assert now["dissipated_power"] > 0.05 * damped
 
 
 @pytest.mark.parametrize(
@@ -110,15 +198,27 @@ def test_one_force_leaves_the_states_of_one_tone():
         (lambda m: rom.steady(m, OMEGA, PATTERNS[:1]), "force: needs one entry"),
         (lambda m: rom.steady(m, [OMEGA[0]] * 2, PATTERNS), "is 1 times .* put all modes on tone"),
         (lambda m: rom.steady(m, [OMEGA[0], 1.0], PATTERNS), "mode B resonates at 2.5"),
-        (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "two tones.* use rom.steady"),
-        (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "two tones.* use rom.steady"),
-        (lambda m: fmu.Component(m, PATTERNS), "two tones.* use rom.steady"),
+        (lambda m: rom.tone_curve(m, PATTERNS[0], (1.7, 1.8)), "frequency: must be two numbers"),
+        (lambda m: rom.tone_flow(m, OMEGA[0], PATTERNS[0]), "frequency: .* 2 tones, got 1"),
+        (lambda m: rom.tone_flow(m, OMEGA, PATTERNS[0]), "force: "),
+        (lambda m: fmu.Component(m, PATTERNS[:1]), "force_patterns: force: needs one entry"),
         (
-            lambda m: rom.response_curve(m, OMEGA, PATTERNS, "frequency_A", (1.7, 1.8)),
-            "two tones.* use rom.steady",
+            lambda m: rom.response_curve(m, OMEGA, PATTERNS, "force_B", (1.7, 1.8)),
+            "vary = 'force_B': must be 'frequency_A' or 'frequency_B'",
         ),
     ],
 )
-def test_wrong_calls_are_refused(call, message):
+def test_wrong_calls_are_refused(call, message, model):
     with pytest.raises(rom.SlipmodeError, match=message):
-        call(tabulated(SYSTEM, MODES))
+        call(model)
+
+
+def test_wrong_steps_are_refused(model):
+    flow = rom.tone_flow(model, OMEGA, PATTERNS)
+    for inputs, message in [
+        ({"magnitude": 1.0}, "magnitude: must be two numbers"),
+        ({"phase": (0.0, np.nan)}, "phase: must be a finite number, got nan"),
+        ({"frequency": (OMEGA[0], 1.2 * OMEGA[1])}, "must be within 10 % of 2.4"),
+    ]:
+        with pytest.raises(rom.SlipmodeError, match=message):
+            flow.step(1.0, **inputs)

@@ -1,4 +1,4 @@
-/* A step-able flow of several modes on one tone (docs/theory.md, "Several modes on one tone"): its
+/* A step-able flow of several modes on one or two tones (docs/theory.md, "Several modes on one tone"): its
  * memory, discontinuities of its inputs, steps, outputs and state. rom/slow/tone/ and the FMU call
  * it; the equations are in tone_flow.c, their integration in tone_march.c. */
 #include <math.h>
@@ -13,9 +13,10 @@
 #define POWERS 3       /* outputs: input power, dissipated power, dissipated energy */
 #define FARTHEST_BAND 1e6 /* band of a valid state: 2000 times the reference frequency */
 
-/* Returns the number of complex outputs K; 0 without outputs. */
-static size_t rows_of(const sm_tone *tone) {
-    return tone->output ? (size_t)tone->amplitudes + (size_t)tone->elastic + 1 : 0;
+/* Returns the number of complex outputs K at carrier t; 0 without outputs. */
+static size_t rows_of(const sm_tone *tone, int t) {
+    const sm_tone_carrier *carrier = &tone->carrier[t];
+    return carrier->output ? (size_t)carrier->amplitudes + (size_t)tone->elastic + 1 : 0;
 }
 
 /* ---- checks ---------------------------------------------------------------------------------- */
@@ -41,33 +42,45 @@ static sm_status check_modes(const sm_tone_modes *modes, size_t contacts, size_t
     return check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
 }
 
-/* Checks the scalars of a tone. */
-static sm_status check_numbers(const sm_tone *tone, double tolerance) {
-    const double positive[] = {tone->onset, tone->spacing, tone->reference, tolerance};
-    sm_status status = SM_OK;
-    for (size_t i = 0; i < sizeof positive / sizeof *positive && status == SM_OK; i++)
-        status = sm_check_positive(positive[i]);
+/* Checks the structure at carrier t. */
+static sm_status check_carrier(const sm_tone *tone, int t) {
+    const sm_tone_carrier *carrier = &tone->carrier[t];
+    if (!is_size(carrier->slow.count, 1) || !is_size(carrier->fast.count, 1)
+        || !is_size(carrier->amplitudes, 0))
+        return SM_BAD_ARGUMENT;
+    const size_t n = (size_t)tone->contacts, rows = rows_of(tone, t);
+    const double *const arrays[] = {carrier->flexibility, carrier->own, carrier->output};
+    const size_t sizes[] = {2 * n * (n + 1), 2 * n, 2 * rows * (n + 1)};
+    sm_status status = check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
+    if (status == SM_OK) status = check_modes(&carrier->slow, n, rows);
+    if (status == SM_OK) status = check_modes(&carrier->fast, n, rows);
+    return status == SM_OK ? sm_check_positive(carrier->reference) : status;
+}
+
+/* Checks the tables of the contacts. */
+static sm_status check_tables(const sm_tone *tone) {
+    const size_t tones = (size_t)tone->tones, kinds = (size_t)tone->kinds;
+    const double *const arrays[] = {tone->stiffness, tone->onset, tone->secant};
+    const size_t sizes[] = {(size_t)tone->contacts, kinds,
+                            4 * tones * tones * (size_t)tone->nodes * (size_t)tone->shares * kinds};
+    sm_status status = check_arrays(sizeof sizes / sizeof *sizes, arrays, sizes);
+    for (size_t i = 0; i < kinds && status == SM_OK; i++)
+        status = sm_check_positive(tone->onset[i]);
+    if (status == SM_OK) status = sm_check_positive(tone->spacing);
     if (status == SM_OK) status = sm_check_not_negative(tone->contraction);
     return status == SM_OK && !isfinite(tone->first) ? SM_NOT_FINITE : status;
 }
 
 /* Checks a tone. */
 static sm_status check(const sm_tone *tone, double tolerance) {
-    if (!tone) return SM_BAD_ARGUMENT;
-    if (!is_size(tone->slow.count, 1) || !is_size(tone->fast.count, 1)
-        || !is_size(tone->contacts, 1) || !is_size(tone->nodes, 2) || tone->kinds < 1
-        || tone->contacts % tone->kinds != 0 || !is_size(tone->amplitudes, 0)
-        || !is_size(tone->elastic, 0))
+    if (!tone || tone->tones < 1 || tone->tones > SM_MODES) return SM_BAD_ARGUMENT;
+    if (!is_size(tone->contacts, 1) || !is_size(tone->nodes, 2) || tone->kinds < 1
+        || tone->contacts % tone->kinds != 0 || !is_size(tone->elastic, 0)
+        || !is_size(tone->shares, tone->tones) || (tone->tones == 1 && tone->shares != 1))
         return SM_BAD_ARGUMENT;
-    const size_t n = (size_t)tone->contacts, rows = rows_of(tone);
-    const double *const arrays[] = {tone->flexibility, tone->own, tone->stiffness, tone->secant,
-                                    tone->output};
-    const size_t sizes[] = {2 * n * (n + 1), 2 * n, n,
-                            4 * (size_t)tone->nodes * (size_t)tone->kinds, 2 * rows * (n + 1)};
-    sm_status status = check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
-    if (status == SM_OK) status = check_modes(&tone->slow, n, rows);
-    if (status == SM_OK) status = check_modes(&tone->fast, n, rows);
-    return status == SM_OK ? check_numbers(tone, tolerance) : status;
+    sm_status status = check_tables(tone);
+    for (int t = 0; t < tone->tones && status == SM_OK; t++) status = check_carrier(tone, t);
+    return status == SM_OK ? sm_check_positive(tolerance) : status;
 }
 
 /* ---- memory ---------------------------------------------------------------------------------- */
@@ -75,8 +88,15 @@ static sm_status check(const sm_tone *tone, double tolerance) {
 /* Places the arrays; the arrays of the state are first. */
 static void place(sm_tone_flow *flow, sm_block *block) {
     const sm_tone *tone = &flow->tone;
-    const size_t M = 2 * (size_t)tone->slow.count, n = 2 * (size_t)tone->contacts;
-    const size_t from = block->taken;
+    const size_t n = 2 * (size_t)tone->contacts * (size_t)tone->tones, from = block->taken;
+    size_t M = 0, fast = 0, rows = 0;
+    for (int t = 0; t < tone->tones; t++) {
+        const size_t own = 2 * (size_t)tone->carrier[t].fast.count;
+        M += 2 * (size_t)tone->carrier[t].slow.count;
+        fast = own > fast ? own : fast;
+        rows += 2 * rows_of(tone, t);
+    }
+    flow->amplitudes = M;
     flow->state = sm_take(block, SM_TONE_SCALARS);
     flow->amplitude = sm_take(block, M);
     flow->stage[0] = sm_take(block, M);
@@ -91,8 +111,17 @@ static void place(sm_tone_flow *flow, sm_block *block) {
     flow->end = sm_take(block, M);
     for (int stage = 1; stage < SM_TONE_STAGES; stage++) flow->stage[stage] = sm_take(block, M);
     flow->weight = sm_take(block, SM_TONE_WEIGHTS * M);
-    flow->fast = sm_take(block, 2 * (size_t)tone->fast.count);
-    flow->output = sm_take(block, 2 * rows_of(tone));
+    flow->fast = sm_take(block, fast);
+    flow->output = sm_take(block, rows);
+}
+
+/* Sets the inputs at rest: the reference frequencies, without forces. */
+static void set_at_rest(sm_tone_flow *flow) {
+    flow->now->inputs.limit_scale = 1.0;
+    for (int t = 0; t < flow->tone.tones; t++) {
+        flow->now->inputs.frequency[t] = flow->tone.carrier[t].reference;
+        sm_tone_enter_band(flow, t, 0.0);
+    }
 }
 
 sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_flow **flow) {
@@ -110,9 +139,7 @@ sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_flow **f
         place(made, &block);
     }
     made->tolerance = tolerance;
-    made->now->inputs.frequency[0] = tone->reference;
-    made->now->inputs.limit_scale = 1.0;
-    sm_tone_enter_band(made, 0.0);
+    set_at_rest(made);
     *flow = made;
     return SM_OK;
 }
@@ -128,60 +155,75 @@ static void save(sm_tone_flow *flow) {
 
 /* Restores the saved state. */
 static void restore(sm_tone_flow *flow) {
-    const double band = flow->now->band;
+    const sm_tone_state last = *flow->now;
     memcpy(flow->state, flow->before, flow->state_count * sizeof(double));
-    if (flow->now->band != band) sm_tone_enter_band(flow, flow->now->band);
+    for (int t = 0; t < flow->tone.tones; t++)
+        if (flow->now->band[t] != last.band[t]) sm_tone_enter_band(flow, t, flow->now->band[t]);
 }
 
-/* Enters a band, unless it is the present one, and computes the load there. */
-static sm_status change_band(sm_tone_flow *flow, double band, double elapsed) {
-    if (band == flow->now->band) return SM_OK;
-    sm_tone_enter_band(flow, band);
-    return sm_tone_load(flow, elapsed, flow->amplitude, flow->stage[0]);
+/* Enters the bands of the tones; returns whether any of them is another one. */
+static int enter_bands(sm_tone_flow *flow, const double band[SM_MODES]) {
+    int changed = 0;
+    for (int t = 0; t < flow->tone.tones; t++)
+        if (band[t] != flow->now->band[t]) {
+            sm_tone_enter_band(flow, t, band[t]);
+            changed = 1;
+        }
+    return changed;
 }
 
 /* Adds `sign` times the part c exp(-i theta) of the slow modes to their amplitudes: the response
  * of the modes with conjugate poles. These are fast modes, so that c is steady at the present
  * force. */
 static void add_conjugates(sm_tone_flow *flow, double sign) {
-    const sm_tone_modes *slow = &flow->tone.slow;
     const sm_inputs *in = &flow->now->inputs;
-    const int M = slow->count;
-    const sm_complex turn = sm_unit(-2.0 * flow->now->angle.value - in->phase[0]);
-    const sm_complex force = sm_cscale(turn, sign * in->force[0]);
-    for (int m = 0; m < M; m++) {
-        const sm_complex rate = sm_cx(slow->conjugate[m], slow->conjugate[M + m]);
-        const sm_complex pole = sm_cx(-slow->pole[m], -in->frequency[0] - slow->pole[M + m]);
-        const sm_complex part = sm_cdiv(sm_cmul(force, rate), pole);
-        flow->amplitude[m] += part.re;
-        flow->amplitude[M + m] += part.im;
+    double *amplitude = flow->amplitude;
+    for (int t = 0; t < flow->tone.tones; t++) {
+        const sm_tone_modes *slow = &flow->tone.carrier[t].slow;
+        const int M = slow->count;
+        const sm_complex turn = sm_unit(-2.0 * flow->now->angle[t].value - in->phase[t]);
+        const sm_complex force = sm_cscale(turn, sign * in->force[t]);
+        for (int m = 0; m < M; m++) {
+            const sm_complex rate = sm_cx(slow->conjugate[m], slow->conjugate[M + m]);
+            const sm_complex pole = sm_cx(-slow->pole[m], -in->frequency[t] - slow->pole[M + m]);
+            const sm_complex part = sm_cdiv(sm_cmul(force, rate), pole);
+            amplitude[m] += part.re;
+            amplitude[M + m] += part.im;
+        }
+        amplitude += 2 * M;
     }
 }
 
 /* Sets inputs with a discontinuity: the displacement a exp(i theta) + c exp(-i theta) of each mode
  * is continuous. */
 static sm_status set_discontinuous(sm_tone_flow *flow, const sm_inputs *inputs) {
+    double band[SM_MODES] = {0.0};
     add_conjugates(flow, 1.0);
     flow->now->inputs = *inputs;
     add_conjugates(flow, -1.0);
-    const double band = sm_tone_band(&flow->tone, inputs->frequency[0]);
-    if (band != flow->now->band) sm_tone_enter_band(flow, band);
+    for (int t = 0; t < flow->tone.tones; t++)
+        band[t] = sm_tone_band(&flow->tone, t, inputs->frequency[t]);
+    enter_bands(flow, band);
     return sm_tone_load(flow, 0.0, flow->amplitude, flow->stage[0]);
 }
 
 /* Returns whether the values of the inputs differ, apart from their rates. */
-static int is_discontinuous(const sm_inputs *a, const sm_inputs *b) {
-    return a->force[0] != b->force[0] || a->frequency[0] != b->frequency[0]
-           || a->phase[0] != b->phase[0] || a->limit_scale != b->limit_scale;
+static int is_discontinuous(const sm_tone *tone, const sm_inputs *a, const sm_inputs *b) {
+    for (int t = 0; t < tone->tones; t++)
+        if (a->force[t] != b->force[t] || a->frequency[t] != b->frequency[t]
+            || a->phase[t] != b->phase[t])
+            return 1;
+    return a->limit_scale != b->limit_scale;
 }
 
 sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs) {
     if (!flow || !inputs) return SM_BAD_ARGUMENT;
-    sm_status status = sm_inputs_check(inputs, 1);
+    const int tones = flow->tone.tones;
+    sm_status status = sm_inputs_check(inputs, tones);
     if (status != SM_OK) return status;
-    sm_inputs fresh = sm_inputs_after(inputs, 1, 0.0);
-    fresh.angle[0] = flow->now->angle.value;
-    if (!is_discontinuous(&flow->now->inputs, &fresh)) {
+    sm_inputs fresh = sm_inputs_after(inputs, tones, 0.0);
+    for (int t = 0; t < tones; t++) fresh.angle[t] = flow->now->angle[t].value;
+    if (!is_discontinuous(&flow->tone, &flow->now->inputs, &fresh)) {
         flow->now->inputs = fresh;
         return SM_OK;
     }
@@ -192,21 +234,35 @@ sm_status sm_tone_set_inputs(sm_tone_flow *flow, const sm_inputs *inputs) {
     return status;
 }
 
-/* Integrates over `duration`, one part for each band that the frequency passes. */
+/* Integrates over `duration`, one part for each band that a frequency passes. */
 static sm_status advance(sm_tone_flow *flow, double duration, const sm_inputs *after) {
+    const sm_tone *tone = &flow->tone;
     const sm_inputs in = flow->now->inputs;
-    const double last = sm_tone_band(&flow->tone, after->frequency[0]);
-    double band = sm_tone_band(&flow->tone, in.frequency[0]), from = 0.0;
-    const int way = last >= band ? 1 : -1;
-    for (;; band += way) {
+    double band[SM_MODES] = {0.0}, last[SM_MODES] = {0.0}, from = 0.0;
+    for (int t = 0; t < tone->tones; t++) {
+        band[t] = sm_tone_band(tone, t, in.frequency[t]);
+        last[t] = sm_tone_band(tone, t, after->frequency[t]);
+    }
+    for (;;) {
         double to = duration;
-        if (band != last) {
-            const double edge = sm_tone_edge(&flow->tone, band, way);
-            to = fmin(fmax((edge - in.frequency[0]) / in.frequency_rate[0], from), duration);
+        int leaving = -1, way = 0; /* the first tone that leaves its band */
+        for (int t = 0; t < tone->tones; t++) {
+            if (band[t] == last[t]) continue;
+            const int up = last[t] > band[t] ? 1 : -1;
+            const double edge = sm_tone_edge(tone, t, band[t], up);
+            const double until =
+                fmin(fmax((edge - in.frequency[t]) / in.frequency_rate[t], from), duration);
+            if (leaving >= 0 && until >= to) continue;
+            to = until;
+            leaving = t;
+            way = up;
         }
-        sm_status status = change_band(flow, band, from);
+        sm_status status = SM_OK;
+        if (enter_bands(flow, band))
+            status = sm_tone_load(flow, from, flow->amplitude, flow->stage[0]);
         if (status == SM_OK && to > from) status = sm_tone_march(flow, from, to);
-        if (status != SM_OK || band == last) return status;
+        if (status != SM_OK || leaving < 0) return status;
+        band[leaving] += way;
         from = to;
     }
 }
@@ -216,16 +272,19 @@ sm_status sm_tone_step(sm_tone_flow *flow, double duration) {
     sm_status status = sm_check_positive(duration);
     if (status != SM_OK) return status;
     sm_tone_state *now = flow->now;
-    const sm_inputs *in = &now->inputs;
-    sm_inputs after = sm_inputs_after(in, 1, duration);
-    if ((status = sm_inputs_check(&after, 1)) != SM_OK) return status;
-    const double turned = duration * (in->frequency[0] + 0.5 * duration * in->frequency_rate[0]);
+    const sm_inputs in = now->inputs;
+    const int tones = flow->tone.tones;
+    sm_inputs after = sm_inputs_after(&in, tones, duration);
+    if ((status = sm_inputs_check(&after, tones)) != SM_OK) return status;
     save(flow);
     status = advance(flow, duration, &after);
     if (status == SM_OK) {
         sm_add(&now->time, duration);
-        sm_add_angle(&now->angle, turned);
-        after.angle[0] = now->angle.value;
+        for (int t = 0; t < tones; t++) {
+            const double mean = in.frequency[t] + 0.5 * duration * in.frequency_rate[t];
+            sm_add_angle(&now->angle[t], duration * mean);
+            after.angle[t] = now->angle[t].value;
+        }
         now->inputs = after;
         if (!sm_all_finite(flow->state, flow->state_count)) status = SM_NOT_FINITE;
     }
@@ -240,9 +299,7 @@ sm_status sm_tone_reset(sm_tone_flow *flow, double time) {
     save(flow);
     memset(flow->state, 0, flow->state_count * sizeof(double));
     flow->now->time.value = time;
-    flow->now->inputs.frequency[0] = flow->tone.reference;
-    flow->now->inputs.limit_scale = 1.0;
-    sm_tone_enter_band(flow, 0.0);
+    set_at_rest(flow);
     const sm_status status = set_discontinuous(flow, &inputs);
     if (status != SM_OK) restore(flow);
     return status;
@@ -254,41 +311,44 @@ sm_status sm_tone_present(const sm_tone_flow *flow, sm_inputs *inputs, double *a
                           double *deficit) {
     if (!flow || !inputs || !amplitude || !deficit) return SM_BAD_ARGUMENT;
     *inputs = flow->now->inputs;
-    memcpy(amplitude, flow->amplitude, 2 * (size_t)flow->tone.slow.count * sizeof(double));
-    memcpy(deficit, flow->deficit, 2 * (size_t)flow->tone.contacts * sizeof(double));
+    const size_t deficits = 2 * (size_t)flow->tone.contacts * (size_t)flow->tone.tones;
+    memcpy(amplitude, flow->amplitude, flow->amplitudes * sizeof(double));
+    memcpy(deficit, flow->deficit, deficits * sizeof(double));
     return SM_OK;
 }
 
-/* Returns the number of slow outputs: time, amplitudes, angle, powers. */
+/* Returns the number of slow outputs: time, amplitudes, angles, powers. */
 static size_t slow_count(const sm_tone *tone) {
-    return 2 + 2 * (size_t)tone->amplitudes + POWERS;
+    size_t count = 1 + (size_t)tone->tones + POWERS;
+    for (int t = 0; t < tone->tones; t++) count += 2 * (size_t)tone->carrier[t].amplitudes;
+    return count;
 }
 
 size_t sm_tone_output_count(const sm_tone_flow *flow) {
-    if (!flow || !flow->tone.output) return 0;
+    if (!flow || !flow->tone.carrier[0].output) return 0;
     const sm_tone *tone = &flow->tone;
     const size_t contacts = tone->contact_motion ? 3 * (size_t)tone->contacts : 0;
     return slow_count(tone) + contacts + (size_t)tone->elastic;
 }
 
-/* Computes the complex amplitudes of the outputs (2, K). */
-static const double *output_amplitudes(sm_tone_flow *flow) {
-    const sm_tone *tone = &flow->tone;
+/* Computes the complex amplitudes of the outputs at carrier t (2, K), from the slow modes (2, M). */
+static void compute_outputs(sm_tone_flow *flow, int t, const double *amplitude, double *output) {
+    const sm_tone_carrier *tone = &flow->tone.carrier[t];
     const sm_inputs *in = &flow->now->inputs;
-    const sm_complex force = sm_cscale(sm_unit(in->phase[0]), in->force[0]);
+    const sm_complex force = sm_cscale(sm_unit(in->phase[t]), in->force[t]);
     const double magnitude[2] = {force.re, force.im};
-    const int rows = (int)rows_of(tone), n = tone->contacts, fast = tone->fast.count;
+    const int rows = (int)rows_of(&flow->tone, t), n = flow->tone.contacts;
+    const int fast = tone->fast.count;
+    const double *deficit = flow->deficit + 2 * n * t;
     memset(flow->fast, 0, 2 * (size_t)fast * sizeof(double));
     sm_tone_add_product(fast, 1, tone->fast.excitation, magnitude, flow->fast);
-    sm_tone_add_product(fast, n, tone->fast.projection, flow->deficit, flow->fast);
-    sm_tone_steady(&tone->fast, in->frequency[0], flow->fast);
-    memset(flow->output, 0, 2 * (size_t)rows * sizeof(double));
-    sm_tone_add_product(rows, tone->slow.count, tone->slow.output, flow->amplitude, flow->output);
-    sm_tone_add_product(rows, fast, tone->fast.output, flow->fast, flow->output);
-    sm_tone_add_product(rows, n, tone->output, flow->deficit, flow->output);
-    sm_tone_add_product(rows, 1, tone->output + 2 * (size_t)rows * (size_t)n, magnitude,
-                        flow->output);
-    return flow->output;
+    sm_tone_add_product(fast, n, tone->fast.projection, deficit, flow->fast);
+    sm_tone_steady(&tone->fast, in->frequency[t], flow->fast);
+    memset(output, 0, 2 * (size_t)rows * sizeof(double));
+    sm_tone_add_product(rows, tone->slow.count, tone->slow.output, amplitude, output);
+    sm_tone_add_product(rows, fast, tone->fast.output, flow->fast, output);
+    sm_tone_add_product(rows, n, tone->output, deficit, output);
+    sm_tone_add_product(rows, 1, tone->output + 2 * (size_t)rows * (size_t)n, magnitude, output);
 }
 
 /* Returns 2 Re(c exp(i theta)). */
@@ -296,36 +356,46 @@ static double real_part(sm_complex c, sm_complex carrier) {
     return 2.0 * (c.re * carrier.re - c.im * carrier.im);
 }
 
-/* Writes displacement, velocity and force of all contacts, (3, n). */
-static void write_contacts(const sm_tone_flow *flow, sm_complex carrier, double *out) {
+/* Adds displacement, velocity and force of all contacts at carrier t, (3, n). */
+static void add_contacts(const sm_tone_flow *flow, int t, sm_complex carrier, double *out) {
     const sm_tone *tone = &flow->tone;
     const int n = tone->contacts;
+    const double *deficit = flow->deficit + 2 * n * t, *drive = flow->drive + 2 * n * t;
+    const double *g = tone->carrier[t].own;
     const sm_complex carrier_rate = sm_cscale(sm_cmul(sm_cx(0.0, 1.0), carrier),
-                                      flow->now->inputs.frequency[0]);
+                                              flow->now->inputs.frequency[t]);
     for (int j = 0; j < n; j++) {
-        const sm_complex y = sm_cx(flow->deficit[j], flow->deficit[n + j]);
-        const sm_complex own = sm_cmul(sm_cx(tone->own[j], tone->own[n + j]), y);
-        const sm_complex x = sm_cadd(sm_cx(flow->drive[j], flow->drive[n + j]), own);
-        out[j] = real_part(x, carrier);
-        out[n + j] = real_part(x, carrier_rate);
-        out[2 * n + j] = real_part(sm_csub(sm_cscale(x, tone->stiffness[j]), y), carrier);
+        const sm_complex y = sm_cx(deficit[j], deficit[n + j]);
+        const sm_complex own = sm_cmul(sm_cx(g[j], g[n + j]), y);
+        const sm_complex x = sm_cadd(sm_cx(drive[j], drive[n + j]), own);
+        out[j] += real_part(x, carrier);
+        out[n + j] += real_part(x, carrier_rate);
+        out[2 * n + j] += real_part(sm_csub(sm_cscale(x, tone->stiffness[j]), y), carrier);
     }
 }
 
 sm_status sm_tone_slow_outputs(sm_tone_flow *flow, double *outputs) {
-    if (!flow || !outputs || !flow->tone.output) return SM_BAD_ARGUMENT;
+    if (!flow || !outputs || !flow->tone.carrier[0].output) return SM_BAD_ARGUMENT;
     const sm_tone_state *now = flow->now;
     const sm_inputs *in = &now->inputs;
-    const size_t rows = rows_of(&flow->tone), work = rows - 1;
-    const double *z = output_amplitudes(flow);
+    const double *amplitude = flow->amplitude;
+    double *z = flow->output, power = 0.0;
     *outputs++ = now->time.value;
-    for (int k = 0; k < flow->tone.amplitudes; k++) {
-        *outputs++ = z[k];
-        *outputs++ = z[rows + (size_t)k];
+    for (int t = 0; t < flow->tone.tones; t++) {
+        const sm_tone_carrier *carrier = &flow->tone.carrier[t];
+        const size_t rows = rows_of(&flow->tone, t), work = rows - 1;
+        compute_outputs(flow, t, amplitude, z);
+        for (int k = 0; k < carrier->amplitudes; k++) {
+            *outputs++ = z[k];
+            *outputs++ = z[rows + (size_t)k];
+        }
+        const sm_complex conjugate_force = sm_cscale(sm_unit(-in->phase[t]), in->force[t]);
+        power -= in->frequency[t] * sm_cmul(conjugate_force, sm_cx(z[work], z[rows + work])).im;
+        amplitude += 2 * carrier->slow.count;
+        z += 2 * rows;
     }
-    *outputs++ = now->angle.value;
-    const sm_complex conjugate_force = sm_cscale(sm_unit(-in->phase[0]), in->force[0]);
-    *outputs++ = -in->frequency[0] * sm_cmul(conjugate_force, sm_cx(z[work], z[rows + work])).im;
+    for (int t = 0; t < flow->tone.tones; t++) *outputs++ = now->angle[t].value;
+    *outputs++ = power;
     *outputs++ = now->power;
     *outputs = now->energy.value;
     return SM_OK;
@@ -335,15 +405,18 @@ sm_status sm_tone_outputs(sm_tone_flow *flow, double *outputs) {
     const sm_status status = sm_tone_slow_outputs(flow, outputs);
     if (status != SM_OK) return status;
     const sm_tone *tone = &flow->tone;
-    const size_t rows = rows_of(tone), amplitudes = (size_t)tone->amplitudes;
-    const sm_complex carrier = sm_unit(flow->now->angle.value);
-    double *motion = outputs + slow_count(tone);
-    if (tone->contact_motion) {
-        write_contacts(flow, carrier, motion);
-        motion += 3 * tone->contacts;
+    const size_t contacts = tone->contact_motion ? 3 * (size_t)tone->contacts : 0;
+    const double *z = flow->output;
+    double *motion = outputs + slow_count(tone), *elastic = motion + contacts;
+    memset(motion, 0, (contacts + (size_t)tone->elastic) * sizeof(double));
+    for (int t = 0; t < tone->tones; t++) {
+        const size_t rows = rows_of(tone, t), first = (size_t)tone->carrier[t].amplitudes;
+        const sm_complex carrier = sm_unit(flow->now->angle[t].value);
+        if (tone->contact_motion) add_contacts(flow, t, carrier, motion);
+        for (size_t k = 0; k < (size_t)tone->elastic; k++)
+            elastic[k] += real_part(sm_cx(z[first + k], z[rows + first + k]), carrier);
+        z += 2 * rows;
     }
-    for (size_t k = amplitudes; k < amplitudes + (size_t)tone->elastic; k++)
-        *motion++ = real_part(sm_cx(flow->output[k], flow->output[rows + k]), carrier);
     return SM_OK;
 }
 
@@ -375,12 +448,14 @@ sm_status sm_tone_set_state(sm_tone_flow *flow, const double *state) {
     if (!sm_all_finite(state, flow->state_count)) return SM_NOT_FINITE;
     sm_tone_state given;
     memcpy(&given, state, sizeof given);
-    const sm_status status = sm_inputs_check(&given.inputs, 1);
+    const int tones = flow->tone.tones;
+    const sm_status status = sm_inputs_check(&given.inputs, tones);
     if (status != SM_OK) return status;
-    if (given.band != round(given.band) || fabs(given.band) > FARTHEST_BAND)
-        return SM_BAD_ARGUMENT;
+    for (int t = 0; t < tones; t++)
+        if (given.band[t] != round(given.band[t]) || fabs(given.band[t]) > FARTHEST_BAND)
+            return SM_BAD_ARGUMENT;
     memcpy(flow->state, state, flow->state_count * sizeof(double));
-    sm_tone_enter_band(flow, given.band);
+    for (int t = 0; t < tones; t++) sm_tone_enter_band(flow, t, given.band[t]);
     return SM_OK;
 }
 

@@ -1,4 +1,4 @@
-/* Time integration of the amplitudes on one tone, a' = (s - i Omega) a + load (docs/theory.md,
+/* Time integration of the amplitudes on the tones, a' = (s - i Omega) a + load (docs/theory.md,
  * "Several modes on one tone"), by the exponential Runge-Kutta method of fourth order of Cox and
  * Matthews, J. Comput. Phys. 176 (2002), with step size control. tone_entries.c calls it. */
 #include <math.h>
@@ -54,48 +54,62 @@ static void double_argument(const sm_complex phi[4], sm_complex to[4]) {
 /* Weights of a step, in the order of `set_weights`. */
 enum { HALF, WHOLE, TO_HALF, LAST_PART, FIRST, MIDDLE, LAST };
 
-/* Computes the weights of a step h at a mean frequency, with z = h (s - i Omega), for each mode:
- * exp(z / 2) and exp(z) of the amplitude; h phi_1(z / 2) / 2 of the load over half a step, and
- * times exp(z / 2) - 1; then of the loads at the start, in the middle (twice) and at the end. */
-static void set_weights(sm_tone_flow *f, double h, double frequency) {
-    const sm_tone_modes *modes = &f->tone.slow;
-    const int M = modes->count;
-    for (int k = 0; k < M; k++) {
-        const sm_complex z = sm_cx(h * modes->pole[k], h * (modes->pole[M + k] - frequency));
-        sm_complex half[4], phi[4];
-        phi_functions(sm_cscale(z, 0.5), half);
-        double_argument(half, phi);
-        const sm_complex w[SM_TONE_WEIGHTS] = {
-            half[0],
-            phi[0],
-            sm_cscale(half[1], 0.5 * h),
-            sm_cscale(sm_cmul(half[1], sm_csub(half[0], sm_cx(1.0, 0.0))), 0.5 * h),
-            sm_cscale(sm_cadd(sm_csub(phi[1], sm_cscale(phi[2], 3.0)), sm_cscale(phi[3], 4.0)), h),
-            sm_cscale(sm_csub(phi[2], sm_cscale(phi[3], 2.0)), 2.0 * h),
-            sm_cscale(sm_csub(sm_cscale(phi[3], 4.0), phi[2]), h),
-        };
-        for (int i = 0; i < SM_TONE_WEIGHTS; i++) {
-            f->weight[2 * i * M + k] = w[i].re;
-            f->weight[(2 * i + 1) * M + k] = w[i].im;
+/* Computes the weights of a step h, with z = h (s - i Omega) at the frequencies `middle` seconds after
+ * the inputs' start, for each mode: exp(z / 2) and exp(z) of the amplitude; h phi_1(z / 2) / 2 of the
+ * load over half a step, and times exp(z / 2) - 1; then of the loads at the start, in the middle
+ * (twice) and at the end. */
+static void set_weights(sm_tone_flow *f, double h, double middle) {
+    const sm_inputs *in = &f->now->inputs;
+    double *weight = f->weight;
+    for (int t = 0; t < f->tone.tones; t++) {
+        const sm_tone_modes *modes = &f->tone.carrier[t].slow;
+        const double frequency = in->frequency[t] + middle * in->frequency_rate[t];
+        const int M = modes->count;
+        for (int k = 0; k < M; k++) {
+            const sm_complex z = sm_cx(h * modes->pole[k], h * (modes->pole[M + k] - frequency));
+            sm_complex half[4], phi[4];
+            phi_functions(sm_cscale(z, 0.5), half);
+            double_argument(half, phi);
+            const sm_complex third = sm_csub(phi[1], sm_cscale(phi[2], 3.0));
+            const sm_complex w[SM_TONE_WEIGHTS] = {
+                half[0],
+                phi[0],
+                sm_cscale(half[1], 0.5 * h),
+                sm_cscale(sm_cmul(half[1], sm_csub(half[0], sm_cx(1.0, 0.0))), 0.5 * h),
+                sm_cscale(sm_cadd(third, sm_cscale(phi[3], 4.0)), h),
+                sm_cscale(sm_csub(phi[2], sm_cscale(phi[3], 2.0)), 2.0 * h),
+                sm_cscale(sm_csub(sm_cscale(phi[3], 4.0), phi[2]), h),
+            };
+            for (size_t i = 0; i < SM_TONE_WEIGHTS; i++) {
+                weight[i * f->amplitudes + (size_t)k] = w[i].re;
+                weight[i * f->amplitudes + (size_t)(M + k)] = w[i].im;
+            }
         }
+        weight += 2 * M;
     }
 }
 
 /* Computes the product of a weight and x for each mode; adds it to `to` if `add`. */
 static void apply_weight(const sm_tone_flow *f, int weight, const double *x, int add, double *to) {
-    const int M = f->tone.slow.count;
-    const double *re = f->weight + 2 * weight * M, *im = re + M;
-    for (int k = 0; k < M; k++) {
-        const double a = re[k] * x[k] - im[k] * x[M + k], b = re[k] * x[M + k] + im[k] * x[k];
-        to[k] = add ? to[k] + a : a;
-        to[M + k] = add ? to[M + k] + b : b;
+    const double *re = f->weight + (size_t)weight * f->amplitudes;
+    for (int t = 0; t < f->tone.tones; t++) {
+        const int M = f->tone.carrier[t].slow.count;
+        const double *im = re + M;
+        for (int k = 0; k < M; k++) {
+            const double a = re[k] * x[k] - im[k] * x[M + k], b = re[k] * x[M + k] + im[k] * x[k];
+            to[k] = add ? to[k] + a : a;
+            to[M + k] = add ? to[M + k] + b : b;
+        }
+        re += 2 * M;
+        x += 2 * M;
+        to += 2 * M;
     }
 }
 
 /* Makes a step between two times after the inputs' start [s]: computes the amplitudes `next` at
  * its end, the load there in `end`, and the `power` dissipated in its middle. */
 static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
-    const int size = 2 * f->tone.slow.count;
+    const size_t size = f->amplitudes;
     const double middle = 0.5 * (from + to);
     double *stage = f->next; /* not needed before the last sum */
     sm_status status = SM_OK;
@@ -109,7 +123,7 @@ static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
     /* the second half step, from the first half step, with the load 2 n_3 - n_1 */
     apply_weight(f, WHOLE, f->amplitude, 0, stage);
     apply_weight(f, LAST_PART, f->stage[0], 1, stage);
-    for (int i = 0; i < size; i++) f->end[i] = 2.0 * f->stage[2][i];
+    for (size_t i = 0; i < size; i++) f->end[i] = 2.0 * f->stage[2][i];
     apply_weight(f, TO_HALF, f->end, 1, stage);
     if ((status = sm_tone_load(f, to, stage, f->stage[3])) != SM_OK) return status;
     apply_weight(f, WHOLE, f->amplitude, 0, f->next);
@@ -123,13 +137,13 @@ static sm_status step(sm_tone_flow *f, double from, double to, double *power) {
 /* Returns the estimated error relative to the amplitudes: the difference from a method, of third
  * order or higher, with the load at the end in place of the load of the last stage. */
 static double error_of(sm_tone_flow *f) {
-    const int size = 2 * f->tone.slow.count;
+    const size_t size = f->amplitudes;
     double *difference = f->stage[3];
-    for (int i = 0; i < size; i++) difference[i] -= f->end[i];
+    for (size_t i = 0; i < size; i++) difference[i] -= f->end[i];
     double *error = f->stage[2];
     apply_weight(f, LAST, difference, 0, error);
     double sum = 0.0, before = 0.0, after = 0.0;
-    for (int i = 0; i < size; i++) {
+    for (size_t i = 0; i < size; i++) {
         sum += error[i] * error[i];
         before += f->amplitude[i] * f->amplitude[i];
         after += f->next[i] * f->next[i];
@@ -139,13 +153,17 @@ static double error_of(sm_tone_flow *f) {
 
 sm_status sm_tone_march(sm_tone_flow *f, double from, double to) {
     sm_tone_state *now = f->now;
-    const double rate = now->inputs.frequency_rate[0], duration = to - from;
-    const double start = now->inputs.frequency[0] + rate * from;
-    const size_t bytes = 2 * (size_t)f->tone.slow.count * sizeof(double);
-    const double period = SM_TWO_PI / fmax(start, start + rate * duration);
+    const sm_inputs *in = &now->inputs;
+    const size_t bytes = f->amplitudes * sizeof(double);
+    double highest = 0.0, rate = 0.0; /* of all tones */
+    for (int t = 0; t < f->tone.tones; t++) {
+        const double start = in->frequency[t] + in->frequency_rate[t] * from;
+        highest = fmax(highest, fmax(start, start + in->frequency_rate[t] * (to - from)));
+        rate = fmax(rate, fabs(in->frequency_rate[t]));
+    }
+    const double period = SM_TWO_PI / highest;
     /* The phase of a sweep deviates by |Omega'| h^2 / 8 from the phase at the mean frequency. */
-    const double slow = sqrt(8.0 * f->tolerance / fabs(rate));
-    const double longest = fmin(LONGEST * period, slow);
+    const double longest = fmin(LONGEST * period, sqrt(8.0 * f->tolerance / rate));
     double h = now->step > 0.0 ? fmin(now->step, longest) : fmin(period, longest);
     double time = from, power[3] = {now->power};
     while (time < to) {
@@ -153,7 +171,7 @@ sm_status sm_tone_march(sm_tone_flow *f, double from, double to) {
         /* two equal steps are better than a long and a very short one */
         const double taken = h >= left ? left : fmin(h, 0.5 * left);
         const double end = taken == left ? to : time + taken;
-        set_weights(f, taken, now->inputs.frequency[0] + 0.5 * (time + end) * rate);
+        set_weights(f, taken, 0.5 * (time + end));
         const sm_status status = step(f, time, end, power + 1);
         if (status != SM_OK) return status;
         const double error = error_of(f) / f->tolerance;
