@@ -137,7 +137,8 @@ def _measured_points(size: Floats, axes: tuple[Floats, ...]) -> NDArray[np.intp]
     if len(size) <= count:
         return np.arange(len(size))
     if len(axes) == 2:  # so few points miss most cells of a table of two modes
-        return np.unique(np.linspace(0, len(size) - 1, count).astype(np.intp))
+        # rounded, so that a curve is measured at the same points from either end
+        return np.unique(np.rint(np.linspace(0, len(size) - 1, count)).astype(np.intp))
     nodes = axes[0]
     cells = np.abs(np.diff(np.interp(size[:, 0], nodes, np.arange(nodes.size))))
     share = np.divide(cells, cells.mean(), out=np.zeros_like(cells), where=cells > 0.0)

@@ -15,7 +15,7 @@ FREQUENCY = (0.98, 1.65)
 def both():
     """Both modes of the two masses."""
     reduced = rom.reduce(rom.two_mass(beta=0.01))
-    return rom.tabulate(reduced, rom.Coulomb(2.0), (4.0, 2.0), 2e-3, combinations=())
+    return rom.tabulate(reduced, rom.Coulomb(2.0), (4.0, 2.0), 4e-3, combinations=())
 
 
 def opening():
