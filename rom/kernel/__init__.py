@@ -3,7 +3,8 @@
 slipmode.h is its public header: start there. The C is in the rooms of rom/:
 
 contact/   a time step of Eq. (12), stepper.h; friction as resolvents, friction.h, Eq. (28);
-           stage/: Newton solver of a stage; elastic/: elastic contact laws and their solver
+           stage/: its stages by TR-BDF2, and their Newton solver; elastic/: elastic contact laws
+           and their solver
 torus/     Eqs. (13), (14) by characteristics: torus.c; march.h: what a contact law provides, by
            rigid/ in lanes and by elastic/; periodic/: the driver, search.c, for all laws;
            growth.c: the rate correction

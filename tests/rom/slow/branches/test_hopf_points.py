@@ -47,7 +47,7 @@ def test_runs_keep_to_stable_states_and_leave_unstable_ones(
 ):
     system, model = two_masses
     curve = rom.response_curve(model, [frequency], [{0: FORCE}], vary, span)
-    # two folds, 3e-6 apart, may be beside it, where the contact begins to slip
+    # Two folds 3e-6 apart are where slip begins, also in a table of half the tolerance.
     (point,) = (each for each in curve.special if each.kind == "Hopf")
     value = point.parameter + part * reach
     ((a,),), (stable,) = curve.at(value)
