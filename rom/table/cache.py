@@ -18,7 +18,7 @@ from slipmode.rom.table import disk_cache
 from slipmode.rom.table.model import FORMAT, OPTIONAL_ARRAYS, Model, arrays_of, digest
 from slipmode.rom.table.tabulation import extended_range, tabulate
 
-_ENTRY = 2  # format of an entry, besides the format of a model's file
+_ENTRY = 3  # format of an entry, besides the format of a model's file
 _SHAPES = ("mode_shapes", "contact_shapes", "nonresonant_shapes")
 
 
