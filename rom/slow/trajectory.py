@@ -18,7 +18,7 @@ from slipmode.rom.slow.slow_flow import inputs_of, rates, shifted_flow
 from slipmode.rom.table.model import Model
 
 _MOST_PARTS = 256  # of a step
-_PATH_ERROR = 1e-6  # relative, far below the deviations that are allowed
+_PATH_ERROR = 1e-5  # relative, far below the deviations that are allowed
 
 
 @frozen
@@ -232,7 +232,7 @@ class SlowTrajectory:
 
         scale = _PATH_ERROR * np.abs(start).max()
         options = {"rtol": _PATH_ERROR, "atol": scale, "dense_output": True}
-        path: Any = solve_ivp(slope, (0.0, 1.0), start.ravel(), method="DOP853", **options)
+        path: Any = solve_ivp(slope, (0.0, 1.0), start.ravel(), method="RK45", **options)
         return lambda parts: np.asarray(path.sol(parts)).T.reshape(-1, *start.shape)
 
     def _divided(self, steps: NDArray[np.intp], path: Complexes) -> SlowTrajectory:
