@@ -1,6 +1,7 @@
 """The C kernel as Python sees it: functions, structures and status codes of slipmode.h.
 
-slipmode.h is its public header: start there. The C is in the rooms of rom/:
+slipmode.h is its public interface, with the headers that it includes: start there. The C is in
+the rooms of rom/:
 
 contact/   a time step of Eq. (12), stepper.h; friction as resolvents, friction.h, Eq. (28);
            stage/: its stages by TR-BDF2, and their Newton solver; elastic/: elastic contact laws

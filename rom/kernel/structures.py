@@ -15,7 +15,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 HEADERS = tuple(
-    Path(__file__).with_name(name) for name in ("slipmode.h", "slipmode_full.h", "slipmode_tone.h")
+    Path(__file__).with_name(f"slipmode{part}.h")
+    for part in ("", "_slow", "_component", "_full", "_tone")
 )
 # A comment ends, and what C reads begins, at the first "*/" of each part that "/*" begins.
 _TEXT = "*/" + "".join(map(Path.read_text, HEADERS))

@@ -48,6 +48,12 @@ struct sm_tone_flow {
     double *output;                /* (2, K) for each tone */
 };
 
+/* Returns the number of complex outputs K at carrier t; 0 without outputs. */
+static inline size_t sm_tone_rows(const sm_tone *tone, int t) {
+    const sm_tone_carrier *carrier = &tone->carrier[t];
+    return carrier->output ? (size_t)carrier->amplitudes + (size_t)tone->elastic + 1 : 0;
+}
+
 /* Adds matrix x to `to` (2, rows); the complex matrix has `columns` columns of `rows` numbers. */
 void sm_tone_add_product(int rows, int columns, const double *matrix, const double *x, double *to);
 /* Replaces the rates of modes (2, M) by their steady amplitudes at a frequency [rad/s]. */
