@@ -10,72 +10,7 @@
 #include "slow/inputs.h"
 #include "slow/tone/tone_flow.h"
 
-#define MAX_SIZE 16384 /* modes, contacts, nodes, outputs: counts of doubles fit in 32 bits */
 #define FARTHEST_BAND 1e6 /* band of a valid state: 2000 times the reference frequency */
-
-/* ---- checks ---------------------------------------------------------------------------------- */
-
-/* Returns whether a number is within its limits. */
-static int is_size(int32_t count, int32_t least) { return count >= least && count <= MAX_SIZE; }
-
-/* Checks that arrays exist and are finite. */
-static sm_status check_arrays(size_t count, const double *const arrays[], const size_t sizes[]) {
-    for (size_t i = 0; i < count; i++) {
-        if (!arrays[i]) return SM_BAD_ARGUMENT;
-        if (!sm_all_finite(arrays[i], sizes[i])) return SM_NOT_FINITE;
-    }
-    return SM_OK;
-}
-
-/* Checks the arrays of modes; the last one, of outputs, only if there are any. */
-static sm_status check_modes(const sm_tone_modes *modes, size_t contacts, size_t rows) {
-    const size_t M = 2 * (size_t)modes->count;
-    const double *const arrays[] = {modes->pole,   modes->excitation, modes->conjugate,
-                                    modes->motion, modes->projection, modes->output};
-    const size_t sizes[] = {M, M, M, M * contacts, M * contacts, M * rows};
-    return check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
-}
-
-/* Checks the structure at carrier t. */
-static sm_status check_carrier(const sm_tone *tone, int t) {
-    const sm_tone_carrier *carrier = &tone->carrier[t];
-    if (!is_size(carrier->slow.count, 1) || !is_size(carrier->fast.count, 1)
-        || !is_size(carrier->amplitudes, 0))
-        return SM_BAD_ARGUMENT;
-    const size_t n = (size_t)tone->contacts, rows = sm_tone_rows(tone, t);
-    const double *const arrays[] = {carrier->flexibility, carrier->own, carrier->output};
-    const size_t sizes[] = {2 * n * (n + 1), 2 * n, 2 * rows * (n + 1)};
-    sm_status status = check_arrays(sizeof sizes / sizeof *sizes - (rows ? 0 : 1), arrays, sizes);
-    if (status == SM_OK) status = check_modes(&carrier->slow, n, rows);
-    if (status == SM_OK) status = check_modes(&carrier->fast, n, rows);
-    return status == SM_OK ? sm_check_positive(carrier->reference) : status;
-}
-
-/* Checks the tables of the contacts. */
-static sm_status check_tables(const sm_tone *tone) {
-    const size_t tones = (size_t)tone->tones, kinds = (size_t)tone->kinds;
-    const double *const arrays[] = {tone->stiffness, tone->onset, tone->secant};
-    const size_t sizes[] = {(size_t)tone->contacts, kinds,
-                            4 * tones * tones * (size_t)tone->nodes * (size_t)tone->shares * kinds};
-    sm_status status = check_arrays(sizeof sizes / sizeof *sizes, arrays, sizes);
-    for (size_t i = 0; i < kinds && status == SM_OK; i++)
-        status = sm_check_positive(tone->onset[i]);
-    if (status == SM_OK) status = sm_check_positive(tone->spacing);
-    if (status == SM_OK) status = sm_check_not_negative(tone->contraction);
-    return status == SM_OK && !isfinite(tone->first) ? SM_NOT_FINITE : status;
-}
-
-/* Checks a tone. */
-static sm_status check(const sm_tone *tone, double tolerance) {
-    if (!tone || tone->tones < 1 || tone->tones > SM_MODES) return SM_BAD_ARGUMENT;
-    if (!is_size(tone->contacts, 1) || !is_size(tone->nodes, 2) || tone->kinds < 1
-        || tone->contacts % tone->kinds != 0 || !is_size(tone->elastic, 0)
-        || !is_size(tone->shares, tone->tones) || (tone->tones == 1 && tone->shares != 1))
-        return SM_BAD_ARGUMENT;
-    sm_status status = check_tables(tone);
-    for (int t = 0; t < tone->tones && status == SM_OK; t++) status = check_carrier(tone, t);
-    return status == SM_OK ? sm_check_positive(tolerance) : status;
-}
 
 /* ---- memory ---------------------------------------------------------------------------------- */
 
@@ -120,7 +55,7 @@ static void set_at_rest(sm_tone_flow *flow) {
 
 sm_status sm_tone_create(const sm_tone *tone, double tolerance, sm_tone_flow **flow) {
     if (!flow) return SM_BAD_ARGUMENT;
-    const sm_status status = check(tone, tolerance);
+    const sm_status status = sm_tone_check(tone, tolerance);
     if (status != SM_OK) return status;
     const size_t header = sm_whole_lines(sm_doubles(sizeof(sm_tone_flow)));
     sm_block block = {NULL, 0};

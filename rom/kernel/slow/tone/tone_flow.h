@@ -1,5 +1,5 @@
 /* Several modes on one or two tones (docs/theory.md, "Several modes on one tone"): state, work arrays, and
- * the functions that tone_entries.c, tone_march.c and tone_flow.c share. The symbols are defined at
+ * the functions that the files of this folder share. The symbols are defined at
  * sm_tone: amplitudes a, force deficits y, drives c, poles s, complex force G. */
 #ifndef SLIPMODE_TONE_FLOW_H
 #define SLIPMODE_TONE_FLOW_H
@@ -53,6 +53,9 @@ static inline size_t sm_tone_rows(const sm_tone *tone, int t) {
     const sm_tone_carrier *carrier = &tone->carrier[t];
     return carrier->output ? (size_t)carrier->amplitudes + (size_t)tone->elastic + 1 : 0;
 }
+
+/* Checks a tone. */
+sm_status sm_tone_check(const sm_tone *tone, double tolerance);
 
 /* Adds matrix x to `to` (2, rows); the complex matrix has `columns` columns of `rows` numbers. */
 void sm_tone_add_product(int rows, int columns, const double *matrix, const double *x, double *to);
