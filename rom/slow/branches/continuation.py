@@ -113,10 +113,12 @@ def traced(curve: kernel.Structure, z: Floats) -> Branch | None:
 def changes_of_stability(points: Points) -> list[tuple[Kind, int]]:
     """Return folds, and Hopf points, where a pair of deviations begins or ceases to grow.
 
-    With each goes the number of the point that it follows.
+    With each goes the number of the point that it follows. At a fold one real eigenvalue changes
+    its sign; the direction of the curve alone may turn by noise of the contact problem.
     """
-    folds = points.tangent[:-1, -1] * points.tangent[1:, -1] < 0.0
-    places = np.flatnonzero(folds | (np.abs(np.diff(points.unstable)) == 2)).tolist()
+    changes = np.abs(np.diff(points.unstable))
+    folds = changes % 2 == 1
+    places = np.flatnonzero(folds | (changes == 2)).tolist()
     return [("fold" if folds[before] else "Hopf", before) for before in places]
 
 

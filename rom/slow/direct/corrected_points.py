@@ -32,6 +32,7 @@ from slipmode.rom.slow.direct.contact_friction import (
     changed_reaction,
     has_contact_problem,
 )
+from slipmode.rom.slow.direct.steady_harmonics import relative_error
 from slipmode.rom.slow.direct.steady_state import steady_state
 from slipmode.rom.slow.slow_flow import ForcedFlow
 from slipmode.rom.table.quasi_static import quasi_static_error
@@ -39,6 +40,8 @@ from slipmode.rom.table.quasi_static import quasi_static_error
 # Part of the tolerance above which an estimated error is measured: estimates scale trials of the
 # table at other amplitudes.
 _WORTH_MEASURING = 0.1
+# Tolerance of an integration in time: a larger one saves no time.
+_AT_ONCE = 1e-3
 # Of more points than twice _SOME, the error is measured at some. The estimates of the others are
 # scaled by the largest ratio of both there, times a margin.
 _SOME, _MARGIN = 16, 2.0
@@ -166,8 +169,12 @@ def _near(
 
 
 def _from_rest(flow: ForcedFlow, applied: AppliedForces) -> Complexes | None:
-    """Return the steady state (modes,) without a table, if all modes have a force."""
+    """Return the steady state (modes,) without a table, if all modes have a force.
+
+    Its error is below the tolerance of the table.
+    """
     model, scale = flow.model, float(flow.inputs["limit_scale"][0])
+    reduced, tolerance = model.reduced, model.accuracy.tolerance
     if not flow.force[0].all():
         return None
     factor = flow.force[0] / applied.modal
@@ -175,8 +182,11 @@ def _from_rest(flow: ForcedFlow, applied: AppliedForces) -> Complexes | None:
     try:
         with warnings.catch_warnings():  # the caller has them
             warnings.simplefilter("ignore", ValidityWarning)
-            state = steady_state(model.reduced, model.law, flow.frequency[0], force)
+            at_once = min(tolerance, _AT_ONCE)
+            state = steady_state(reduced, model.law, flow.frequency[0], force, at_once)
     except SlipmodeError:
+        return None
+    if relative_error(reduced, state.error, state.amplitude) > tolerance:
         return None
     return np.asarray(scale * state.amplitude * np.exp(1j * np.angle(factor)))
 
