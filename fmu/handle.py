@@ -71,7 +71,7 @@ def create_component(
     """Return the core's component, or its flow of a tone, which is freed with the handle."""
     if isinstance(model, ToneModel):
         forced = forced_tone(model, force_patterns)
-        tone = forced.core(np.atleast_1d(model.middle), options.elastic, options.contact)
+        tone = forced.core(model.carrier, options.elastic, options.contact)
         return Handle("tone", tone, tolerance=options.tolerance)
     wanted: dict[str, Any] = {}
     if options.contact:
@@ -104,4 +104,4 @@ def forced_tone(model: ToneModel, force_patterns: ForcePatterns | None) -> Force
             "one for each tone, as [{DOF: amplitude}]"
         )
     with naming("force_patterns"):
-        return ForcedTone.of(model, force_patterns, 0.0, np.atleast_2d(model.middle))
+        return ForcedTone.of(model, force_patterns, 0.0, model.carrier[np.newaxis])

@@ -213,7 +213,7 @@ def limit_scale(record: Floats) -> float:
 def carried_frequencies(model: AnyModel) -> Floats:
     """Return the frequencies [rad/s] near which the forcing frequencies are, (modes or tones,)."""
     if isinstance(model, ToneModel):
-        return np.atleast_1d(model.middle)
+        return model.carrier
     return model.reduced.frequency
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from slipmode.fmu.handle import ComponentOptions, forced_tone
 from slipmode.fmu.inputs import AnyModel, Inputs
 from slipmode.rom import Model
@@ -20,7 +18,7 @@ def checked_findings(
 ) -> list[Finding]:
     """Return the assumptions that a component strains; refuse forces that its table misses."""
     if isinstance(model, ToneModel):
-        return forced_tone(model, force_patterns).transient_findings(np.atleast_1d(model.middle))
+        return forced_tone(model, force_patterns).transient_findings(model.carrier)
     if force_patterns is not None:
         check_force_patterns(model, AppliedForces.of(model.reduced, force_patterns))
     return findings_of(model, mode_names)

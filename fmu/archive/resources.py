@@ -152,8 +152,7 @@ def _tone_arrays(
     model: ToneModel, force_patterns: ForcePatterns | None, options: ComponentOptions
 ) -> tuple[dict[str, int], dict[str, np.ndarray]]:
     """Return counts and arrays of modes that share a tone."""
-    at = np.atleast_1d(model.middle)
-    tone = forced_tone(model, force_patterns).core(at, options.elastic, True)
+    tone = forced_tone(model, force_patterns).core(model.carrier, options.elastic, True)
     counts = {name: getattr(tone, name) for name in ("kinds", "nodes", "shares")}
     for letter, carrier in zip("ab", tone.owned["carrier"], strict=False):
         counts |= {f"slow_{letter}": carrier.slow.count, f"fast_{letter}": carrier.fast.count}
@@ -257,7 +256,7 @@ def _constants(
     alpha, nominal = 0.0, np.zeros(3 * kernel.MODES + 1)
     if isinstance(model, ToneModel):
         flow = kernel.SlowFlow()
-        flow.natural[: model.reduced.tones] = np.atleast_1d(model.middle).tolist()
+        flow.natural[: model.reduced.tones] = model.carrier.tolist()
     else:
         flow = slow_flow(model, force_patterns)
         alpha = contact_problem(model.reduced, model.law).alpha

@@ -59,7 +59,7 @@ def contact_count(model: AnyModel) -> int:
 def _validity(model: AnyModel) -> list[str]:
     """Return what the model assumes, and what a change of amplitudes within a cycle costs."""
     if isinstance(model, ToneModel):
-        middle = " and ".join(f"{each:.6g} rad/s" for each in np.atleast_1d(model.middle))
+        middle = " and ".join(f"{each:.6g} rad/s" for each in model.carrier)
         return [
             "The modes are modes of the structure with stuck contacts. A force moves all modes of "
             f"its tone, at frequencies within {percentage(SPAN)} of {middle}.",

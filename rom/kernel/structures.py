@@ -160,8 +160,8 @@ HarmonicSum = STRUCTURES["sm_harmonic_sum"]
 INPUTS = np.dtype(STRUCTURES["sm_inputs"])
 ELEMENT = np.dtype(STRUCTURES["sm_element"])
 SEGMENT = np.dtype(STRUCTURES["sm_segment"])
-# Types of the arrays that a pointer takes, by what C declares that it points to. Complex numbers
-# are pairs of doubles, inputs are rows of doubles.
+# Types of arrays by the type of a pointer in C. Complex numbers are pairs of doubles, and inputs
+# are rows of doubles.
 _ARRAYS = {
     "double": (np.dtype(float), np.dtype(complex)),
     "int32_t": (np.dtype(np.int32),),

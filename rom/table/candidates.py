@@ -36,7 +36,7 @@ class Candidate:
         Whether modes respond to harmonics up to `RESPONSE_ORDER` alone.
     neglected_response, neglected_modes : float
     allowed : float
-        Interpolation error, relative to that of the budget [-].
+        Interpolation error as a part of the budget's [-].
     """
 
     problem: ContactProblem

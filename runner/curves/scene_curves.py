@@ -143,7 +143,7 @@ def _tone_curve(
         span = [0.95 * natural.min(), 1.05 * natural.max()]
     forces = [force * pattern for pattern in plan.excited.force_patterns]
     return rom.response_curve(
-        plan.model, [plan.model.middle], forces, vary or "frequency_A", span, phase
+        plan.model, plan.model.carrier, forces, vary or "frequency_A", span, phase
     )
 
 

@@ -99,7 +99,7 @@ def plan_shared_tone(scene: Scene) -> SharedTonePlan:
 
 def _decisions(plan: SharedTonePlan) -> list[Finding]:
     scene, reduced, unit = plan.scene, plan.model.reduced, plan.scene.units.frequency
-    reached, middle = np.array(plan.frequency_range), np.array([plan.model.middle])
+    reached, middle = np.array(plan.frequency_range), plan.model.carrier
     check_carrier("forcing.A.frequency", "A", plan.model.middle, reached, unit)
     omega = [f"{scene.units.of_frequency(each):.5g}" for each in reduced.frequency.tolist()]
     spread = float(reduced.frequency.max() / reduced.frequency.min() - 1.0)

@@ -1,8 +1,8 @@
 /* Cubic Hermite polynomials between two nodes with values f_0, f_1 and slopes f_0', f_1':
  *   value = f_0 + rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1',
  *   slope =       rise (f_1 - f_0) + bend_0 f_0' + bend_1 f_1' with other weights.
- * Friction tables (table/table.c), amplitudes and forces along a trajectory (slow/motion/) and
- * predictions on solution curves (slow/branches/curve.c) are such polynomials. */
+ * Friction tables (table/table.c, slow/tone/tone_flow.c), amplitudes and forces along a trajectory
+ * (slow/motion/) and predictions on solution curves (slow/branches/curve.c) are such polynomials. */
 #ifndef SLIPMODE_HERMITE_H
 #define SLIPMODE_HERMITE_H
 

@@ -66,8 +66,8 @@ static inline size_t sm_march_harmonics(const sm_march *march) {
     return 2 * (size_t)march->task->grid->orders_count * (size_t)march->contact->contacts;
 }
 
-/* Returns where the values (points, modes) of the task have those of point p of the march. Unused
- * places repeat the last of the points. */
+/* Returns the index of point p of the march in arrays (points, modes) of the task. Unused places
+ * repeat the last point. */
 static inline size_t sm_march_place(const sm_march *march, size_t p) {
     const size_t count = march->task->points->count, at = march->first + p;
     return (at < count ? at : count - 1) * (size_t)march->contact->modes;

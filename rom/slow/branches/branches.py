@@ -66,13 +66,16 @@ class Branches:
                 f"{problem.model.table.amplitude_range}, over the span {problem.span}; tabulate a "
                 "larger range"
             )
+        counts = [len(each.points.rows) for each in branches]
+        rows = np.concatenate([branch.points.rows for branch in branches])
+        points = Points(rows, problem.curve.unknowns)
+        number = np.repeat(np.arange(len(counts)), counts)
         # the direction of the span has no influence on where the error is measured
-        points, number = _joined(branches)
         error = CurveError.of(problem, points.z, number, contact)
         if problem.is_reversed:
             branches = [branch.reversed for branch in branches]
             order = np.lexsort((-np.arange(number.size), number))
-            (points, number), error = _joined(branches), error.at(order)
+            points, error = Points(rows[order], points.unknowns), error.at(order)
         return cls(problem, branches, points, number, error, contact)
 
     @classmethod
@@ -116,13 +119,6 @@ class Branches:
         along = problem.at(np.linspace(0.0, 1.0, 65)).frequency
         friction = ContactFriction.of(problem.model, problem.applied).with_resonances(along)
         return cls.of(problem, starts, ContactCurve(problem, friction))
-
-
-def _joined(branches: list[Branch]) -> tuple[Points, NDArray[np.intp]]:
-    """Return the points of all branches, and the number of the branch of each."""
-    counts = [len(branch.points.rows) for branch in branches]
-    rows = np.concatenate([branch.points.rows for branch in branches])
-    return Points(rows, branches[0].points.unknowns), np.repeat(np.arange(len(counts)), counts)
 
 
 def _is_part(branch: Branch, branches: list[Branch]) -> bool:

@@ -40,8 +40,8 @@ from slipmode.rom.table.quasi_static import quasi_static_error
 # Part of the tolerance above which an estimated error is measured: estimates scale trials of the
 # table at other amplitudes.
 _WORTH_MEASURING = 0.1
-# Tolerance of an integration in time: a larger one saves no time.
-_AT_ONCE = 1e-3
+# Largest tolerance of a steady state without a table: the default of `steady_state`.
+_LARGEST_TOLERANCE = 1e-3
 # Of more points than twice _SOME, the error is measured at some. The estimates of the others are
 # scaled by the largest ratio of both there, times a margin.
 _SOME, _MARGIN = 16, 2.0
@@ -182,8 +182,8 @@ def _from_rest(flow: ForcedFlow, applied: AppliedForces) -> Complexes | None:
     try:
         with warnings.catch_warnings():  # the caller has them
             warnings.simplefilter("ignore", ValidityWarning)
-            at_once = min(tolerance, _AT_ONCE)
-            state = steady_state(reduced, model.law, flow.frequency[0], force, at_once)
+            own = min(tolerance, _LARGEST_TOLERANCE)
+            state = steady_state(reduced, model.law, flow.frequency[0], force, own)
     except SlipmodeError:
         return None
     if relative_error(reduced, state.error, state.amplitude) > tolerance:

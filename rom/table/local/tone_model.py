@@ -73,9 +73,13 @@ class ToneModel:
     @property
     def middle(self) -> Any:
         """Middle of the range of the natural frequencies of a tone [rad/s], (2,) of two tones."""
+        return float(self.carrier[0]) if self.carrier.size == 1 else self.carrier
+
+    @property
+    def carrier(self) -> Floats:
+        """Middle of the range of the natural frequencies of each tone, (tones,) [rad/s]."""
         each = [self.reduced.frequency[own] for own in self.reduced.on_tones]
-        found = [0.5 * float(own.min() + own.max()) for own in each]
-        return found[0] if len(found) == 1 else np.array(found)
+        return np.array([0.5 * (own.min() + own.max()) for own in each])
 
     @property
     def table(self) -> NoReturn:

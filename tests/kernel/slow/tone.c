@@ -45,7 +45,7 @@ static void new_tone(tone_call *p) {
                                  p->motion, p->projection, p->output};
     sm_tone_carrier carrier = {.slow = modes, .fast = modes, .amplitudes = 1, .reference = 1.0,
                                .flexibility = p->others, .own = p->own, .output = p->rows};
-    carrier.fast.count = 1; /* arrays of one mode are the beginning of those of three, or wider */
+    carrier.fast.count = 1; /* it reads the first numbers of arrays for three modes */
     p->tone = (sm_tone){.tones = 2, .carrier = {carrier, carrier}, .contacts = CONTACTS,
                         .kinds = KINDS, .nodes = NODES, .shares = SHARES, .elastic = 1,
                         .contact_motion = 1, .stiffness = p->stiffness, .onset = p->onset,

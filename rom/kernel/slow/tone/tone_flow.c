@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "base/cnumber.h"
+#include "base/hermite.h"
 #include "base/lanes.h"
 
 #define MAX_ITERATIONS 60 /* of the deficits; weakly coupled contacts need one or two */
@@ -85,15 +86,15 @@ void sm_tone_enter_band(sm_tone_flow *flow, int t, double band) {
     }
 }
 
-/* Computes the weights of the values and slopes at both ends of the cell of a cubic Hermite polynomial
+/* Computes the weights of value and slope at both ends of the cell of a cubic Hermite polynomial
  * that contains `place`, from 0 to the last node. Returns the first node of the cell. */
 SM_INLINE int hermite(double place, double last, double weight[4]) {
     const int node = (int)fmin(place, last - 1.0);
-    const double t = place - node, u = 1.0 - t;
-    weight[0] = u * u * (1.0 + 2.0 * t);
-    weight[1] = u * u * t;
-    weight[2] = t * t * (1.0 + 2.0 * u);
-    weight[3] = -t * t * u;
+    const sm_hermite_weights value = sm_hermite_at(1.0, place - node).value;
+    weight[0] = 1.0 - value.rise;
+    weight[1] = value.bend[0];
+    weight[2] = value.rise;
+    weight[3] = value.bend[1];
     return node;
 }
 
