@@ -131,7 +131,7 @@ def _decisions(plan: SharedTonePlan) -> list[Finding]:
             reason if windows else "no [[contact]] or [[elastic]] window",
         ),
         *carrier_findings("forcing.{}.frequency", names, middle, reached, unit),
-        *_transient_findings(plan, reached.mean(axis=0)),
+        *_transient_findings(plan),
     ]
 
 
@@ -149,10 +149,13 @@ def _modes_on_tone(plan: SharedTonePlan, tone: int) -> Finding:
     return Finding(f"modes {', '.join(modes)}", f"share tone {name}", reason)
 
 
-def _transient_findings(plan: SharedTonePlan, frequency: np.ndarray) -> list[Finding]:
-    """Return what the model neglects of transients at frequencies (tones,) [rad/s]."""
+def _transient_findings(plan: SharedTonePlan) -> list[Finding]:
+    """Return what a run neglects, under the largest forces at the ends of the frequencies."""
+    names = plan.excited.modes
+    reached = np.array(plan.schedule.frequency_range(names))
+    force = np.abs(plan.schedule.extremes([f"force_{name}" for name in names])).max(axis=0)
+    patterns = [f * size for f, size in zip(plan.excited.force_patterns, force, strict=True)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ValidityWarning)  # the plan has these findings
-        forces = plan.excited.force_patterns
-        forced = ForcedTone.of(plan.model, forces, 0.0, frequency[np.newaxis])
-    return forced.transient_findings(frequency)
+        forced = ForcedTone.of(plan.model, patterns, 0.0, reached)
+    return max((forced.transient_findings(each) for each in np.unique(reached, axis=0)), key=len)

@@ -25,7 +25,7 @@ frequency = [[0, 544], [0.4, 548]]
 
 @pytest.mark.oracle
 @pytest.mark.slow
-@pytest.mark.parametrize(("second", "allowed"), [(False, 0.012), (True, 0.02)])
+@pytest.mark.parametrize(("second", "allowed"), [(False, 0.012), (True, 0.045)])
 def test_the_motion_of_a_plate_is_the_independent_one(second, allowed, tmp_path):
     """From rest, with a sweep, and steps of amplitude and phase, on one tone and on two."""
     amplitude, phase = [[0, 1], [0.2, 1], [0.2, 0.6]], [[0, 0], [0.3, 0], [0.3, 1]]
@@ -43,7 +43,8 @@ def test_the_motion_of_a_plate_is_the_independent_one(second, allowed, tmp_path)
         text = text.replace("A = [1, 2]", "A = [1, 2]\nB = [4, 5]").replace("[run]", SECOND)
         fast = [[0, 544 * HERTZ], [0.4, 548 * HERTZ]]
         forces.append(Force(at[10].tolist(), [[0, 3.0]], fast, [[0, 0]]))
-    data = runner.run(runner.parse_scene(text, FOLDER), tmp_path).read()
+    run = runner.run(runner.parse_scene(text, FOLDER), tmp_path)
+    data = run.read()
     plate = rom.load_structure(FOLDER / "square-plate.npz")
     matrices = (plate.mass, plate.damping, plate.stiffness)
     system = System(*(each.toarray() for each in matrices), at[:, [10]], [jenkins(0.8, 1e4)])
@@ -54,12 +55,13 @@ def test_the_motion_of_a_plate_is_the_independent_one(second, allowed, tmp_path)
         relative_rms(contact.column("x"), exact.at(contact.time)[:, 10]),
         relative_rms(contact.column("f"), exact.contact_force(contact.time)[:, 0]),
     ]
-    print(errors)
     assert max(errors[:2]) < allowed and errors[2] < 0.03
+    warned = [line for line in run.plan.warnings if "transients have errors of about 5" in line]
+    assert len(warned) == second  # motion at combinations of the two frequencies
     energy = data.channels["/energy"]
     spent = np.trapezoid(exact.contact_force(contact.time)[:, 0], exact.at(contact.time)[:, 10])
     ends = np.interp(contact.time[[0, -1]], energy.time, energy.column("dissipated_energy"))
-    print(spent, np.diff(ends))
+    assert np.diff(ends)[0] == pytest.approx(spent, rel=0.015)
 
 
 def test_the_shipped_plate_keeps_its_numbers(shipped_scene):
