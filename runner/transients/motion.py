@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, Reduced
@@ -123,6 +122,8 @@ def force_along(elements: Elements, time: Floats, displacement: Floats) -> Float
 
     Between the samples `displacement` (n, N_c), at `time` (n,), contacts take several steps.
     """
+    from scipy.interpolate import CubicSpline  # takes long to import
+
     samples = np.arange(time.size * _STEPS_PER_SAMPLE - _STEPS_PER_SAMPLE + 1) / _STEPS_PER_SAMPLE
     fine = np.interp(samples, np.arange(time.size), time)
     force, _ = elements.march(CubicSpline(time, displacement)(fine))
