@@ -32,6 +32,8 @@ from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
 
+DiskFlow = ToneFlow  # its public name for a mistuned disk
+
 _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
 

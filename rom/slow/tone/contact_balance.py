@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
@@ -140,9 +141,7 @@ class ContactBalance:
         self, contacts: CoupledContacts, x: Complexes, guess: Complexes | None
     ) -> tuple[Complexes, Complexes]:
         """Return x and harmonics of a single structure, from x (orders, N_c) and a guess."""
-        from scipy import optimize  # takes long to import
-
-        anderson: Any = optimize.anderson  # its types allow one number only
+        anderson: Any = scipy.optimize.anderson  # its types allow one number only
 
         y, *slopes = self._with_slopes(x)
         start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
@@ -168,7 +167,7 @@ class ContactBalance:
                     tol_norm=np.linalg.norm,
                     line_search=None,
                 )
-            except (optimize.NoConvergence, ValueError):
+            except (scipy.optimize.NoConvergence, ValueError):
                 raise self._unsettled() from None
         return last.x, last.harmonics
 

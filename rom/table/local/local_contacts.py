@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Floats
@@ -204,11 +205,12 @@ def _onset(law: Elastic, kinds: int) -> Floats:
 
 def _with_slopes(k: Complexes) -> Floats:
     """Return secants (nodes, shares, kinds, tones) with their derivatives per cell."""
-    from scipy.interpolate import PchipInterpolator  # takes long to import
 
     def slopes(values: Floats, axis: int) -> Floats:
         places = np.arange(float(values.shape[axis]))
-        return np.asarray(PchipInterpolator(places, values, axis=axis)(places, 1))
+        return np.asarray(
+            scipy.interpolate.PchipInterpolator(places, values, axis=axis)(places, 1)
+        )
 
     values = np.stack((k.real, k.imag), axis=-1)[..., np.newaxis]
     if k.shape[1] > 1:
