@@ -8,7 +8,7 @@ from slipmode.runner.commands import SCENE, Command, print_next
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.scene.scene import load_scene
-from slipmode.runner.transients.passes import integration_cost
+from slipmode.runner.transients.full_order import integration_cost
 
 
 def commands() -> dict[str, Command]:
