@@ -141,8 +141,6 @@ class ContactBalance:
         self, contacts: CoupledContacts, x: Complexes, guess: Complexes | None
     ) -> tuple[Complexes, Complexes]:
         """Return x and harmonics of a single structure, from x (orders, N_c) and a guess."""
-        anderson: Any = scipy.optimize.anderson  # its types allow one number only
-
         y, *slopes = self._with_slopes(x)
         start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
         last = self._iterate(contacts, slopes, start, guess)
@@ -156,6 +154,7 @@ class ContactBalance:
 
         closest = _COUPLED * float(np.linalg.norm(x))
         if np.linalg.norm(last.change) > closest:  # scipy refuses a residual of 0
+            anderson: Any = scipy.optimize.anderson  # its types allow one number only
             try:
                 anderson(
                     correction,
