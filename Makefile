@@ -38,7 +38,7 @@ BIN    := $(VENV)/bin
 PIP     = $(BIN)/python -m $$(test -x $(BIN)/uv && echo uv) pip install --quiet
 # Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
 PARALLEL := --numprocesses auto --dist loadfile
-test test-all: export OPENBLAS_NUM_THREADS := 1
+test test-all docs: export OPENBLAS_NUM_THREADS := 1
 # ccache compiles what changed, for all clones; where there is no ccache, everything is compiled.
 $(VENV)/.installed $(VENV)/.installed-oldest: export CCACHE_BASEDIR = $(CURDIR)
 $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER = \
@@ -116,7 +116,7 @@ gallery: $(VENV)/.installed
 
 # A warning is an error: a link or a name that is not there any more.
 docs: $(VENV)/.installed-docs
-	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	$(BIN)/python -m sphinx --jobs auto --quiet --fail-on-warning --keep-going docs build/docs
 	@echo "build/docs/index.html"
 
 docs-links: $(VENV)/.installed-docs
