@@ -11,6 +11,7 @@
 #              order, a table beside a bare loop of its arithmetic, and steps of many contacts.
 #              TOLERANCE=1e-3 and CONTACTS="2 4 12" (2: the two-mass model) replace 1e-2 and all
 # make bench-recordings  set up .venv and measure what recording costs, beside other writers
+# make bench-start  set up .venv and measure how long help and the plans of shipped scenes take
 # make bench-scale  set up .venv with PARDISO and measure reductions of structures of up to a million
 #              DOFs (14 GB; SIZES="10000:10 100000:10" are others), with a picture
 # make bench-disk  set up .venv with PARDISO and scikit-fem, and measure the nodal diameters and a
@@ -37,7 +38,7 @@ BIN    := $(VENV)/bin
 PIP     = $(BIN)/python -m $$(test -x $(BIN)/uv && echo uv) pip install --quiet
 # Files share fixtures that are dear to make; threads of OpenBLAS would wait for one another.
 PARALLEL := --numprocesses auto --dist loadfile
-test test-all: export OPENBLAS_NUM_THREADS := 1
+test test-all docs: export OPENBLAS_NUM_THREADS := 1
 # ccache compiles what changed, for all clones; where there is no ccache, everything is compiled.
 $(VENV)/.installed $(VENV)/.installed-oldest: export CCACHE_BASEDIR = $(CURDIR)
 $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER = \
@@ -45,7 +46,7 @@ $(VENV)/.installed $(VENV)/.installed-oldest: export CMAKE_C_COMPILER_LAUNCHER =
 TOLERANCE := 1e-2
 CORE   := CMakeLists.txt pyproject.toml $(shell find rom/kernel fmu/src -name '*.[ch]')
 
-.PHONY: run fmu report paper bench-table bench-recordings bench-scale bench-disk \
+.PHONY: run fmu report paper bench-table bench-recordings bench-start bench-scale bench-disk \
 	bench-errors bench-full bench-study bench-curves bench-mistuned bench-pyharm gallery docs docs-links \
 	wheels quick test test-all lint clean
 
@@ -70,6 +71,9 @@ bench-errors: $(VENV)/.installed
 
 bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.recordings
+
+bench-start: $(VENV)/.installed
+	$(BIN)/python -m benchmarks.start
 
 bench-scale: $(VENV)/.installed
 	@$(PIP) "slipmode[fast,pictures]"
@@ -112,7 +116,7 @@ gallery: $(VENV)/.installed
 
 # A warning is an error: a link or a name that is not there any more.
 docs: $(VENV)/.installed-docs
-	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
+	$(BIN)/python -m sphinx --jobs auto --quiet --fail-on-warning --keep-going docs build/docs
 	@echo "build/docs/index.html"
 
 docs-links: $(VENV)/.installed-docs

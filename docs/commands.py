@@ -2,13 +2,12 @@
 
 import argparse
 
-from slipmode.runner.cli import _parser
+from slipmode.runner.cli import COMMANDS, command_parser
 
 
 def commands() -> dict[str, argparse.ArgumentParser]:
     """The parser of each command by its name."""
-    (choices,) = (a.choices for a in _parser()._actions if a.dest != "help" and a.choices)
-    return dict(choices)
+    return {name: command_parser(name) for name in COMMANDS}
 
 
 def as_markdown() -> str:

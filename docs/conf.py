@@ -54,6 +54,7 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "write_computation_times": False,
     "abort_on_example_error": True,
+    "parallel": True,  # as many as there are jobs of Sphinx
     "within_subsection_order": "FileNameSortKey",
 }
 linkcheck_timeout = 15

@@ -8,9 +8,9 @@ src/           C of that file: faces/ (FMI 2.0, 3.0, browser/) over instance/ ov
 imported.py    such a file as a component, through FMPy; stepping.py: the interface of both
 """
 
-from slipmode.fmu.archive.export import export
-from slipmode.fmu.component import Component
-from slipmode.fmu.stepping import Steppable, StoppedError
-from slipmode.rom import __version__
+import lazy_loader
 
-__all__ = ["Component", "Steppable", "StoppedError", "__version__", "export"]
+from slipmode import __version__
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__all__ += ["__version__"]

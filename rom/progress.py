@@ -1,13 +1,14 @@
-"""A progress line on standard error that names the phase of a long computation."""
+"""Progress on standard error: a line that names the phase of a computation, and bars."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tqdm import tqdm
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 
 class _Line:
@@ -43,5 +44,12 @@ def phase(text: str) -> None:
     if line is None:
         return
     if line.bar is None:
-        line.bar = tqdm(bar_format="{desc} [{elapsed}]")
+        line.bar = progress_bar(bar_format="{desc} [{elapsed}]")
     line.bar.set_description_str(f"{line.title}: {text}")
+
+
+def progress_bar(*arguments: Any, shown: bool = True, **options: Any) -> tqdm[Any]:
+    """Return a bar of tqdm, which is imported for the first one."""
+    from tqdm import tqdm
+
+    return tqdm(*arguments, disable=not shown, **options)

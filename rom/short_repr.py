@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sized
 from typing import Any, TypeVar, dataclass_transform
 
 import numpy as np
-from scipy.sparse import issparse
+import scipy
 
 _Class = TypeVar("_Class")
 
@@ -52,7 +52,7 @@ def _names(record: object) -> list[str]:
 
 
 def _short(value: Any) -> str:
-    is_sparse: bool = issparse(value)
+    is_sparse: bool = scipy.sparse.issparse(value)
     if isinstance(value, np.ndarray) and value.dtype.kind == "U":
         counts = zip(*np.unique(value, return_counts=True), strict=True)
         return f"<{', '.join(f'{word}: {count}' for word, count in counts)}>"

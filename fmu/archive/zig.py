@@ -91,16 +91,16 @@ def _compile(sources: Mapping[str, Path], target: Target) -> bytes:
         include += ["-isystem", str(target.headers)]
     with tempfile.TemporaryDirectory() as folder:
 
-        def compile_one(source: Path) -> str:
+        def compile_one(source: Path, made: str) -> str:
             face = source.is_relative_to(INCLUDE_FOLDERS[0])
             own = FACE_OPTIONS if face else ()
-            made = f"{source.stem}.o"
             _zig(target, folder, "-c", *_options(target), *own, *include, str(source), "-o", made)
             return made
 
         paths = [path for path in sources.values() if path.suffix == ".c"]
+        names = (f"{number}.o" for number in range(len(paths)))  # sources may have equal names
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            objects = list(pool.map(compile_one, paths))
+            objects = list(pool.map(compile_one, paths, names))
         _zig(target, folder, "-s", *target.linking, *objects, "-lm", "-o", "library")
         return (Path(folder) / "library").read_bytes()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats, as_floats, in_one_line
@@ -154,17 +154,15 @@ class SectorMesh:
 
     def _rotation(self, sectors: int) -> Floats:
         """Return the matrix of the rotation from a sector to the next."""
-        from scipy.spatial.transform import Rotation  # takes long to import
-
         angle = 2.0 * np.pi / checked_integer("sectors", sectors, ">= 3", 3)
-        return np.asarray(Rotation.from_euler(self.axis, angle).as_matrix())
+        return np.asarray(
+            scipy.spatial.transform.Rotation.from_euler(self.axis, angle).as_matrix()
+        )
 
     def _pairs(self, R: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return nodes on the left and, of the same order, on the right; refuse others."""
-        from scipy.spatial import KDTree  # takes long to import
-
         turned = self.coordinates[self.left] @ R.T
-        found = KDTree(self.coordinates[self.right]).query(turned)
+        found = scipy.spatial.KDTree(self.coordinates[self.right]).query(turned)
         distance, place = (np.asarray(each) for each in found)
         extent = float(np.ptp(self.coordinates, axis=0).max())
         worst = int(np.argmax(distance))

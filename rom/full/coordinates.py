@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Floats

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
 from slipmode.rom.reduction.combination import Order

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import field, replace
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.identification.records.measurement import Record

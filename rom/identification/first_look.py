@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.fft
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats
 from slipmode.rom.identification.records.measurement import Bands, Prepared

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
-import scipy.special
+import scipy
 
 from slipmode.rom.arrays import Complexes, Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError

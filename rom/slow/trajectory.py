@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom import kernel
@@ -222,8 +223,6 @@ class SlowTrajectory:
         self, flow: kernel.Structure, steps: NDArray[np.intp]
     ) -> Callable[[Floats], Complexes]:
         """Return the amplitudes (points, steps, modes) of the slow flow at parts of some steps."""
-        from scipy.integrate import solve_ivp  # takes a while to import
-
         start, h = self.amplitude_start[steps], np.diff(self.time)[steps, np.newaxis]
 
         def slope(part: float, y: Complexes) -> Complexes:
@@ -232,7 +231,9 @@ class SlowTrajectory:
 
         scale = _PATH_ERROR * np.abs(start).max()
         options = {"rtol": _PATH_ERROR, "atol": scale, "dense_output": True}
-        path: Any = solve_ivp(slope, (0.0, 1.0), start.ravel(), method="RK45", **options)
+        path: Any = scipy.integrate.solve_ivp(
+            slope, (0.0, 1.0), start.ravel(), method="RK45", **options
+        )
         return lambda parts: np.asarray(path.sol(parts)).T.reshape(-1, *start.shape)
 
     def _divided(self, steps: NDArray[np.intp], path: Complexes) -> SlowTrajectory:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.structure.readers.named import Named

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.files import replacing

@@ -3,7 +3,7 @@
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy.sparse
+import scipy
 from numpy.typing import ArrayLike
 
 from slipmode.rom.arrays import Floats

@@ -6,8 +6,7 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from math import prod
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg.lapack import dgtsv
 
 from slipmode.rom import kernel
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -248,7 +248,7 @@ def _slopes(node: Floats, odd: Flags, values: Floats, monotone: bool) -> Floats:
             continue
         some = right[..., same, :]
         upper[0] = 0.5 * uneven
-        *_, slopes, _ = dgtsv(lower, diagonal, upper, some.reshape(n, -1))
+        *_, slopes, _ = scipy.linalg.lapack.dgtsv(lower, diagonal, upper, some.reshape(n, -1))
         found[..., same, :] = slopes.reshape(some.shape)
     if monotone:
         for end in (slice(None, -1), slice(1, None)):  # of each cell

@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import NamedTuple, overload
 
 import numpy as np
-from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, check_count
 from slipmode.rom.contact.detuning import MOST_DETUNING
@@ -21,6 +20,7 @@ from slipmode.rom.contact.time_budget import TimeBudget, WorkLimit, checked_budg
 from slipmode.rom.error_budget import ErrorBudget
 from slipmode.rom.errors import SlipmodeError, UnsettledError
 from slipmode.rom.laws.friction import Friction, check_law
+from slipmode.rom.progress import progress_bar
 from slipmode.rom.reduction.combination import CombinationResonance, Order
 from slipmode.rom.reduction.reduction import Reduced
 from slipmode.rom.reduction.tones import combinations_along
@@ -186,7 +186,7 @@ def tabulate(
     carries = harmonics > 0 or (reduced.contacts is not None and not reduced.even)
     with (
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
-        tqdm(unit=" points", desc="friction table", delay=1.0, disable=not progress) as bar,
+        progress_bar(unit=" points", desc="friction table", delay=1.0, shown=progress) as bar,
     ):
         # Of one mode and few contacts, threads would take longer to start than they save.
         quick = len(reduced.modes) == 1 and reduced.n_contacts <= 8

@@ -16,7 +16,7 @@ from slipmode.rom.short_repr import percentage
 from slipmode.rom.slow.branches.forced import Varied
 from slipmode.rom.slow.units import Shown
 from slipmode.rom.storage.files import write_columns
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
+from slipmode.runner.commands import OUTPUT, SCENE, Argument, Command, print_charts
 from slipmode.runner.curves.scene_curves import (
     scene_backbone,
     scene_performance,
@@ -26,8 +26,8 @@ from slipmode.runner.pictures import check_pictures, page_figure
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
-def add_curve_commands(add: AddCommand) -> None:
-    """Add the commands for curves."""
+def commands() -> dict[str, Command]:
+    """Return the commands for curves."""
     of_dof = "the amplitude of a DOF, contacts included, in the scene's [units]"
     common = Argument("--dof", type=int, help=of_dof), SCENE, OUTPUT
     mode = Argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
@@ -35,32 +35,23 @@ def add_curve_commands(add: AddCommand) -> None:
     span = "in the scene's [units] (5 %% around the mode's own)"
     other = "|a| of the other mode meanwhile [kg^0.5 m] (0)"
     varied = [name for name in get_args(Varied) if name != "frequency"]
-    add(
-        "curve",
-        _curve,
-        "steady states against a frequency, a force or the friction limit",
-        "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
-        Argument("--vary", choices=varied, help=vary),
-        Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
-        *common,
-    )
-    add(
-        "backbone",
-        _backbone,
-        "frequency and damping of a mode against its amplitude",
-        "backbone two-mode --mode A -o logs",
-        Argument("--other", type=float, default=0.0, help=other),
-        mode,
-        *common,
-    )
-    add(
-        "design",
-        _design,
-        "resonance peak against friction limits or preloads, and the best",
-        "design blade --mode A -o logs",
-        mode,
-        *common,
-    )
+    return {
+        "curve": Command(
+            _curve,
+            "curve two-mode --vary frequency_A --span 0.92 1.04 -o logs",
+            Argument("--vary", choices=varied, help=vary),
+            Argument("--span", nargs=2, type=float, metavar=("FROM", "TO"), help=span),
+            *common,
+        ),
+        "backbone": Command(
+            _backbone,
+            "backbone two-mode --mode A -o logs",
+            Argument("--other", type=float, default=0.0, help=other),
+            mode,
+            *common,
+        ),
+        "design": Command(_design, "design blade --mode A -o logs", mode, *common),
+    }
 
 
 def _curve(options: Namespace) -> int:

@@ -10,26 +10,26 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.storage.files import write_columns
-from slipmode.runner.commands import OUTPUT, SCENE, AddCommand, Argument, print_charts
+from slipmode.runner.commands import OUTPUT, SCENE, Argument, Command, print_charts
 from slipmode.runner.pictures import page_figure
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.scene import Scene, load_scene
 
 
-def add_diameters_command(add: AddCommand) -> None:
-    """Add the command."""
+def commands() -> dict[str, Command]:
+    """Return the command."""
     speed = "rotor speeds of the Campbell diagram [rpm] (20 %% around the scene's)"
-    add(
-        "diameters",
-        _diameters,
-        "frequencies of a bladed disk by nodal diameter; Campbell diagram",
-        "diameters bladed-disk --orders 2 3 4 5 --speed 3000 6000 -o logs",
-        Argument("-n", "--families", type=int, default=3, help="modes of each diameter (3)"),
-        Argument("--orders", nargs="+", type=int, help="engine orders (the scene's)"),
-        Argument("--speed", nargs=2, type=float, metavar=("FROM", "TO"), help=speed),
-        SCENE,
-        OUTPUT,
-    )
+    return {
+        "diameters": Command(
+            _diameters,
+            "diameters bladed-disk --orders 2 3 4 5 --speed 3000 6000 -o logs",
+            Argument("-n", "--families", type=int, default=3, help="modes of each diameter (3)"),
+            Argument("--orders", nargs="+", type=int, help="engine orders (the scene's)"),
+            Argument("--speed", nargs=2, type=float, metavar=("FROM", "TO"), help=speed),
+            SCENE,
+            OUTPUT,
+        ),
+    }
 
 
 def _diameters(options: Namespace) -> int:

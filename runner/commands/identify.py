@@ -12,14 +12,14 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.identification.models.sensor_units import sensor_unit, shape_at_sensor
 from slipmode.rom.identification.slow_laws import LAWS
 from slipmode.rom.progress import phase, phases
-from slipmode.runner.commands import AddCommand, Argument, print_next
+from slipmode.runner.commands import Argument, Command, print_next
 from slipmode.runner.pictures import check_pictures
 
 LONG = 20_000  # samples that take about a second
 
 
-def add_identify_command(add: AddCommand) -> None:
-    """Add the command."""
+def commands() -> dict[str, Command]:
+    """Return the command."""
     files = "measured decays or sine tests: text, .npz, .mat, universal files; may have wildcards"
     sine = "the files are sine tests: sweeps or steps of force and response, or steady responses"
     channels = "by name, or by position from 0 (all); of sine tests force and response, by name"
@@ -29,32 +29,34 @@ def add_identify_command(add: AddCommand) -> None:
         "whether rates of a mode depend on the amplitude of the other one (auto: if it predicts)"
     )
     mass = "modal mass of each mode at the sensor [kg] (1: forces are relative)"
-    add(
-        "identify",
-        _identify,
-        "law, model and FMU from measured decays or sine tests",
-        "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
-        Argument("files", nargs="+", metavar="FILES", help=files),
-        Argument(
-            "--band",
-            nargs=2,
-            type=float,
-            action="append",
-            required=True,
-            metavar=("LOW", "HIGH"),
-            help=band,
+    return {
+        "identify": Command(
+            _identify,
+            "identify hit*.csv --band 100 140 --band 225 260 --unit m/s --hold-out 2 6 -o beam",
+            Argument("files", nargs="+", metavar="FILES", help=files),
+            Argument(
+                "--band",
+                nargs=2,
+                type=float,
+                action="append",
+                required=True,
+                metavar=("LOW", "HIGH"),
+                help=band,
+            ),
+            Argument("--sine", action="store_true", help=sine),
+            Argument(
+                "--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"
+            ),
+            Argument("--force-unit", help="of sine tests: N, kN, ... (the one in the file)"),
+            Argument("--sample-rate", type=float, metavar="HZ", help="(that of the files)"),
+            Argument("--channels", nargs="+", type=_key, help=channels),
+            Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
+            Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
+            Argument("--cross", choices=["auto", "yes", "no"], help=cross),
+            Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
+            Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),
         ),
-        Argument("--sine", action="store_true", help=sine),
-        Argument("--unit", help="of the signals: m, mm/s, m/s^2, g, ... (the one in the file)"),
-        Argument("--force-unit", help="of sine tests: N, kN, ... (the one in the file)"),
-        Argument("--sample-rate", type=float, metavar="HZ", help="(that of the files)"),
-        Argument("--channels", nargs="+", type=_key, help=channels),
-        Argument("--hold-out", nargs="+", type=_key, default=[], metavar="NAME", help=held),
-        Argument("--law", choices=["auto", *LAWS], default="auto", help="the law (auto)"),
-        Argument("--cross", choices=["auto", "yes", "no"], help=cross),
-        Argument("--modal-mass", nargs="+", type=float, metavar="KG", help=mass),
-        Argument("-o", "--output", type=Path, default=Path("identified"), help="(identified)"),
-    )
+    }
 
 
 def _key(text: str) -> str | int:

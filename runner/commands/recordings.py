@@ -1,4 +1,4 @@
-"""The commands for recordings: slipmode replay, info, doctor, recover, export."""
+"""`slipmode replay`, `info`, `doctor`, `recover`, `export`, and `slipmode cache`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from math import inf
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import AddCommand, Argument, print_next
+from slipmode.rom.table import disk_cache
+from slipmode.runner.commands import Argument, Command, print_next
 from slipmode.runner.recording.check import doctor, info
 from slipmode.runner.recording.export import export
 from slipmode.runner.recording.load import Selection
@@ -19,8 +20,8 @@ from slipmode.runner.recording.recover import recover
 from slipmode.runner.view.replay import in_browser, replay
 
 
-def add_recording_commands(add: AddCommand) -> None:
-    """Add the commands for recordings."""
+def commands() -> dict[str, Command]:
+    """Return the commands for recordings."""
     file = Argument("file", type=Path, help="an .mcap recording")
     topics = Argument(
         "--topics",
@@ -34,48 +35,43 @@ def add_recording_commands(add: AddCommand) -> None:
     screenshot = "write a picture of the end, without a window"
     headless = "never open a window: --save or --screenshot only"
     web = "serve it to a browser of this machine, until Ctrl-C (at a free port)"
-    add(
-        "replay",
-        _replay,
-        "show a recording in Rerun",
-        "replay logs/two-mode.mcap --start 1400 --speed 5 --loop",
-        file,
-        Argument("--start", type=float, default=-inf, metavar="T", help="show from T [s] on"),
-        Argument("--end", type=float, default=inf, metavar="T", help="show up to T [s]"),
-        topics,
-        Argument("--speed", type=float, metavar="X", help="play X simulated seconds a second"),
-        Argument("--loop", action="store_true", help="play, and begin again at the end"),
-        Argument("--save", type=Path, metavar="RRD", help=save),
-        Argument("--screenshot", type=Path, metavar="PNG", help=screenshot),
-        Argument("--headless", action="store_true", help=headless),
-        Argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
-    )
-    add(
-        "info",
-        _info,
-        "channels, units and versions of a recording",
-        "info logs/two-mode.mcap",
-        file,
-    )
-    add("doctor", _doctor, "check a recording for damage", "doctor logs/two-mode.mcap", file)
-    add(
-        "recover",
-        _recover,
-        "write what can be read of a damaged recording to a sound one",
-        "recover logs/two-mode.mcap -o whole.mcap",
-        file,
-        Argument("-o", "--output", type=Path, required=True, help="the .mcap to write"),
-    )
     written = "file to write: .npz, .csv or .parquet"
-    add(
-        "export",
-        _export,
-        "write the samples of a recording to .npz, .csv or .parquet",
-        "export logs/two-mode.mcap -o energy.csv --topics /energy",
-        file,
-        Argument("-o", "--output", type=Path, required=True, help=written),
-        topics,
-    )
+    return {
+        "replay": Command(
+            _replay,
+            "replay logs/two-mode.mcap --start 1400 --speed 5 --loop",
+            file,
+            Argument("--start", type=float, default=-inf, metavar="T", help="show from T [s] on"),
+            Argument("--end", type=float, default=inf, metavar="T", help="show up to T [s]"),
+            topics,
+            Argument("--speed", type=float, metavar="X", help="play X simulated seconds a second"),
+            Argument("--loop", action="store_true", help="play, and begin again at the end"),
+            Argument("--save", type=Path, metavar="RRD", help=save),
+            Argument("--screenshot", type=Path, metavar="PNG", help=screenshot),
+            Argument("--headless", action="store_true", help=headless),
+            Argument("--web", nargs="?", type=int, const=0, metavar="PORT", help=web),
+        ),
+        "info": Command(_info, "info logs/two-mode.mcap", file),
+        "doctor": Command(_doctor, "doctor logs/two-mode.mcap", file),
+        "recover": Command(
+            _recover,
+            "recover logs/two-mode.mcap -o whole.mcap",
+            file,
+            Argument("-o", "--output", type=Path, required=True, help="the .mcap to write"),
+        ),
+        "export": Command(
+            _export,
+            "export logs/two-mode.mcap -o energy.csv --topics /energy",
+            file,
+            Argument("-o", "--output", type=Path, required=True, help=written),
+            topics,
+        ),
+        "cache": Command(
+            _cache,
+            "cache --clear",
+            Argument("--clear", action="store_true", help="remove them all"),
+        ),
+    }
 
 
 def _topics(options: Namespace) -> list[str]:
@@ -143,4 +139,18 @@ def _export(options: Namespace) -> int:
         print(path)
     reader = {".npz": "numpy.load", ".csv": "pandas.read_csv"}
     print(f"next:  read it with {reader.get(options.output.suffix, 'pandas.read_parquet')}")
+    return 0
+
+
+def _cache(options: Namespace) -> int:
+    entries = disk_cache.entries()
+    size = sum(entries.values()) / disk_cache.MIB
+    print(disk_cache.folder())
+    if options.clear:
+        disk_cache.clear()
+        print(f"  removed {len(entries)} files, {size:.1f} MiB")
+    else:
+        most = disk_cache.bound() / disk_cache.MIB
+        print(f"  {len(entries)} files, {size:.1f} of at most {most:g} MiB")
+        print_next("slipmode", "cache", "--clear")
     return 0

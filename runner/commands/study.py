@@ -6,25 +6,26 @@ from argparse import ArgumentTypeError, Namespace
 from pathlib import Path
 
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.commands import OUTPUT, AddCommand, Argument, print_charts
+from slipmode.runner.commands import OUTPUT, Argument, Command, print_charts
 from slipmode.runner.study.study import run_study
 
 
-def add_study_command(add: AddCommand) -> None:
-    """Add the command."""
-    study = add(
-        "study",
-        _study,
-        "a scene with many other values, on all cores or a Dask cluster",
-        "study damper.toml -o logs --workers 4",
-        Argument("file", type=Path, help="a study file"),
-        OUTPUT,
-    )
-    where = study.add_mutually_exclusive_group()
-    where.add_argument("--workers", type=_count, help="processes on this machine (one per core)")
-    where.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask scheduler: tcp://10.0.0.1:8786"
-    )
+def commands() -> dict[str, Command]:
+    """Return the command."""
+    workers = "processes on this machine (one per core)"
+    scheduler = "of a Dask scheduler: tcp://10.0.0.1:8786"
+    return {
+        "study": Command(
+            _study,
+            "study damper.toml -o logs --workers 4",
+            Argument("file", type=Path, help="a study file"),
+            OUTPUT,
+            either=(
+                Argument("--workers", type=_count, help=workers),
+                Argument("--scheduler", metavar="ADDRESS", help=scheduler),
+            ),
+        ),
+    }
 
 
 def _count(text: str) -> int:

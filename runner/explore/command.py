@@ -6,33 +6,29 @@ import shlex
 from argparse import Namespace
 from pathlib import Path
 
-from slipmode.runner.commands import SCENE, AddCommand, Argument
-
-# Range of the friction table relative to the scene's; limits may fall to a quarter
-HEADROOM, SCALED = 2.0, 4.0
+from slipmode.runner.commands import SCENE, Argument, Command
+from slipmode.runner.explore.explore import HEADROOM, SCALED, explore
 
 
-def add_explore_command(add: AddCommand) -> None:
-    """Add the command."""
+def commands() -> dict[str, Command]:
+    """Return the command."""
     reach = (
         "amplitudes that it holds for, relative to what the scene needs: more to force it harder, "
         f"or with less friction ({HEADROOM:g}; {SCALED:g} where friction limits can be scaled)"
     )
-    add(
-        "explore",
-        _explore,
-        "write a scene as an HTML file that computes, with sliders",
-        "explore blade -o blade.html --open",
-        SCENE,
-        Argument("-o", "--output", type=Path, help="the .html file (SCENE.html)"),
-        Argument("--range", type=float, metavar="FACTOR", help=reach),
-        Argument("--open", action="store_true", help="open it in a browser"),
-    )
+    return {
+        "explore": Command(
+            _explore,
+            "explore blade -o blade.html --open",
+            SCENE,
+            Argument("-o", "--output", type=Path, help="the .html file (SCENE.html)"),
+            Argument("--range", type=float, metavar="FACTOR", help=reach),
+            Argument("--open", action="store_true", help="open it in a browser"),
+        ),
+    }
 
 
 def _explore(options: Namespace) -> int:
-    from slipmode.runner.explore.explore import explore
-
     path = explore(
         options.scene,
         options.output,

@@ -18,12 +18,13 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.laws.directions import contact_directions
 from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.validity import warn
-from slipmode.runner.explore.command import HEADROOM, SCALED
 from slipmode.runner.explore.inputs import page_inputs
 from slipmode.runner.explore.page_file import write_page
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 
+# Range of the friction table relative to the scene's; limits may fall to a quarter
+HEADROOM, SCALED = 2.0, 4.0
 _SECONDS = 10.0  # in which the page passes through the duration of the scene
 
 

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from slipmode.runner.commands import SCENE, AddCommand, Argument, print_next
+from slipmode.fmu.description.options import Origin
+from slipmode.runner.commands import SCENE, Argument, Command, print_next
+from slipmode.runner.fmi.export import HEADROOM, export_fmu
+from slipmode.runner.scene.scene import load_scene
 
-HEADROOM = 1.25  # forces a tenth above those of the shipped scenes reach up to 1.19 times as far
 
-
-def add_fmu_command(add: AddCommand) -> None:
-    """Add the command."""
+def commands() -> dict[str, Command]:
+    """Return the command."""
     reach = (
         "amplitudes that it holds for, relative to what the scene needs: more for importers "
         f"that force it harder ({HEADROOM:g}: the shipped scenes' forces and a tenth more)"
@@ -23,28 +24,27 @@ def add_fmu_command(add: AddCommand) -> None:
     names = "x86_64-linux, aarch64-linux, x86_64-windows, x86_64-darwin, aarch64-darwin"
     others = {"nargs": "+", "default": [], "metavar": "PLATFORM"}
     about = [f"--{what}" for what in ("author", "copyright", "license")]
-    add(
-        "fmu",
-        _fmu,
-        "export a scene's model as an FMU",
-        "fmu two-mode -o two-mode.fmu --fmi 2",
-        SCENE,
-        Argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)"),
-        Argument("--fmi", type=int, choices=(2, 3), help="FMI 2.0 or 3.0 (3; with --ssp 2)"),
-        Argument("--range", type=float, default=HEADROOM, metavar="FACTOR", help=reach),
-        Argument("--contacts", action="store_true", help=contacts),
-        *(Argument(name, metavar="TEXT", help="of the model (nothing is said)") for name in about),
-        Argument("--dated", action="store_true", help="say when it was made"),
-        Argument("--ssp", action="store_true", help=package),
-        Argument("--platforms", help=f"besides this machine's: {names}", **others),
-    )
+    return {
+        "fmu": Command(
+            _fmu,
+            "fmu two-mode -o two-mode.fmu --fmi 2",
+            SCENE,
+            Argument("-o", "--output", type=Path, help="the .fmu file (SCENE.fmu)"),
+            Argument("--fmi", type=int, choices=(2, 3), help="FMI 2.0 or 3.0 (3; with --ssp 2)"),
+            Argument("--range", type=float, default=HEADROOM, metavar="FACTOR", help=reach),
+            Argument("--contacts", action="store_true", help=contacts),
+            *(
+                Argument(name, metavar="TEXT", help="of the model (nothing is said)")
+                for name in about
+            ),
+            Argument("--dated", action="store_true", help="say when it was made"),
+            Argument("--ssp", action="store_true", help=package),
+            Argument("--platforms", help=f"besides this machine's: {names}", **others),
+        ),
+    }
 
 
 def _fmu(options: Namespace) -> int:
-    from slipmode.fmu.description.options import Origin
-    from slipmode.runner.fmi.export import export_fmu
-    from slipmode.runner.scene.scene import load_scene
-
     now = datetime.now(UTC) if options.dated else None
     scene, output = load_scene(options.scene), options.output
     export: Callable[..., Path] = export_fmu

@@ -1,7 +1,8 @@
 """Recorded channels: their fields, their units, and the protobuf layout of their samples.
 
 A sample is a flat protobuf message of doubles, all of them present. Each field has the same place
-in every message, so a numpy structured array has the bytes of a whole batch.
+in every message, so a numpy structured array has the bytes of a whole batch. The protobuf package
+is imported for schemas and events: scenes and plans need the names of channels only.
 """
 
 from __future__ import annotations
@@ -9,20 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from google.protobuf import descriptor_pool, message_factory, timestamp_pb2
-from google.protobuf.descriptor_pb2 import (
-    FieldDescriptorProto,
-    FileDescriptorProto,
-    FileDescriptorSet,
-)
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.rom.laws.states import STATES
+
+if TYPE_CHECKING:
+    from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
 Mode = Literal["A", "B"]
 MODES: tuple[Mode, ...] = ("A", "B")
@@ -83,6 +81,12 @@ class Channel:
 
     def descriptor(self) -> FileDescriptorSet:
         """Return the protobuf schema of a sample: field number j + 1 is column j."""
+        from google.protobuf.descriptor_pb2 import (
+            FieldDescriptorProto,
+            FileDescriptorProto,
+            FileDescriptorSet,
+        )
+
         package, _, name = self.message_type.partition(".")
         file = FileDescriptorProto(name=f"{package}/{name}.proto", package=package)
         file.syntax = "proto3"
@@ -228,6 +232,13 @@ def control() -> Channel:
 
 def event_descriptor() -> FileDescriptorSet:
     """Return the protobuf schema of an event: ``foxglove.Log``, which viewers show as text."""
+    from google.protobuf import timestamp_pb2
+    from google.protobuf.descriptor_pb2 import (
+        FieldDescriptorProto,
+        FileDescriptorProto,
+        FileDescriptorSet,
+    )
+
     log = FileDescriptorProto(name="foxglove/Log.proto", package="foxglove", syntax="proto3")
     log.dependency.append("google/protobuf/timestamp.proto")
     message = log.message_type.add(name="Log")
@@ -265,6 +276,8 @@ def decode_event(data: bytes, time_ns: int) -> Event:
 @cache
 def _log_message() -> type[Any]:
     """Return the Python class of an event's message, from the schema in the file."""
+    from google.protobuf import descriptor_pool, message_factory
+
     pool = descriptor_pool.DescriptorPool()
     for file in event_descriptor().file:
         pool.Add(file)

@@ -13,7 +13,7 @@ from typing import Any, TypeVar, cast
 from zipfile import BadZipFile
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.contact.static_preload import Preload, preload

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom import CyclicStructure, lumped_disk, random_mistuning
 from slipmode.rom.errors import SlipmodeError, naming

@@ -7,6 +7,7 @@ from math import prod
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
@@ -85,7 +86,6 @@ def _draws(distributions: list[Distribution], sampling: Sampling) -> Floats:
 
 
 def _unit_cube(keys: int, sampling: Sampling) -> Floats:
-    from scipy.stats import qmc
 
     samples, seed = sampling.samples, sampling.seed
     with warnings.catch_warnings():
@@ -94,9 +94,9 @@ def _unit_cube(keys: int, sampling: Sampling) -> Floats:
             sample = extra("SALib.sample.sobol", "study").sample
             parts = sample(unit_problem(keys), samples, calc_second_order=False, seed=seed)
         elif sampling.method == "latin-hypercube":
-            parts = qmc.LatinHypercube(keys, rng=seed).random(samples)
+            parts = scipy.stats.qmc.LatinHypercube(keys, rng=seed).random(samples)
         else:
-            parts = qmc.Sobol(keys, rng=seed).random(samples)
+            parts = scipy.stats.qmc.Sobol(keys, rng=seed).random(samples)
     return np.asarray(parts, dtype=float)
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from slipmode.rom.arrays import check_count
 from slipmode.rom.errors import SlipmodeError
+from slipmode.rom.progress import progress_bar
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.results import Results, open_results
@@ -115,12 +115,12 @@ def run_study(
         missing = (task for task in make_tasks(samples, design) if not results.has(task))
         with (
             cluster(workers, scheduler) as client,
-            tqdm(
+            progress_bar(
                 desc=study.name,
                 total=design.samples,
                 initial=found,
                 unit=" samples",
-                disable=not progress,
+                shown=progress,
             ) as bar,
         ):
             foreman = Foreman(client, samples, design)

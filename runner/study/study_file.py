@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError, naming
@@ -109,18 +110,16 @@ class Distribution:
 
     def quantile(self, part: Floats) -> Floats:
         """Return the values below which parts (n,) of the distribution lie."""
-        from scipy import stats
-
         first, second = self.parameters
         match self.name:
             case "uniform":
-                frozen: Any = stats.uniform(first, second - first)
+                frozen: Any = scipy.stats.uniform(first, second - first)
             case "loguniform":
-                frozen = stats.loguniform(first, second)
+                frozen = scipy.stats.loguniform(first, second)
             case "normal":
-                frozen = stats.norm(first, second)
+                frozen = scipy.stats.norm(first, second)
             case _:
-                frozen = stats.lognorm(second, scale=first)
+                frozen = scipy.stats.lognorm(second, scale=first)
         return np.asarray(frozen.ppf(part), dtype=float)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,9 +15,10 @@ from slipmode.rom.full.integration import Integrator
 from slipmode.rom.full.structures import Projection
 from slipmode.rom.laws.elements import Elements
 from slipmode.rom.laws.states import stored_energy
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.motion import reconstruct
 from slipmode.rom.slow.trajectory import SlowTrajectory
+from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.scene.schedule import Schedule
@@ -220,3 +222,27 @@ class Stretch:
         motion = self._full.integrator.run(times, max(before, key=lambda state: state.time))
         self._shown = motion.end
         return self._full.fast_motion(motion)
+
+
+def integration_cost(plan: Plan) -> list[Finding]:
+    """Return the cost of full order, for the scene without a table and for stretches of it.
+
+    It is extrapolated from four windows of demodulation, and eight points.
+    """
+    full = FullOrder(plan, plan.excited.reduced)
+    stretch = Stretch(full, full.first())
+    started = time.process_time()
+    stretch.advance(4.0 * full.window)
+    integrated = time.process_time()
+    stretch.slow(np.linspace(0.0, stretch.reached, 8))
+    demodulated = time.process_time()
+    seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
+    seconds += (demodulated - integrated) * plan.schedule.steps / 8
+    reason = 'a run with model.table = "none"; for many runs a friction table is faster'
+    found = [Finding("full-order run", f"about {seconds:.2g} s of processor time", reason)]
+    if plan.full_order:
+        share = plan.full_order_share
+        choice = f"about {share * seconds:.2g} s of processor time"
+        reason = f"integrates {percentage(share)} of the scene; the rest is in slow time"
+        found.append(Finding("full order in this run", choice, reason))
+    return found

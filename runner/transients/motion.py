@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,13 +21,15 @@ from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.schedule import Schedule
 
 # Shares of states are then within 0.3 % (tests/runner/scene/test_shared_tone.py).
 _STEPS_PER_SAMPLE = 8
 
 POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of components
+
+if TYPE_CHECKING:
+    from slipmode.runner.recording.record import Recorder
 
 
 @frozen

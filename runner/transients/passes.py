@@ -10,15 +10,13 @@ from collections.abc import Callable, Iterator
 from typing import Generic, TypeVar
 
 import numpy as np
-from tqdm import tqdm
 
 from slipmode.fmu import Steppable, StoppedError
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Floats
-from slipmode.rom.short_repr import percentage
+from slipmode.rom.progress import progress_bar
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.rom.slow.transient import said_error
-from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.scene_plan import ScenePlan
@@ -78,7 +76,7 @@ class Pass(ABC, Generic[AnyPlan]):
     def run(self, progress: bool) -> None:
         """Go through the scene, and record each window once its end is reached."""
         steps = self._plan.schedule.steps
-        with tqdm(total=steps, unit=" steps", delay=1.0, disable=not progress) as bar:
+        with progress_bar(total=steps, unit=" steps", delay=1.0, shown=progress) as bar:
             for done in self._advance():
                 bar.update(done)
         self._recorder.event(self._plan.schedule.duration, "info", "end of the scene")
@@ -315,27 +313,3 @@ class IntegratedPass(Pass[Plan]):
     def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
         angle, *_ = self._full.excitation.at(times)
         return self._stretch.motion(times), 1.0, angle % (2.0 * np.pi)
-
-
-def integration_cost(plan: Plan) -> list[Finding]:
-    """Return the cost of full order, for the scene without a table and for stretches of it.
-
-    It is extrapolated from four windows of demodulation, and eight points.
-    """
-    full = FullOrder(plan, plan.excited.reduced)
-    stretch = Stretch(full, full.first())
-    started = time.process_time()
-    stretch.advance(4.0 * full.window)
-    integrated = time.process_time()
-    stretch.slow(np.linspace(0.0, stretch.reached, 8))
-    demodulated = time.process_time()
-    seconds = (integrated - started) * plan.scene.run.duration / stretch.reached
-    seconds += (demodulated - integrated) * plan.schedule.steps / 8
-    reason = 'a run with model.table = "none"; for many runs a friction table is faster'
-    found = [Finding("full-order run", f"about {seconds:.2g} s of processor time", reason)]
-    if plan.full_order:
-        share = plan.full_order_share
-        choice = f"about {share * seconds:.2g} s of processor time"
-        reason = f"integrates {percentage(share)} of the scene; the rest is in slow time"
-        found.append(Finding("full order in this run", choice, reason))
-    return found

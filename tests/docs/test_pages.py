@@ -13,7 +13,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from slipmode.runner.cli import _parser, main
+from slipmode.runner.cli import main, read_options
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(
@@ -102,7 +102,7 @@ def test_commands_of_a_page_are_there_with_their_options(page):
         for line in commands(block.text):
             words = shlex.split(line)
             if words[0] == "slipmode":
-                _parser().parse_args(words[1:])
+                read_options(words[1:])
             elif words[0] == "make":
                 makefile = (DOCS.parent / "Makefile").read_text(encoding="utf-8")
                 assert re.search(rf"^{words[1]}:", makefile, re.MULTILINE), line

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.combination import Order

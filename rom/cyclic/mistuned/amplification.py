@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -58,12 +59,12 @@ class Amplification:
         (3,) ndarray
             Quantile, lower limit and upper limit [-]. With too few disks a limit is 0 or infinite.
         """
-        from scipy.stats import binom  # takes long to import
-
         _check_probabilities(probability, confidence)
         n, tail = self.factor.size, 0.5 * (1.0 - confidence)
         # The k-th factor is below the quantile if at least k of n disks are.
-        low, high = (int(binom.ppf(each, n, probability)) for each in (tail, 1.0 - tail))
+        low, high = (
+            int(scipy.stats.binom.ppf(each, n, probability)) for each in (tail, 1.0 - tail)
+        )
         padded = np.concatenate(([0.0], self.factor, [np.inf]))
         middle = float(np.quantile(self.factor, probability))
         return np.array([middle, padded[low], padded[high + 1]])
@@ -81,12 +82,10 @@ class Amplification:
         (3, patterns) ndarray
             Estimates i / (n + 1) for the i-th of n disks, lower limits and upper limits [-].
         """
-        from scipy.stats import beta
-
         _check_probabilities(0.5, confidence)
         n, tail = self.factor.size, 0.5 * (1.0 - confidence)
         rank = np.arange(1, n + 1)
-        limits = [beta.ppf(each, rank, n + 1 - rank) for each in (tail, 1.0 - tail)]
+        limits = [scipy.stats.beta.ppf(each, rank, n + 1 - rank) for each in (tail, 1.0 - tail)]
         return np.array([rank / (n + 1), *limits])
 
     @cached_property
@@ -96,14 +95,12 @@ class Amplification:
         With c > 0 it is a Weibull distribution with three parameters, bounded by loc + scale / c.
         SlipmodeError if there are fewer than three factors, or all are equal.
         """
-        from scipy.stats import genextreme
-
         if self.factor.size < 3 or np.ptp(self.factor) == 0.0:
             raise SlipmodeError(
                 "factor: an extreme value distribution needs at least 3 factors that are not all "
                 f"equal, got {in_one_line(self.factor)}"
             )
-        return genextreme(*_fitted(self.factor))
+        return scipy.stats.genextreme(*_fitted(self.factor))
 
     def extreme_quantile(
         self, probability: float, confidence: float = 0.95, *, seed: int = 0
@@ -131,15 +128,13 @@ class Amplification:
         SlipmodeError
             If there are fewer than three factors, or all are equal.
         """
-        from scipy.stats import genextreme
-
         _check_probabilities(probability, confidence)
         middle = self.extreme_value.ppf(probability)
         rng, n, tail = np.random.default_rng(seed), self.factor.size, 0.5 * (1.0 - confidence)
         drawn = [rng.choice(self.factor, n) for _ in range(_RESAMPLES)]
         # Few disks may be drawn all equal, which determines no distribution.
         fits = [_fitted(each) for each in drawn if np.ptp(each) > 0.0]
-        again = genextreme.ppf(probability, *np.transpose(fits))
+        again = scipy.stats.genextreme.ppf(probability, *np.transpose(fits))
         return np.array([middle, *np.quantile(again, [tail, 1.0 - tail])])
 
 
@@ -149,8 +144,6 @@ def _fitted(factor: Floats) -> tuple[float, float, float]:
     .. [1] J. R. M. Hosking, L-moments: analysis and estimation of distributions using linear
        combinations of order statistics, Journal of the Royal Statistical Society B 52 (1990).
     """
-    from scipy.special import gamma
-
     n = factor.size
     rank, ordered = np.arange(n), np.sort(factor)
     b_0 = ordered.mean()
@@ -160,8 +153,8 @@ def _fitted(factor: Floats) -> tuple[float, float, float]:
     # Hosking's approximation of the shape, within 9e-4
     x = 2.0 / (3.0 + third / second) - np.log(2.0) / np.log(3.0)
     c = 7.8590 * x + 2.9554 * x**2
-    scale = second * c / ((1.0 - 2.0**-c) * gamma(1.0 + c))
-    return float(c), float(b_0 - scale * (1.0 - gamma(1.0 + c)) / c), float(scale)
+    scale = second * c / ((1.0 - 2.0**-c) * scipy.special.gamma(1.0 + c))
+    return float(c), float(b_0 - scale * (1.0 - scipy.special.gamma(1.0 + c)) / c), float(scale)
 
 
 def _check_probabilities(probability: float, confidence: float) -> None:

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.cyclic.diameter_modes import DiameterModes

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats, as_floats, in_one_line
 from slipmode.rom.cyclic.diameter_modes import AllDiameters
@@ -26,11 +25,14 @@ from slipmode.rom.cyclic.mistuned.script import checked_script, follow_script
 from slipmode.rom.cyclic.structure import CyclicStructure
 from slipmode.rom.errors import SlipmodeError, warn
 from slipmode.rom.laws.contacts import Contacts, Elastic
+from slipmode.rom.progress import progress_bar
 from slipmode.rom.reduction.interaction.internal_resonance import InternalResonance
 from slipmode.rom.slow.tone.contact_balance import ContactBalance
 from slipmode.rom.slow.tone.coupled_contacts import CoupledContacts
 from slipmode.rom.slow.tone.tone_flow import ToneFlow
 from slipmode.rom.table.local.local_contacts import HIGHEST, LocalContacts
+
+DiskFlow = ToneFlow  # its public name for a mistuned disk
 
 _MOST_NUMBERS = 10_000_000  # of the responses of a batch of patterns: 160 MB
 
@@ -144,8 +146,8 @@ class MistunedDisk:
         modes, springs = self._modes, self._springs
         x: Complexes | None = None
         found = []
-        each_frequency = tqdm(
-            omega.tolist(), "response", unit=" frequencies", delay=1.0, disable=not progress
+        each_frequency = progress_bar(
+            omega.tolist(), "response", unit=" frequencies", delay=1.0, shown=progress
         )
         for each in each_frequency:
             G, moved = modes.flexibility(each)[:, np.newaxis], modes.moved(each, excited)

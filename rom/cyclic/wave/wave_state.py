@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import TorusProblem
@@ -83,7 +84,6 @@ class Balance:
 
     def solve(self, low: float, high: float) -> float:
         """Return |a| in a range at whose ends the excess has different signs, where it is 0."""
-        import scipy.optimize  # takes long to import
 
         def excess(size: float) -> float:
             return float(self.excess(np.array([size]))[0])

@@ -9,7 +9,7 @@ from itertools import compress
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-import scipy.special
+import scipy
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import Finding, SlipmodeError, naming, warn

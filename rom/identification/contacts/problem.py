@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Flags, Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -147,7 +148,6 @@ class FitProblem:
 
     def fit(self, forms: Forms, correction: Any = 0.0) -> Fit:
         """Return the function that fits unknowns by least squares, see `posterior.Fit`."""
-        from scipy.optimize import least_squares  # takes a while to import
 
         def fitted(start: Floats, fixed: Flags) -> Minimum:
             free, start = ~fixed, np.clip(start, *self.bounds)
@@ -168,7 +168,7 @@ class FitProblem:
             if not (free.any() and np.isfinite(cost)):
                 return Minimum(start, cost if np.isfinite(cost) else np.inf)
             low, high = self.bounds[:, free]
-            found = least_squares(
+            found = scipy.optimize.least_squares(
                 residuals, start[free], jacobian, (low, high), x_scale="jac", ftol=1e-6
             )
             return Minimum(whole(found.x), float(found.cost))

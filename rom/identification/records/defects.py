@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.identification.first_look import (
@@ -163,9 +164,7 @@ def remove_tones(record: Record, modes: Floats) -> tuple[Record, tuple[str, ...]
 
 def _frequency(signal: Floats, sample_rate: float, low: float, high: float) -> float:
     """Return the frequency of the largest tone between two frequencies [Hz]."""
-    from scipy.optimize import minimize_scalar  # takes a while to import
-
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda f: -abs(_tone(signal, f / sample_rate)),
         bounds=(low, high),
         method="bounded",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError, naming
@@ -229,10 +230,8 @@ class _Grid:
             away = t - slope * k
             return float((away - allowed).max() - (away + allowed).min())
 
-        from scipy.optimize import minimize_scalar  # takes a while to import
-
         reach = 4.0 * float(distance.max()) / t.size
-        best = minimize_scalar(
+        best = scipy.optimize.minimize_scalar(
             excess,
             bounds=(step - reach, step + reach),
             method="bounded",

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.errors import SlipmodeError, one_line_reason
 from slipmode.rom.identification.records.fields import Field, Group, name_and_unit
@@ -85,10 +86,9 @@ def _npz_arrays(path: Path) -> dict[str, Any]:
 
 
 def _mat_arrays(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
 
     try:
-        arrays = loadmat(path)
+        arrays = scipy.io.loadmat(path)
     except NotImplementedError as error:
         raise SlipmodeError(f"{path}: is a MATLAB -v7.3 file; save it with -v7") from error
     except Exception as error:

@@ -7,6 +7,7 @@ from dataclasses import field, replace
 from typing import Literal
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats, in_one_line
 from slipmode.rom.errors import SlipmodeError
@@ -291,8 +292,6 @@ def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
     linear. The best exponent has the largest likelihood for an unknown scatter of either; a
     scatter below 1 % is not distinguished from none.
     """
-    from scipy.optimize import minimize_scalar  # takes a while to import
-
     a, omega = (np.array([getattr(x, key) for x in levels]) for key in ("amplitude", "frequency"))
     delta = np.array([x.damping_rate for x in levels])
     terms, mean = (2 if form.law == "power" else 1), omega.mean()
@@ -316,7 +315,7 @@ def _law_of(levels: Sequence[SineLevel], form: LawForm, shift: bool) -> SlowLaw:
         tried = np.geomspace(0.1, 6.0, 20)  # there may be several minima
         best = int(np.argmin([unlikelihood(each) for each in tried]))
         ends = float(tried[max(best - 1, 0)]), float(tried[min(best + 1, tried.size - 1)])
-        p = float(minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
+        p = float(scipy.optimize.minimize_scalar(unlikelihood, bounds=ends, method="bounded").x)
     (delta_0, moved), (g, slope) = fitted(p)[0]
     omega_0, h = (mean + moved, -slope) if shift else (mean, 0.0)
     return SlowLaw(form, np.array([delta_0, omega_0, g, h, p, 0.0]), np.array([a.max()]))

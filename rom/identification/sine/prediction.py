@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
@@ -135,8 +136,6 @@ def predicted(
 
 def _fitted_frequency(test: SineTest, order: int, model: SineModel, end: float) -> float:
     """Return the natural frequency at rest with the least error of the amplitudes [rad/s]."""
-    from scipy.optimize import minimize_scalar  # takes a while to import
-
     level, measured = fit_level(test, order, model.law), np.abs(test.response)
     near = level.frequency - complex_rate(model.law, level.amplitude).imag
 
@@ -146,5 +145,5 @@ def _fitted_frequency(test: SineTest, order: int, model: SineModel, end: float) 
 
     reach = level.damping_rate  # half the half-power bandwidth
     ends = (float(near - reach), float(near + reach))
-    found = minimize_scalar(squares, bounds=ends, method="bounded")
+    found = scipy.optimize.minimize_scalar(squares, bounds=ends, method="bounded")
     return float(model.law.values[1] + found.x)

@@ -7,6 +7,7 @@ against the forcing. All orbits are integrated at once, from points near the ste
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
@@ -63,8 +64,6 @@ def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tup
 
     Orbits that leave the friction table stop at its edge, and are NaN.
     """
-    from scipy.integrate import solve_ivp  # takes a while to import
-
     flow, size, unit = problem.at(part), problem.size(part), h[:, np.newaxis]
 
     def slope(_: float, z: Floats) -> Floats:  # with a''; NaN outside the friction table
@@ -80,7 +79,9 @@ def _stretch(problem: ForcedSlowFlow, y: Floats, part: Floats, h: Floats) -> tup
         return np.nan_to_num(slope(time, z))
 
     times = np.arange(401.0)
-    path = solve_ivp(scaled, (0.0, 400.0), y.ravel(), t_eval=times, rtol=_RELATIVE, atol=_ABSOLUTE)
+    path = scipy.integrate.solve_ivp(
+        scaled, (0.0, 400.0), y.ravel(), t_eval=times, rtol=_RELATIVE, atol=_ABSOLUTE
+    )
     states = np.ascontiguousarray(path.y.T).reshape(-1, *y.shape)
     states += 0.0 * slope(400.0, path.y[:, -1]).reshape(y.shape)
     modulus = np.abs((states * problem.scale).view(complex))

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.problem import ContactProblem
@@ -262,8 +263,6 @@ class _TimeStep:
 
     def _direction(self, state: _Iterate, tolerance: float) -> Complexes:
         """Return the Newton step (orders, N_c) to a relative tolerance."""
-        from scipy.sparse.linalg import LinearOperator, gmres  # late: it takes 0.1 s
-
         weight = self._response[2]
         residual = ((state.F - state.P) * weight).ravel().view(float)
         motion = max(np.abs(state.P * weight).max(), np.abs(state.F * weight).max())
@@ -274,6 +273,10 @@ class _TimeStep:
             F = self.iterate(state.P + moved, state.P).F
             return np.asarray(v - ((F - state.F) * weight).ravel().view(float) / part)
 
-        operator = LinearOperator((residual.size, residual.size), matvec=change, dtype=float)
-        step, _ = gmres(operator, residual, rtol=tolerance, restart=_MOST_DIRECTIONS, maxiter=1)
+        operator = scipy.sparse.linalg.LinearOperator(
+            (residual.size, residual.size), matvec=change, dtype=float
+        )
+        step, _ = scipy.sparse.linalg.gmres(
+            operator, residual, rtol=tolerance, restart=_MOST_DIRECTIONS, maxiter=1
+        )
         return np.asarray(step.view(complex).reshape(state.P.shape) / weight)

@@ -15,6 +15,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.errors import UnsettledError
@@ -140,10 +141,6 @@ class ContactBalance:
         self, contacts: CoupledContacts, x: Complexes, guess: Complexes | None
     ) -> tuple[Complexes, Complexes]:
         """Return x and harmonics of a single structure, from x (orders, N_c) and a guess."""
-        from scipy import optimize  # takes long to import
-
-        anderson: Any = optimize.anderson  # its types allow one number only
-
         y, *slopes = self._with_slopes(x)
         start = x - _times(contacts.far, y if guess is None else guess[: len(x)])
         last = self._iterate(contacts, slopes, start, guess)
@@ -157,6 +154,7 @@ class ContactBalance:
 
         closest = _COUPLED * float(np.linalg.norm(x))
         if np.linalg.norm(last.change) > closest:  # scipy refuses a residual of 0
+            anderson: Any = scipy.optimize.anderson  # its types allow one number only
             try:
                 anderson(
                     correction,
@@ -168,7 +166,7 @@ class ContactBalance:
                     tol_norm=np.linalg.norm,
                     line_search=None,
                 )
-            except (optimize.NoConvergence, ValueError):
+            except (scipy.optimize.NoConvergence, ValueError):
                 raise self._unsettled() from None
         return last.x, last.harmonics
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.errors import SlipmodeError
@@ -76,13 +77,11 @@ def onto_facets(one: Surface, other: Surface, tolerance: float, outward: Floats 
 
 def onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats | None) -> Met:
     """Find the nearest node of the target of each point, at most the tolerance [m] away."""
-    from scipy.spatial import cKDTree  # takes a while to import
-
     if outward is None:
         raise SlipmodeError(
             "normal: is required because neither surface nor target has facets; give a direction"
         )
-    distance, found = cKDTree(other.position).query(one.position)
+    distance, found = scipy.spatial.cKDTree(other.position).query(one.position)
     point = np.flatnonzero(distance <= tolerance)
     if not point.size:
         raise _nothing_met(one, other, tolerance)
@@ -101,9 +100,8 @@ def onto_nodes(one: Surface, other: Surface, tolerance: float, outward: Floats |
 
 
 def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeError:
-    from scipy.spatial import cKDTree
 
-    least = float(np.min(cKDTree(other.position).query(one.position)[0]))
+    least = float(np.min(scipy.spatial.cKDTree(other.position).query(one.position)[0]))
     reason = f"the nearest node of target is {least:.3g} m away"
     if other.facets is not None and least <= tolerance:
         reason = f"nodes lie more than {percentage(_OVERHANG)} of a facet beyond the edge"
@@ -114,10 +112,8 @@ def _nothing_met(one: Surface, other: Surface, tolerance: float) -> SlipmodeErro
 
 def _candidates(points: Floats, facets: Facets, tolerance: float) -> tuple[Indices, Indices]:
     """Return pairs of point and facet that are near each other."""
-    from scipy.spatial import cKDTree
-
     centre, reach = facets.corners.mean(axis=1), 1.5 * facets.size() + tolerance
-    found = cKDTree(points).query_ball_point(centre, reach)
+    found = scipy.spatial.cKDTree(points).query_ball_point(centre, reach)
     facet = np.repeat(np.arange(len(centre)), [len(each) for each in found])
     point = np.fromiter((p for each in found for p in each), dtype=np.intp, count=facet.size)
     return point, facet

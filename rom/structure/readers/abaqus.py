@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
@@ -81,7 +82,6 @@ def read_calculix(path: Path) -> Named:
 
 
 def _matrix_market(text: str) -> Any:
-    from scipy.io import mmread
 
     header, _, body = text.lstrip().partition("\n")
     words = header.lower().split()[1:]
@@ -93,7 +93,7 @@ def _matrix_market(text: str) -> Any:
         body = with_plain_exponents("\n".join(lines))
     # It reads past the end of a damaged last line that has no line break
     plain = f"%%MatrixMarket {' '.join(words)}\n{body}\n"
-    return mmread(BytesIO(plain.encode("ascii", "replace")), spmatrix=False)
+    return scipy.io.mmread(BytesIO(plain.encode("ascii", "replace")), spmatrix=False)
 
 
 def _substructure(text: str, path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.text import read_text

@@ -13,7 +13,7 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.errors import SlipmodeError, one_line_reason
 from slipmode.rom.extras import extra
@@ -33,11 +33,10 @@ def read_mat(path: Path) -> dict[str, Any]:
         h5py = extra("h5py", "matlab")
         with h5py.File(path, "r") as file:
             return dict(_of_group(file, ""))
-    from scipy.io import loadmat
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of objects and functions, which are left out
-        variables = loadmat(path)
+        variables = scipy.io.loadmat(path)
     return {
         name: value
         for variable, content in variables.items()

@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
@@ -151,7 +150,6 @@ class SuperLU:
     """scipy's LU with diagonal pivots only: L D L^T, D = diag(U)."""
 
     def __init__(self, matrix: Sparse, purpose: str) -> None:
-        from scipy.sparse.linalg import splu  # takes a while to import
 
         self._order, fill = nested_dissection(matrix)
         # bytes per entry of L: L and U with their indices, and scipy's copy for the pivots
@@ -161,7 +159,7 @@ class SuperLU:
         if matrix.shape[0] >= LARGE:
             _log.warning("%s by SuperLU: about %.1f GiB; %s", purpose, needed / _GIB, _FASTER)
         try:
-            self._factors = splu(
+            self._factors = scipy.sparse.linalg.splu(
                 as_csc(matrix[self._order][:, self._order]),
                 permc_spec="NATURAL",
                 diag_pivot_thresh=0.0,

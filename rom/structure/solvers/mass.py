@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+import scipy
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.structure.matrices import (
@@ -59,7 +59,6 @@ def is_positive_mass(mass: Matrix) -> bool:
         return is_positive_definite(mass, "mass")
     if mass.nnz == mass.shape[0]:
         return True
-    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
     unit = 1.0 / np.sqrt(diagonal)
 
@@ -67,8 +66,8 @@ def is_positive_mass(mass: Matrix) -> bool:
         return np.asarray(unit * (mass @ (unit * x.ravel())))
 
     try:
-        lowest = eigsh(
-            LinearOperator(mass.shape, matvec=scaled, dtype=np.float64),
+        lowest = scipy.sparse.linalg.eigsh(
+            scipy.sparse.linalg.LinearOperator(mass.shape, matvec=scaled, dtype=np.float64),
             k=1,
             which="SA",
             v0=np.random.default_rng(0).standard_normal(mass.shape[0]),
@@ -77,7 +76,7 @@ def is_positive_mass(mass: Matrix) -> bool:
             tol=0.1,  # only the sign matters
             return_eigenvectors=False,
         )
-    except ArpackNoConvergence:
+    except scipy.sparse.linalg.ArpackNoConvergence:
         return is_positive_definite(mass, "mass")
     return bool(lowest[0] > TOLERANCE)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy.sparse
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.structure.matrices import Sparse
@@ -87,7 +87,5 @@ def _cut(graph: _Graph, nodes: _Nodes) -> tuple[_Nodes, list[_Nodes]]:
 
 def _levels(graph: _Graph, start: int) -> _Nodes:
     """Return the distance of every node from one, in edges; -1 if they are not connected."""
-    from scipy.sparse.csgraph import dijkstra  # takes a while to import
-
-    distance: Any = dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
+    distance: Any = scipy.sparse.csgraph.dijkstra(graph, indices=start, unweighted=True)  # type: ignore[call-overload]
     return np.where(np.isfinite(distance), distance, -1.0).astype(np.intp)

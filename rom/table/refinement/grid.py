@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Self
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Complexes, Flags, Floats
@@ -280,10 +281,9 @@ def _lines_between(
     if not smooth:
         near = 0.5 * (samples.rows[before[wanted]] + samples.rows[after[wanted]])
         return NodeSamples(surface, before, samples.rows, nothing), near
-    from scipy.interpolate import PchipInterpolator  # takes long to import
 
     node = grid.nodes[mode]
-    cubics = PchipInterpolator(node, samples.carried.view(float), axis=mode)
+    cubics = scipy.interpolate.PchipInterpolator(node, samples.carried.view(float), axis=mode)
     middles = (0.5 * (node[:-1] + node[1:]))[at]
     between = np.ascontiguousarray(cubics(middles)).view(complex)
     rows = np.concatenate((samples.rows, between.reshape(before.size, -1)))

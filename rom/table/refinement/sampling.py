@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from tqdm import tqdm
 
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.contact.error_norm import SMALLEST_SHARE, ErrorNorm
@@ -19,6 +18,9 @@ from slipmode.rom.contact.terms import ContactTerms
 from slipmode.rom.reduction.combination import Order, tabulated_orders
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.table.hermite import Table, make_table
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 _Solved = TypeVar("_Solved")
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.states import STATES
@@ -104,8 +105,6 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
 
 def _spacing(points: Floats) -> float:
     """Return the median distance of a point from the next."""
-    from scipy.spatial import cKDTree  # takes a while to import
-
     if len(points) < 2:
         return 1.0
-    return float(np.median(np.asarray(cKDTree(points).query(points, 2)[0])[:, 1]))
+    return float(np.median(np.asarray(scipy.spatial.cKDTree(points).query(points, 2)[0])[:, 1]))
