@@ -22,11 +22,11 @@ from mcap import records
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.contents.inventory import WALL_CLOCK, Inventory, is_ours
-from slipmode.runner.recording.contents.layout import Messages
-from slipmode.runner.recording.contents.walk import Found, opened, scan
-from slipmode.runner.recording.load import Channels, RecordingData, Signals, kind_of
+from slipmode.runner.recording.inventory import WALL_CLOCK, Inventory, is_ours, opened
+from slipmode.runner.recording.load import Channels, RecordingData, Signals
+from slipmode.runner.recording.mcap_reader import Messages
 from slipmode.runner.recording.record import Header
+from slipmode.runner.recording.walk import Part
 
 _PARSED_BYTES = (
     1 << 22
@@ -68,9 +68,9 @@ class _Table:
 
 def is_external(path: str | PathLike[str]) -> bool:
     """Return whether an MCAP file is not marked as a recording of slipmode."""
-    with opened(path) as file:
-        parts = scan(file)
-        return not any(isinstance(each, Found) and is_ours(each.record) for each in parts)
+    with opened(path) as inventory:
+        parts = inventory.walk.records()
+        return not any(isinstance(each, Part) and is_ours(each.record) for each in parts)
 
 
 def read_external(path: str | PathLike[str]) -> RecordingData:
@@ -81,7 +81,7 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
     else they are its log times. Raises SlipmodeError if there is no such file, it is not MCAP, its
     clocks are mixed, or it has no numbers.
     """
-    inventory, decoders, refused = Inventory(), dict[int, _Decoder](), Counter[int]()
+    decoders, refused = dict[int, _Decoder](), Counter[int]()
     tables: dict[int, _Table] = defaultdict(_Table)
 
     def take(number: int, messages: Messages) -> None:
@@ -97,18 +97,15 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
                 continue
             inventory.keep(tables[number].add(time_ns, row))
 
-    with opened(path) as file:
-        for part in inventory.read(file):
-            for number, messages in part.messages.items():
-                take(number, messages)
-        if complaint := inventory.mixed_clocks():
-            raise SlipmodeError(complaint)
-        begin = min(inventory.first.values(), default=0)
+    with opened(path) as inventory:
+        for number, messages in inventory.messages():
+            take(number, messages)
+        begin = inventory.span[0]
         origin = begin if begin >= WALL_CLOCK else 0
         channels = Channels()
         left_out = []
         for number, decoder in decoders.items():
-            record, kind = inventory.channels[number], kind_of(inventory, number)
+            record, kind = inventory.channels[number], inventory.kind_of(number)
             if refused[number]:
                 left_out.append(f"{refused[number]} of {kind}: {decoder.refusal}")
             table = tables[number]
