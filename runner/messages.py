@@ -1,4 +1,4 @@
-"""Warnings of a computation as records of the logger "slipmode"."""
+"""Warnings of a computation as records of the logger "slipmode"; errors in one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from slipmode.rom.errors import ValidityWarning, one_line_reason
+from slipmode.rom.errors import SlipmodeError, ValidityWarning, one_line_reason
 
 _log = logging.getLogger("slipmode")
 
@@ -27,3 +27,13 @@ def warnings_to(handler: logging.Handler) -> Iterator[None]:
             yield
     finally:
         _log.removeHandler(handler)
+
+
+def one_line(error: BaseException) -> str:
+    """Return in one line the reason that an error gives, with its class if it is unexpected."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted by the user"
+    words = one_line_reason(error)
+    if isinstance(error, (SlipmodeError, OSError)) and words:
+        return words
+    return f"{type(error).__name__}: {words}" if words else type(error).__name__

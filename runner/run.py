@@ -14,6 +14,7 @@ from typing import Any
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
+from slipmode.runner.interrupts import interrupts_held_back
 from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.shared_tone import SharedTonePlan
@@ -25,7 +26,6 @@ from slipmode.runner.recording.record import (
     Recorder,
     Sink,
     describe_run,
-    interrupts_held_back,
 )
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.disk_motion import shown_dof

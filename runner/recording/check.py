@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import groupby
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from mcap import records
@@ -15,20 +15,17 @@ from mcap import records
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import NANOSECONDS
-from slipmode.runner.recording.contents.inventory import Inventory, Part
-from slipmode.runner.recording.contents.layout import DamagedError, MessageIndex, record_bytes
-from slipmode.runner.recording.contents.summary import Summary
-from slipmode.runner.recording.contents.walk import Found, opened
+from slipmode.runner.recording.inventory import Inventory, opened
 from slipmode.runner.recording.load import sample_channel
-
-_SUMMARY_RECORDS = (
-    records.Schema,
-    records.Channel,
-    records.Statistics,
-    records.ChunkIndex,
-    records.AttachmentIndex,
-    records.MetadataIndex,
+from slipmode.runner.recording.mcap_records import (
+    DamagedError,
+    Loose,
+    MessageIndex,
+    Record,
+    record_bytes,
 )
+from slipmode.runner.recording.mcap_writer import statistics, summarize
+from slipmode.runner.recording.walk import Part
 
 
 @dataclass(frozen=True)
@@ -99,20 +96,18 @@ def info(path: str | PathLike[str]) -> Info:
     ----------
     path : path
     """
-    inventory = Inventory()
-    with opened(path) as file:
-        for _ in inventory.read(file):
+    with opened(path) as inventory:
+        for _ in inventory.read():
             pass
-    scene = inventory.metadata.get("scene", {})
-    first, last = min(inventory.first.values(), default=0), max(inventory.last.values(), default=0)
+    header, (first, last) = inventory.header(), inventory.span
     return Info(
-        title=scene.get("title", ""),
-        scene_name=scene.get("name", ""),
-        run=inventory.metadata.get("run", {}),
+        title=header.title,
+        scene_name=header.scene_name,
+        run=header.run,
         channels=[_describe(inventory, number) for number in inventory.channels],
         span=(first / NANOSECONDS, last / NANOSECONDS),
         chunks=inventory.chunks,
-        size=Path(path).stat().st_size,
+        size=inventory.walk.size,
         damage=inventory.damage,
     )
 
@@ -140,49 +135,51 @@ def doctor(path: str | PathLike[str]) -> list[str]:
     list of str
         A line for each fault.
     """
-    inventory, summary = Inventory(), Summary()
     latest: dict[int, int] = {}  # log time of each channel [ns]
-    closing: list[Found] = []  # from the end of the data section on
-    # entries that the indexes of the last chunk must have, and entries that they have
-    expected: dict[int, bytes] | None = None
-    indexed: dict[int, bytes] = {}
-    with opened(path) as file:
-        for part in inventory.read(file, beyond_damage=True):
-            record, start = part.found.record, part.found.start
-            if closing or isinstance(record, records.DataEnd):
-                closing.append(part.found)
-            elif not isinstance(record, records.Schema | records.Channel):
-                summary.add(record, start, part.found.end)
-            if isinstance(record, MessageIndex):
-                if record.entries.size:
-                    indexed[record.channel] = np.sort(record.entries).tobytes()
+    summary: list[records.McapRecord] = []  # as it must be
+    closing: list[Part] = []  # from the end of the data section on
+    chunk = Part(0, 0, None)  # the one before the message indexes
+    with opened(path) as inventory:
+        faults = inventory.faults
+        for part in inventory.read(beyond_damage=True):
+            if closing or isinstance(part.record, records.DataEnd):
+                closing.append(part)
+            elif not isinstance(part.record, records.Schema | records.Channel | Loose):
+                summarize(summary, part.record, part.start, part.end)
+            if isinstance(part.record, MessageIndex):
+                if chunk.whole and not _fits(part.record, chunk):
+                    faults.append("the index of a chunk does not fit its messages")
                 continue
-            if indexed and expected not in (None, indexed):
-                inventory.faults.append("the index of a chunk does not fit its messages")
-            indexed, expected = {}, None
-            if part.whole:
-                expected = {k: np.sort(m.entries).tobytes() for k, m in part.messages.items()}
-            for words in _content_faults(inventory, part, latest):
-                inventory.faults.append(words)
-    summary.records += inventory.described()
-    first, last = min(inventory.first.values(), default=0), max(inventory.last.values(), default=0)
-    summary.records.append(summary.statistics(inventory.counts, first, last))
-    faults = [*inventory.faults, *_summary_faults(closing, summary.records)]
+            chunk = part
+            faults.extend(_content_faults(inventory, part, latest))
+    summary += inventory.described()
+    summary.append(statistics(summary, inventory.counts, inventory.span))
+    faults += _summary_faults(closing, summary)
     return [*dict.fromkeys(faults), *filter(None, [inventory.mixed_clocks()])]
+
+
+def _fits(index: MessageIndex, chunk: Part) -> bool:
+    """Return whether an index has the messages of its channel; it may be empty."""
+    messages = chunk.messages.get(index.channel)
+    there = index.entries[:0] if messages is None else messages.entries
+    same = np.sort(index.entries).tobytes() == np.sort(there).tobytes()
+    return same or not index.entries.size
 
 
 def _content_faults(inventory: Inventory, part: Part, latest: dict[int, int]) -> Iterator[str]:
     """Check the messages of a chunk against its head, their times and their schemas."""
-    where, chunk = f"chunk at byte {part.found.start}", part.found.record
+    where, chunk = f"chunk at byte {part.start}", part.record
     if isinstance(chunk, records.Chunk) and part.whole:
         if chunk.uncompressed_size != len(part.raw):
             yield f"{where}: it has another size than it claims"
         times = [each.prefix["log_time"] for each in part.messages.values()]
         span = chunk.message_start_time, chunk.message_end_time
-        if times and span != (min(map(np.min, times)), max(map(np.max, times))):
+        known = times and not isinstance(chunk, Loose)
+        if known and span != (min(map(np.min, times)), max(map(np.max, times))):
             yield f"{where}: it has other times than it claims"
     for number, each in part.messages.items():
-        if each.disordered(latest.get(number, 0)):
+        time_ns = each.prefix["log_time"]
+        if time_ns[0] < latest.get(number, 0) or np.any(time_ns[1:] < time_ns[:-1]):
             yield f"{inventory.channels[number].topic}: time runs backwards"
         latest[number] = inventory.last[number]
         try:
@@ -192,31 +189,32 @@ def _content_faults(inventory: Inventory, part: Part, latest: dict[int, int]) ->
             yield f"{where}: {error}"
 
 
-def _summary_faults(closing: list[Found], known: list[records.McapRecord]) -> Iterator[str]:
-    """Check that the summary describes the records that are known from the data section."""
-    if not closing or not isinstance(closing[-1].record, records.Footer):
+def _summary_faults(closing: list[Part], expected: list[records.McapRecord]) -> Iterator[str]:
+    """Check the records after the data section, its end included."""
+    if not closing or not isinstance(footer := closing[-1].record, records.Footer):
         return  # the walk said why
-    start, footer, end = closing[0].end, closing[-1].record, closing[-1].start
-    listed = [(each, each.record) for each in closing[1:-1]]
-    offsets = [(each, r) for each, r in listed if isinstance(r, records.SummaryOffset)]
-    groups = [(each, r) for each, r in listed if isinstance(r, _SUMMARY_RECORDS)]
-    if footer.summary_start != (start if listed else 0):
+    listed, groups = closing[1:-1], set[tuple[int, int, int]]()  # opcode, place, length
+    offsets = (part.start for part in listed if isinstance(part.record, records.SummaryOffset))
+    if footer.summary_start != (closing[0].end if listed else 0):
         yield "the footer places the summary elsewhere"
-    if footer.summary_offset_start not in (0, offsets[0][0].start if offsets else end):
+    if footer.summary_offset_start not in (0, next(offsets, closing[-1].start)):
         yield "the footer places the offsets of the summary elsewhere"
-    for kind in _SUMMARY_RECORDS:
-        group = [(each, r) for each, r in groups if type(r) is kind]
-        there = Counter(_key(each) for each in known if isinstance(each, kind))
-        if group and Counter(_key(r) for _, r in group) != there:
-            yield f"the {kind.__name__} records of the summary do not fit the file"
-        for _, told in offsets if group else ():
-            first, last = group[0][0].start, group[-1][0].end
-            place = told.group_start, told.group_start + told.group_length
-            if told.group_opcode == record_bytes(group[0][1])[0] and place != (first, last):
-                yield f"the summary places its {kind.__name__} records elsewhere"
+    for kind, parts in groupby(listed, lambda part: type(part.record)):
+        group = list(parts)
+        found = [part.record for part in group if part.record]
+        if kind is records.SummaryOffset:
+            places = {tuple(vars(each).values()) for each in found}
+            if groups != {place for place in places if place[-1]}:
+                yield "the summary places its records elsewhere"
+        elif found:
+            start, end = group[0].start, group[-1].end
+            groups.add((record_bytes(found[0])[0], start, end - start))
+            there = Counter(_key(each) for each in expected if isinstance(each, kind))
+            if Counter(map(_key, found)) != there:
+                yield f"the {kind.__name__} records of the summary do not fit the file"
 
 
-def _key(record: records.McapRecord) -> str:
+def _key(record: Record) -> str:
     """Return the fields of a record; the order of maps and counts of 0 do not matter."""
     fields = dict(vars(record))
     for name, value in fields.items():

@@ -6,12 +6,11 @@ import json
 import math
 import sys
 from array import array
-from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from google.protobuf import descriptor_pool, message_factory
@@ -19,58 +18,74 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
 from mcap import records
 
-from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
-from slipmode.runner.recording.contents.inventory import WALL_CLOCK, Inventory, is_ours
-from slipmode.runner.recording.contents.layout import Messages
-from slipmode.runner.recording.contents.walk import Found, opened, scan
-from slipmode.runner.recording.load import Channels, RecordingData, Signals, kind_of
+from slipmode.runner.recording.inventory import WALL_CLOCK, Inventory, is_ours, opened
+from slipmode.runner.recording.load import Channels, RecordingData, Signals
 from slipmode.runner.recording.record import Header
+from slipmode.runner.recording.walk import Part
 
-_PARSED_BYTES = (
-    1 << 22
-)  # a longer message is no table of numbers; parsed, it takes 30 times as much
+# A longer message is no table of numbers; parsed, it takes 30 times as much
+_PARSED_BYTES = 1 << 22
 _COPIES = 4  # of each number: columns, table, and curves with their times
-
-
-class _Decoder(NamedTuple):
-    """The parser of a channel's messages, and the reason to leave out those that it refuses."""
-
-    parse: Callable[[bytes], Any]
-    refusal: str
 
 
 class _Table:
     """The numbers of a channel: a column for each name, up to its last number."""
 
-    def __init__(self) -> None:
-        self.time = array("Q")  # [ns]
-        self.columns: dict[str, array[float]] = {}
+    def __init__(self, kind: str, parse: Callable[[bytes], Any] | None, refusal: str) -> None:
+        self.kind = kind  # of the channel, for the reader
+        self._parse = parse  # None if no message can be read
+        self._refusal = refusal
+        self._refused = 0
+        self._time = array("Q")  # [ns]
+        self._columns: dict[str, array[float]] = {}
 
-    def add(self, time_ns: int, row: Mapping[str, float]) -> int:
+    def add(self, time_ns: int, data: bytes) -> int:
         """Add the numbers of a message; return how many bytes they take."""
-        rows, size = len(self.time), 8
-        self.time.append(time_ns)
+        try:
+            if self._parse is None or len(data) > _PARSED_BYTES:
+                raise ValueError
+            row = dict(_numbers("", self._parse(data)))
+        except (DecodeError, ValueError, RecursionError):
+            self._refused += 1
+            return 0
+        rows, size = len(self._time), 8
+        self._time.append(time_ns)
         for name, number in row.items():
-            column = self.columns.setdefault(name, array("d"))
+            column = self._columns.setdefault(name, array("d"))
             size += 8 * (rows + 1 - len(column))
             column.extend([math.nan] * (rows - len(column)))
             column.append(number)
         return _COPIES * size
 
-    def column(self, name: str) -> Floats:
-        """Return a column; NaN where a message does not have it."""
-        found = np.full(len(self.time), math.nan)
-        found[: len(self.columns[name])] = self.columns[name]
-        return found
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its numbers as one array."""
+        return 8 * len(self._time) * len(self._columns)
+
+    def left_out(self) -> Iterator[str]:
+        """Yield what is not shown, and why."""
+        if self._refused:
+            yield f"{self._refused} of {self.kind}: {self._refusal}"
+        if self._time and not self._columns:
+            yield f"{len(self._time)} of {self.kind}: no numbers"
+
+    def signals(self, record: records.Channel, origin: int) -> Signals:
+        """Return the numbers at times from `origin` [ns] on; NaN where a message has none."""
+        time = (np.array(self._time) - np.uint64(origin)) / NANOSECONDS
+        values = np.full((len(time), len(self._columns)), math.nan)
+        for number, column in enumerate(self._columns.values()):
+            values[: len(column), number] = column
+        fields = tuple(Field(name, record.metadata.get(name, "")) for name in self._columns)
+        return Signals(Channel(record.topic, fields, record.topic), time, values)
 
 
 def is_external(path: str | PathLike[str]) -> bool:
     """Return whether an MCAP file is not marked as a recording of slipmode."""
-    with opened(path) as file:
-        parts = scan(file)
-        return not any(isinstance(each, Found) and is_ours(each.record) for each in parts)
+    with opened(path) as inventory:
+        parts = inventory.walk.records()
+        return not any(isinstance(each, Part) and is_ours(each.record) for each in parts)
 
 
 def read_external(path: str | PathLike[str]) -> RecordingData:
@@ -81,47 +96,23 @@ def read_external(path: str | PathLike[str]) -> RecordingData:
     else they are its log times. Raises SlipmodeError if there is no such file, it is not MCAP, its
     clocks are mixed, or it has no numbers.
     """
-    inventory, decoders, refused = Inventory(), dict[int, _Decoder](), Counter[int]()
-    tables: dict[int, _Table] = defaultdict(_Table)
-
-    def take(number: int, messages: Messages) -> None:
-        if number not in decoders:
-            decoders[number] = _decoder(inventory, number)
-        for time_ns, data in messages.each():
-            try:
-                if len(data) > _PARSED_BYTES:
-                    raise ValueError
-                row = dict(_numbers("", decoders[number].parse(data)))
-            except (DecodeError, ValueError, RecursionError):
-                refused[number] += 1
-                continue
-            inventory.keep(tables[number].add(time_ns, row))
-
-    with opened(path) as file:
-        for part in inventory.read(file):
-            for number, messages in part.messages.items():
-                take(number, messages)
-        if complaint := inventory.mixed_clocks():
-            raise SlipmodeError(complaint)
-        begin = min(inventory.first.values(), default=0)
+    tables: dict[int, _Table] = {}
+    with opened(path) as inventory:
+        for number, messages in inventory.messages():
+            if number not in tables:
+                tables[number] = _table(inventory, number)
+            for message in messages.each():
+                inventory.keep(tables[number].add(*message))
+        begin = inventory.span[0]
         origin = begin if begin >= WALL_CLOCK else 0
         channels = Channels()
-        left_out = []
-        for number, decoder in decoders.items():
-            record, kind = inventory.channels[number], kind_of(inventory, number)
-            if refused[number]:
-                left_out.append(f"{refused[number]} of {kind}: {decoder.refusal}")
-            table = tables[number]
-            if names := list(table.columns):
-                again = f" ({number})" if record.topic in channels else ""
-                fields = tuple(Field(name, record.metadata.get(name, "")) for name in names)
-                time = (np.array(table.time) - np.uint64(origin)) / NANOSECONDS
-                inventory.keep(8 * len(names) * time.size)
-                values = np.column_stack([table.column(name) for name in names])
-                channel = Channel(record.topic, fields, record.topic)
-                channels[record.topic + again] = Signals(channel, time, values)
-            elif table.time:
-                left_out.append(f"{len(table.time)} of {kind}: no numbers")
+        for number, table in tables.items():
+            inventory.keep(table.nbytes)
+            signals = table.signals(inventory.channels[number], origin)
+            if signals.channel.fields:
+                topic = signals.channel.topic
+                channels[f"{topic} ({number})" if topic in channels else topic] = signals
+        left_out = [words for table in tables.values() for words in table.left_out()]
         if not channels:
             seen = "; ".join(filter(None, [*left_out, inventory.damage])) or "no messages at all"
             raise SlipmodeError(f"has no numbers to show ({seen})")
@@ -146,24 +137,19 @@ def as_curves(channels: Mapping[str, Signals]) -> dict[str, Signals]:
     return curves
 
 
-def _decoder(inventory: Inventory, number: int) -> _Decoder:
-    """Return the decoder of the messages of a channel."""
-    channel = inventory.channels[number]
-    match channel.message_encoding:
+def _table(inventory: Inventory, number: int) -> _Table:
+    """Return a table for the messages of a channel."""
+    kind = inventory.kind_of(number)
+    match inventory.channels[number].message_encoding:
         case "json":
-            return _Decoder(json.loads, "not JSON")
+            return _Table(kind, json.loads, "not JSON")
         case "protobuf":
             try:
-                message_class = _message_class(inventory.schema_of(number))
+                parse = _message_class(inventory.schema_of(number)).FromString
             except (DecodeError, KeyError, TypeError, ValueError):
-                return _Decoder(_refuse, "their schema cannot be read")
-            return _Decoder(message_class.FromString, "not of their schema")
-    return _Decoder(_refuse, "neither JSON nor protobuf")
-
-
-def _refuse(data: bytes) -> Any:
-    """Stand for the parser of messages that cannot be read."""
-    raise ValueError
+                return _Table(kind, None, "their schema cannot be read")
+            return _Table(kind, parse, "not of their schema")
+    return _Table(kind, None, "neither JSON nor protobuf")
 
 
 def _message_class(schema: records.Schema) -> type[Message]:

@@ -26,11 +26,11 @@ from slipmode.runner.recording.channels import (
     Field,
     decode_event,
 )
-from slipmode.runner.recording.contents.inventory import Inventory
-from slipmode.runner.recording.contents.layout import DamagedError, Messages
-from slipmode.runner.recording.contents.walk import opened
+from slipmode.runner.recording.inventory import Inventory, opened
+from slipmode.runner.recording.mcap_reader import Messages
+from slipmode.runner.recording.mcap_records import DamagedError
 from slipmode.runner.recording.overview import Overview
-from slipmode.runner.recording.record import SCENE_FILE, Header
+from slipmode.runner.recording.record import Header
 
 _EVENT_BYTES = 512  # of memory for an event, besides its text
 
@@ -244,7 +244,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
     SlipmodeError
         If the file is not an MCAP recording of slipmode.
     """
-    inventory, events = Inventory(), list[Event]()
+    events = list[Event]()
     times, rows = defaultdict[int, bytearray](bytearray), defaultdict[int, bytearray](bytearray)
     refusals: dict[int, SlipmodeError] = {}
 
@@ -275,31 +275,24 @@ def read(path: str | PathLike[str]) -> RecordingData:
             times[number] += messages.prefix["log_time"].tobytes()
             rows[number] += values.tobytes()
 
-    with opened(path) as file:
-        for part in inventory.read(file):
-            for number, messages in part.messages.items():
-                take(number, messages)
+    with opened(path) as inventory:
+        for number, messages in inventory.messages():
+            take(number, messages)
         if not inventory.ours:
             raise SlipmodeError("not a recording of slipmode")
-        if complaint := inventory.mixed_clocks():
-            raise SlipmodeError(complaint)
         channels, left_out = Channels(), []
         for number, record in inventory.channels.items():
             if record.topic in (EVENTS, Overview.topic):
                 continue
             if (channel := layout(number)) is None:
-                left_out += [kind_of(inventory, number)] if number not in refusals else []
+                left_out += [inventory.kind_of(number)] if number not in refusals else []
                 continue
             time = np.frombuffer(times[number], np.uint64) / NANOSECONDS
             values = np.frombuffer(rows[number]).reshape(len(time), len(channel.fields))
             channels[record.topic] = Signals(channel, time, values)
         if refusals and not channels:
             raise next(iter(refusals.values()))
-        scene = inventory.metadata.get("scene", {})
-        text = inventory.attachments.get(SCENE_FILE, b"").decode(errors="replace")
-        run = inventory.metadata.get("run", {})
-        header = Header(scene.get("title", ""), text, run, scene.get("name", ""))
-        found = header, channels, events, inventory.damage, tuple(left_out)
+        found = inventory.header(), channels, events, inventory.damage, tuple(left_out)
         return RecordingData(*found).with_its_end()
 
 
@@ -321,10 +314,3 @@ def sample_channel(inventory: Inventory, number: int) -> Channel | None:
     if any(member.type != FieldDescriptorProto.TYPE_DOUBLE for member in message.field):
         raise SlipmodeError(f"{record.topic}: must have numbers only")
     return Channel(record.topic, fields, record.metadata.get("description", ""))
-
-
-def kind_of(inventory: Inventory, number: int) -> str:
-    """Return the topic of a channel, with its encoding and the name of its schema."""
-    record = inventory.channels[number]
-    words = [record.message_encoding or "no encoding", inventory.schema_of(number).name]
-    return f"{record.topic} ({' '.join(filter(None, words))})"

@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
-import signal
 import subprocess
-import sys
-import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from types import FrameType
-from typing import IO, Self
+from typing import Self
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
@@ -26,7 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom import Model
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import Level, SlipmodeError, one_line_reason
+from slipmode.rom.errors import Level, SlipmodeError
+from slipmode.rom.storage.files import create_file
+from slipmode.runner.messages import one_line
 from slipmode.runner.recording.channels import (
     EVENTS,
     NANOSECONDS,
@@ -237,86 +234,6 @@ class Recorder(Sink):
                 with suppress(Exception):  # the error that ended the run is the one to report
                     sink.event(self._now, "error", one_line(error))
         super().__exit__(kind, error, traceback)
-
-
-def one_line(error: BaseException) -> str:
-    """Return in one line the reason that an error gives, with its class if it is unexpected."""
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted by the user"
-    words = one_line_reason(error)
-    if isinstance(error, (SlipmodeError, OSError)) and words:
-        return words
-    return f"{type(error).__name__}: {words}" if words else type(error).__name__
-
-
-@contextmanager
-def interrupts_held_back() -> Iterator[Callable[[], None]]:
-    """Hold back the first Ctrl-C until the yielded function is called, or the context ends.
-
-    A recording then ends with a whole sample. A second Ctrl-C acts at once. Outside the main
-    thread, where Ctrl-C never arrives, and where it is ignored, nothing changes.
-    """
-    pending = False
-    previous = signal.getsignal(signal.SIGINT)
-
-    def hold_back(signal_number: int, frame: FrameType | None) -> None:
-        nonlocal pending
-        pending = True
-        signal.signal(signal.SIGINT, previous)
-
-    def raise_if_pending() -> None:
-        if pending:
-            raise KeyboardInterrupt
-
-    if not callable(previous) or threading.current_thread() is not threading.main_thread():
-        yield raise_if_pending
-        return
-    signal.signal(signal.SIGINT, hold_back)
-    try:
-        yield raise_if_pending
-    finally:
-        signal.signal(signal.SIGINT, previous)
-    raise_if_pending()
-
-
-def create_file(path: Path) -> IO[bytes]:
-    """Create a file for writing, locked against other runs until it is closed.
-
-    A file, or a link to one, is replaced: what the link points to stays as it is. Devices are
-    written to. The lock ends with the process, however that ends. Without locks (Windows, some
-    network drives) the file is not locked. Raises SlipmodeError if the path is a directory, or
-    another run is writing the file, which stays as it is; OSError if the file cannot be written.
-    """
-    if path.is_dir():
-        raise SlipmodeError(f"{path}: is a directory; give the name of a file to record to")
-    flags = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)  # which Windows needs
-    if path.is_file() or not path.exists():
-        flags |= os.O_EXCL
-        with suppress(FileNotFoundError), ExitStack() as stack:
-            if not path.is_symlink() and sys.platform != "win32":
-                _lock(stack.enter_context(path.open("rb")), path)
-            path.unlink()
-    file = os.fdopen(os.open(path, flags, 0o666), "wb")
-    _lock(file, path)
-    return file
-
-
-def _lock(file: IO[bytes], path: Path) -> None:
-    """Lock a file against other runs; close and refuse it if another run has locked it."""
-    if sys.platform == "win32":
-        return
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        file.close()
-        raise SlipmodeError(
-            f"{path}: another run is writing this file; wait until it ends, or write to "
-            "another folder"
-        ) from None
-    except OSError:
-        pass  # a file system without locks
 
 
 def checked_batch(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
-from slipmode.runner.recording.contents.chunks import unpack
-from slipmode.runner.recording.contents.inventory import Inventory, Part, is_ours
-from slipmode.runner.recording.contents.walk import Loose, opened
-from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter, packed_chunk
-from slipmode.runner.recording.record import SCENE_FILE
+from slipmode.runner.recording.inventory import Inventory, is_ours, opened
+from slipmode.runner.recording.mcap_reader import unpack
+from slipmode.runner.recording.mcap_records import Loose
+from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter
+from slipmode.runner.recording.walk import Part
 
 _UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
 _MESSAGE_BYTES = 64  # of a lost message, where no other is known
@@ -73,8 +73,8 @@ class Recovery:
 def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     """Write the whole parts of an MCAP file as a sound recording.
 
-    Chunks whose check sum is right are copied; messages outside chunks are packed into chunks. An
-    event says what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
+    Chunks whose check sum is right, and messages outside chunks, are packed anew. An event says
+    what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
     could be kept, or is `output`; OSError if `output` cannot be written.
 
     Parameters
@@ -89,87 +89,74 @@ def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
         raise SlipmodeError(f"{target}: is a directory; give the name of a file to write")
     if target.exists() and source.exists() and target.samefile(source):
         raise SlipmodeError(f"{target}: is the file to recover from; give another name")
-    with opened(source) as file, replacing(target) as out:
-        return _salvage(file, out)
+    with opened(source) as inventory, replacing(target) as out:
+        return _salvage(inventory, out)
 
 
-def _salvage(file: BinaryIO, out: BinaryIO) -> Recovery:
+def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
     """Copy the whole parts of a file, and count the others."""
-    inventory, kept_bytes = Inventory(), 0
     writer: McapWriter | None = None
-    written: set[tuple[type, int]] = set()  # schemas and channels
-    for part in inventory.read(file, beyond_damage=True):
-        record = part.found.record
+    written, kept_bytes = set[tuple[type, int]](), 0  # schemas and channels; bytes of chunks
+    for part in inventory.read(beyond_damage=True):
+        record = part.record
         if writer is None:
             header = record if isinstance(record, records.Header) else _UNKNOWN_HEADER
             marked = inventory.ours and not is_ours(header)
             writer = McapWriter(out, OWN_HEADER if marked else header)
-        _describe(inventory, writer, written)
-        if part.messages or (isinstance(record, records.Chunk) and part.whole):
-            writer.add_chunk(*_copied(part))
+        for each in inventory.described():  # also those within chunks: readers need them outside
+            if (type(each), each.id) not in written:
+                writer.add(each)
+                written.add((type(each), each.id))
+        if part.messages:
+            writer.add_chunk(*_kept(part))
             kept_bytes += len(part.raw)
         elif isinstance(record, records.Metadata | records.Attachment):
             writer.add(record)
     if writer is None or not inventory.channels:
         raise SlipmodeError("ends before its first channel; nothing can be recovered")
-    _describe(inventory, writer, written)
-    kept = inventory.counts.total()
-    lost_bytes = sum(each.size for each in inventory.lost)
-    count = round(lost_bytes * kept / kept_bytes if kept else lost_bytes / _MESSAGE_BYTES)
-    exact = inventory.expected is not None or not lost_bytes
-    if inventory.expected is not None:
-        count = max(inventory.expected - kept, 0)
-    end = max(inventory.last.values(), default=0) / NANOSECONDS
-    lost_seconds = sum(max(0, each.last_ns - each.first_ns) for each in inventory.lost)
-    found = Recovery(
-        kept,
-        count,
-        exact,
-        end,
-        lost_seconds / NANOSECONDS,
-        _duration(inventory),
-        sum(each.end - each.start for each in inventory.lost),
-    )
+    found = _count(inventory, kept_bytes)
     events = [each.id for each in inventory.channels.values() if each.topic == EVENTS]
     if inventory.ours and inventory.lost and events:
-        time_ns = np.array([round(end * NANOSECONDS)])
+        time_ns = np.array([inventory.span[1]])
         words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")
-        event = encode_event(Event(end, "warning", words), int(time_ns[0]))
+        event = encode_event(Event(found.end, "warning", words), int(time_ns[0]))
         writer.add_messages(events[0], time_ns, np.array([event], np.void))
     writer.finish()
     return found
 
 
-def _describe(inventory: Inventory, writer: McapWriter, written: set[tuple[type, int]]) -> None:
-    """Write new schemas and channels, also those within chunks: readers need them outside."""
-    for each in inventory.described():
-        if (type(each), each.id) not in written:
-            writer.add(each)
-            written.add((type(each), each.id))
-
-
-def _copied(part: Part) -> tuple[records.Chunk, dict[int, NDArray[np.void]]]:
-    """Return a chunk of the messages of a part, with their index entries by channel."""
-    chunk, raw, messages = part.found.record, part.raw, part.messages
+def _kept(part: Part) -> tuple[bytes, dict[int, NDArray[np.void]]]:
+    """Return the records of a chunk, or its known messages only, and the index entries."""
+    raw, messages = part.raw, part.messages
     if not part.whole:
         spans = [zip(m.offsets.tolist(), m.ends.tolist(), strict=True) for m in messages.values()]
         raw = b"".join(raw[start:end] for start, end in sorted(chain(*spans)))
         messages = unpack(Loose(raw), len(raw))[2]
-    entries = {number: each.entries for number, each in messages.items()}
-    if not isinstance(chunk, records.Chunk) or not part.whole:
-        return packed_chunk(raw, entries), entries
-    times = [each["log_time"] for each in entries.values()]
-    first, last = (int(f(np.concatenate(times))) if times else 0 for f in (np.min, np.max))
-    sound = replace(
-        chunk, message_start_time=first, message_end_time=last, uncompressed_size=len(raw)
+    return raw, {number: each.entries for number, each in messages.items()}
+
+
+def _count(inventory: Inventory, kept_bytes: int) -> Recovery:
+    """Count what is kept, and what is lost by the statistics of the file or else by its size."""
+    kept, lost = inventory.counts.total(), inventory.lost
+    lost_bytes = sum(each.size for each in lost)
+    exact = inventory.expected is not None or not lost_bytes
+    count = round(lost_bytes * kept / kept_bytes if kept else lost_bytes / _MESSAGE_BYTES)
+    if inventory.expected is not None:
+        count = max(inventory.expected - kept, 0)
+    return Recovery(
+        kept,
+        count,
+        exact,
+        end=inventory.span[1] / NANOSECONDS,
+        lost_seconds=sum(max(0, each.last_ns - each.first_ns) for each in lost) / NANOSECONDS,
+        duration=_duration(inventory),
+        unread=sum(each.end - each.start for each in lost),
     )
-    return sound, entries
 
 
 def _duration(inventory: Inventory) -> float | None:
     """Return the duration of the scene [s]; None if the recording has no scene."""
     try:
-        scene = tomllib.loads(inventory.attachments.get(SCENE_FILE, b"").decode())
-        return float(scene["run"]["duration"])
+        return float(tomllib.loads(inventory.header().scene_text)["run"]["duration"])
     except (ValueError, KeyError, TypeError):
         return None

@@ -9,8 +9,8 @@ import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.messages import one_line
 from slipmode.runner.plan.mistuned import MistunedPlan, plan_scene
-from slipmode.runner.recording.record import one_line
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch, Curve

@@ -25,9 +25,9 @@ from slipmode.rom.reduction.tones import combinations_along
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.slow.units import Units
 from slipmode.rom.validity import warn
+from slipmode.runner.messages import one_line
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
-from slipmode.runner.recording.record import one_line
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.structures import MatrixFile, TwoMass

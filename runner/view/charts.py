@@ -17,7 +17,7 @@ import rerun.blueprint as rrb
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.recording.record import create_file
+from slipmode.rom.storage.files import create_file
 from slipmode.runner.view.drawing import draw_labels, draw_lines
 from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
 from slipmode.runner.view.viewer import FLUSH_SECONDS, application

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level
+from slipmode.rom.storage.files import create_file
 from slipmode.runner.recording.channels import EVENTS, Channel
-from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
+from slipmode.runner.recording.record import Header, Sink, checked_batch, nanoseconds
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import in_units, units_of
 from slipmode.runner.view.phase_portraits import Paths

@@ -11,7 +11,7 @@ from typing import Any
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.runner.recording.record import one_line
+from slipmode.runner.messages import one_line
 
 _log = logging.getLogger("slipmode.study")
 

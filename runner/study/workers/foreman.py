@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from slipmode.rom import Model
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
-from slipmode.runner.messages import warnings_to
-from slipmode.runner.recording.record import one_line
+from slipmode.runner.messages import one_line, warnings_to
 from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.mistuned_samples import compute_mistuned

@@ -11,7 +11,7 @@ import scipy
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.states import STATES
-from slipmode.runner.recording.record import create_file
+from slipmode.rom.storage.files import create_file
 from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
 from slipmode.runner.view.viewer import Viewer
