@@ -31,7 +31,8 @@ from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.full_order import excitation_of, initial_state
 from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.passes import IntegratedPass
+from slipmode.runner.transients.passes.integrated import IntegratedPass
+from slipmode.runner.transients.passes.loop import Recording
 from slipmode.runner.validation.validate import MOST_DOFS, full_motion, slow_motion, with_window
 
 _ERROR = 1e-3
@@ -187,7 +188,7 @@ def _integrated_seconds(name: str) -> float:
     without = replace(scene.model, table="none", transients="slow", amplitude=None, budget=None)
     plan = make_plan(replace(scene, model=without))
     with Recorder([]) as recorder:
-        run = IntegratedPass(plan, recorder, lambda: None).run
+        run = IntegratedPass(plan, Recording(recorder, lambda: None)).run
         return processor_time(lambda: run(False), 2)[0]
 
 

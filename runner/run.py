@@ -11,7 +11,6 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from slipmode.fmu import Steppable
 from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.interrupts import interrupts_held_back
@@ -30,10 +29,12 @@ from slipmode.runner.recording.record import (
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.disk_motion import shown_dof
 from slipmode.runner.transients.hybrid import stepper
-from slipmode.runner.transients.mistuned_pass import MistunedPass
-from slipmode.runner.transients.motion import contact_channels
-from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
-from slipmode.runner.transients.tone_pass import SharedTonePass
+from slipmode.runner.transients.motion import Stepper, contact_channels
+from slipmode.runner.transients.passes import loop
+from slipmode.runner.transients.passes.integrated import IntegratedPass
+from slipmode.runner.transients.passes.mistuned import MistunedPass
+from slipmode.runner.transients.passes.slow import SlowPass
+from slipmode.runner.transients.passes.tones import SharedTonePass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
@@ -181,7 +182,7 @@ def run(
     header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
-        component: Steppable | None = None
+        component: Stepper | None = None
         if isinstance(plan, Plan) and model is not None:
             if fmu is not None:
                 from slipmode.runner.fmi.load import open_fmu
@@ -190,15 +191,16 @@ def run(
             else:
                 component = stepper(plan, model)
         recorder = stack.enter_context(open_recorder(header, _channels(plan), mcap, rrd, live))
-        pass_: Pass[Any]
+        pass_: loop.Pass[Any]
+        recording = loop.Recording(recorder, raise_if_interrupted)
         if isinstance(plan, MistunedPlan):
-            pass_ = MistunedPass(plan, recorder, raise_if_interrupted)
+            pass_ = MistunedPass(plan, recording)
         elif isinstance(plan, SharedTonePlan):
-            pass_ = SharedTonePass(plan, recorder, raise_if_interrupted)
+            pass_ = SharedTonePass(plan, recording)
         elif model is None or component is None:
-            pass_ = IntegratedPass(plan, recorder, raise_if_interrupted)
+            pass_ = IntegratedPass(plan, recording)
         else:
-            pass_ = SlowPass(plan, recorder, raise_if_interrupted, model, component)
+            pass_ = SlowPass(plan, recording, component, model)
         pass_.run(progress)
     if mcap:
         write_layout(mcap, _channels(plan), plan.scene.units)

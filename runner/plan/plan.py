@@ -84,6 +84,17 @@ class Plan(ScenePlan):
         )
 
     @property
+    def summary(self) -> str:
+        """What moves, and how it is computed, for the first event of a recording."""
+        if not self.scene.tabulated:
+            return "integrated without a friction table"
+        contacts, _ = self.excited.contacts
+        return (
+            f"mode {' and '.join(self.excited.modes)}, {contacts.n_contacts} contacts, "
+            f"{contacts.formulation} formulation, table tolerance {self.scene.model.tolerance:g}"
+        )
+
+    @property
     def structure(self) -> Structure:
         """Structure of the scene.
 

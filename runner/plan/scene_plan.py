@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Scene
 
 
-class ScenePlan:
+class ScenePlan(ABC):
     """Hold a scene and all modelling decisions about it.
 
     Attributes
@@ -22,6 +24,11 @@ class ScenePlan:
     scene: Scene
     schedule: Schedule
     decisions: list[Finding]
+
+    @property
+    @abstractmethod
+    def summary(self) -> str:
+        """What moves, and how it is computed, for the first event of a recording."""
 
     @property
     def warnings(self) -> list[str]:

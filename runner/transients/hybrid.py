@@ -16,7 +16,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.fmu import Component, Steppable, StoppedError
+from slipmode.fmu import Component, StoppedError
 from slipmode.rom import Model
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.slow.motion import SPIN_UP_PERIODS, reconstruct
@@ -28,6 +28,7 @@ from slipmode.runner.transients.full_order import FullOrder, SlowPart, Stretch
 from slipmode.runner.transients.motion import (
     FastMotion,
     OutputColumns,
+    Stepper,
     output_row,
     slow_trajectory,
 )
@@ -78,11 +79,6 @@ class Hybrid:
     def set_inputs(self, **values: float) -> None:
         """Set inputs by name; the others keep their values."""
         self._component.set_inputs(**values)
-
-    def do_step(self, time: float, duration: float) -> None:
-        """Advance by one step of the schedule."""
-        inputs = self._plan.schedule.inputs(self.input_names, slice(self._point, self._point + 1))
-        self.run(np.array([duration]), inputs)
 
     def outputs(self) -> dict[str, float]:
         """Outputs at the present time."""
@@ -219,7 +215,7 @@ def stepper(plan: Plan, model: Model) -> Component | Hybrid:
 
 
 def fast_motion(
-    component: Steppable, plan: Plan, model: Model, trajectory: SlowTrajectory, times: Floats
+    component: Stepper, plan: Plan, model: Model, trajectory: SlowTrajectory, times: Floats
 ) -> FastMotion:
     """Return the motion at increasing times of a run, from slow time or from full order."""
     if plan.excited.waves is not None:
@@ -242,7 +238,7 @@ def fast_motion(
     return FastMotion(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
-def full_order_number(component: Steppable, times: Floats) -> NDArray[np.int64]:
+def full_order_number(component: Stepper, times: Floats) -> NDArray[np.int64]:
     """Return 2 k + 1 for times (n,) in stretch k at full order, even numbers in slow time."""
     stretches = component.stretches if isinstance(component, Hybrid) else []
     edges = [edge for stretch in stretches for edge in (stretch.start, stretch.end)]

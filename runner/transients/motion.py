@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from slipmode.fmu import Steppable
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
@@ -30,6 +29,24 @@ POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of 
 
 if TYPE_CHECKING:
     from slipmode.runner.recording.record import Recorder
+
+
+class Stepper(Protocol):
+    """What a pass needs of a component; see `fmu.Steppable`."""
+
+    input_names: tuple[str, ...]
+    output_names: tuple[str, ...]
+
+    def set_inputs(self, **values: float) -> None:
+        """Set inputs by name."""
+
+    def outputs(self) -> dict[str, float]:
+        """Return the outputs at the present time."""
+        ...
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Return the outputs (steps, outputs) after each step."""
+        ...
 
 
 @frozen
@@ -170,7 +187,7 @@ class OutputColumns:
         return np.ascontiguousarray(outputs[:, self.parts]).view(complex)
 
 
-def output_row(component: Steppable) -> Floats:
+def output_row(component: Stepper) -> Floats:
     """Return the present outputs of a component as a row, (1, names)."""
     now = component.outputs()
     return np.array([[now[name] for name in component.output_names]])

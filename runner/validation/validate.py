@@ -46,8 +46,8 @@ from slipmode.runner.transients.motion import (
     record_contacts,
     slow_trajectory,
 )
-from slipmode.runner.transients.passes import MotionAt
-from slipmode.runner.transients.tone_pass import SharedTonePass
+from slipmode.runner.transients.passes import loop
+from slipmode.runner.transients.passes.tones import SharedTonePass
 from slipmode.runner.validation.all_sectors import blades_in_full, check_one_wave, sector_in_full
 
 # Plans of structures that are integrated whole.
@@ -246,7 +246,7 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
 
 def motion_on_tone(plan: SharedTonePlan) -> FastMotion:
     """Return the motion of several modes on a tone in every window."""
-    kept = _KeptMotion(plan, Recorder(()), lambda: None)
+    kept = _KeptMotion(plan, loop.Recording(Recorder(()), lambda: None))
     kept.run(progress=False)
     names = [each.name for each in fields(FastMotion)]
     parts = {name: [getattr(each, name) for each in kept.motions] for name in names}
@@ -260,7 +260,7 @@ class _KeptMotion(SharedTonePass):
         super().__init__(*arguments)
         self.motions: list[FastMotion] = []
 
-    def _record_motion(self, window: Window, reduced: Reduced, motion_at: MotionAt) -> None:
+    def _record_motion(self, window: Window, reduced: Reduced, motion_at: loop.MotionAt) -> None:
         if window in self._plan.scene.contact:
             self.motions.append(motion_at(self._times(window))[0])
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from slipmode.fmu.inputs import rate_of
@@ -11,11 +9,11 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.states import contact_states
 from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.recording import channels
-from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.sections import Window
 from slipmode.runner.transients.disk_motion import SAMPLES
 from slipmode.runner.transients.motion import force_along
-from slipmode.runner.transients.tone_pass import TonePass
+from slipmode.runner.transients.passes.loop import Recording
+from slipmode.runner.transients.passes.tones import SampledPass
 
 _INPUTS = ("frequency_A", "force_A", "phase_A")
 
@@ -39,20 +37,16 @@ class MistunedComponent:
         )
 
     def set_inputs(self, **values: float) -> None:
-        """Let inputs jump to values by name, see `Steppable`; rates act in steps alone."""
+        """Let inputs jump to values by name, see `Stepper`; rates act in steps alone."""
         now = dict(zip(_INPUTS, self._inputs, strict=True))
         self._go(0.0, [values.get(name, now[name]) for name in _INPUTS])
 
-    def do_step(self, time: float, duration: float) -> None:
-        """Advance with constant inputs, see `Steppable`."""
-        self._go(duration, self._inputs)
-
     def outputs(self) -> dict[str, float]:
-        """Return the outputs at the present time, see `Steppable`."""
+        """Return the outputs at the present time, see `Stepper`."""
         return dict(zip(self.output_names, self._row().tolist(), strict=True))
 
     def run(self, durations: Floats, inputs: Floats) -> Floats:
-        """Return the outputs after each step, see `Steppable`."""
+        """Return the outputs after each step, see `Stepper`."""
         rows = np.empty((len(durations), len(self.output_names)))
         starts, rates = np.split(inputs, 2, axis=1)
         ends = starts + rates * durations[:, np.newaxis]
@@ -79,13 +73,11 @@ class MistunedComponent:
         return np.concatenate((2.0 * np.abs(moved), 2.0 * turned.real))
 
 
-class MistunedPass(TonePass[MistunedPlan]):
+class MistunedPass(SampledPass[MistunedPlan]):
     """A pass of a mistuned disk."""
 
-    def __init__(
-        self, plan: MistunedPlan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
-    ) -> None:
-        super().__init__(plan, recorder, raise_if_interrupted, MistunedComponent(plan))
+    def __init__(self, plan: MistunedPlan, recording: Recording) -> None:
+        super().__init__(plan, recording, MistunedComponent(plan))
 
     def _times(self, window: Window) -> Floats:
         return super()._times(window)[-SAMPLES:]
@@ -100,12 +92,13 @@ class MistunedPass(TonePass[MistunedPlan]):
     def _record_window(self, window: Window) -> None:
         """Record one DOF, and the state of the first contact, of every sector."""
         disk, times = self._plan.disk.structure, self._times(window)
-        at = self._numbers(self._time, times)
+        points, kept = self._sampled()
+        at = self._numbers(points, times)
         elements = self._plan.disk.law.elements(disk.n_contacts)
-        _, moved, contacts = np.split(self._rows, [disk.sectors, 2 * disk.sectors], axis=1)
+        _, moved, contacts = np.split(kept, [disk.sectors, 2 * disk.sectors], axis=1)
         states = []
         for x in np.split(contacts, disk.sectors, axis=1):
-            force = force_along(elements, self._time, x)
+            force = force_along(elements, points, x)
             states.append(contact_states(elements, x[at], force[at]).state[:, 0])
         rows = np.column_stack((moved[at], *states))
         self._recorder.write(channels.DISK, times, rows)
