@@ -73,7 +73,7 @@ bench-recordings: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.recordings
 
 bench-start: $(VENV)/.installed
-	$(BIN)/python -m benchmarks.start
+	$(BIN)/python -m benchmarks.runner.start
 
 bench-scale: $(VENV)/.installed
 	@$(PIP) "slipmode[fast,pictures]"
@@ -88,7 +88,7 @@ bench-full: $(VENV)/.installed-benchmarks
 
 bench-study: $(VENV)/.installed
 	@$(PIP) "slipmode[study]"
-	$(BIN)/python -m benchmarks.studies
+	$(BIN)/python -m benchmarks.runner.studies
 
 bench-mistuned: $(VENV)/.installed
 	$(BIN)/python -m benchmarks.cyclic.mistuned_disk

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
@@ -48,8 +48,11 @@ def phase(text: str) -> None:
     line.bar.set_description_str(f"{line.title}: {text}")
 
 
-def progress_bar(*arguments: Any, shown: bool = True, **options: Any) -> tqdm[Any]:
+def progress_bar(
+    iterable: Iterable[Any] | None = None, *, shown: bool = True, **options: Any
+) -> tqdm[Any]:
     """Return a bar of tqdm, which is imported for the first one."""
     from tqdm import tqdm
 
-    return tqdm(*arguments, disable=not shown, **options)
+    bar: tqdm[Any] = tqdm(iterable, disable=not shown, **options)
+    return bar

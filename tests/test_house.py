@@ -26,6 +26,7 @@ FLOORS = {
     ),
     "runner": ("recording", "scene", "plan", "transients", "view"),
 }
+SATELLITES = {("rom", "identification"), ("rom", "cyclic")}  # each could be a package of its own
 MOST_FILES, MOST_LINES = 12, 500
 # What keeps tests valid when the inside is rewritten.
 INTERNAL = re.compile(r"slipmode\.\w+\.")  # below the public packages
@@ -81,6 +82,12 @@ def test_rooms_know_only_those_below(package):
         known = {names[1] for names in imported(path) if names[0] == package and len(names) > 1}
         assert not known & above, path
     assert seen == set(floors)
+
+
+def test_the_core_knows_no_satellite():
+    for path in sources(".py"):
+        if path.parts[0] in ("rom", "fmu") and path.parts[:2] not in SATELLITES:
+            assert not {names[:2] for names in imported(path)} & SATELLITES, path
 
 
 def has_oracle(node):

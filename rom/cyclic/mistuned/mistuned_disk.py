@@ -147,7 +147,7 @@ class MistunedDisk:
         x: Complexes | None = None
         found = []
         each_frequency = progress_bar(
-            omega.tolist(), "response", unit=" frequencies", delay=1.0, shown=progress
+            omega.tolist(), desc="response", unit=" frequencies", delay=1.0, shown=progress
         )
         for each in each_frequency:
             G, moved = modes.flexibility(each)[:, np.newaxis], modes.moved(each, excited)

@@ -83,7 +83,7 @@ def study_cost(workers: int, samples: int, folder: Path) -> Cost:
             return [float(each.user + each.system) for each in times]
 
         before, start = spent(), time.perf_counter()
-        client = (sys.executable, "-m", "benchmarks.studies", "run", path, folder)
+        client = (sys.executable, "-m", "benchmarks.runner.studies", "run", path, folder)
         study = subprocess.Popen(
             [*map(str, client), cluster.scheduler_address], stdout=subprocess.PIPE, text=True
         )
