@@ -6,6 +6,7 @@ import numpy as np
 
 from slipmode.fmu.inputs import rate_of
 from slipmode.rom.arrays import Floats
+from slipmode.rom.laws.elements import joined
 from slipmode.rom.laws.states import contact_states
 from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.recording import channels
@@ -94,12 +95,12 @@ class MistunedPass(SampledPass[MistunedPlan]):
         disk, times = self._plan.disk.structure, self._times(window)
         points, kept = self._sampled()
         at = self._numbers(points, times)
-        elements = self._plan.disk.law.elements(disk.n_contacts)
-        _, moved, contacts = np.split(kept, [disk.sectors, 2 * disk.sectors], axis=1)
-        states = []
-        for x in np.split(contacts, disk.sectors, axis=1):
-            force = force_along(elements, points, x)
-            states.append(contact_states(elements, x[at], force[at]).state[:, 0])
-        rows = np.column_stack((moved[at], *states))
+        own = self._plan.disk.law.elements(disk.n_contacts)
+        columns = np.arange(disk.sectors * disk.n_contacts).reshape(disk.sectors, -1)
+        elements = joined([(own, each.tolist()) for each in columns], columns.size)
+        _, moved, x = np.split(kept, [disk.sectors, 2 * disk.sectors], axis=1)
+        force = force_along(elements, points, x)
+        states = contact_states(elements, x[at], force[at]).state[:, :: len(own.element)]
+        rows = np.hstack((moved[at], states))
         self._recorder.write(channels.DISK, times, rows)
         self.samples += len(rows)
