@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 from collections import Counter
+from itertools import zip_longest
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,32 @@ def test_tests_are_evidence_through_public_names():
     of_tests = [path for path in sources(".py", ".c", ".h") if path.parts[0] == "tests"]
     lines = sum(len((ROOT / path).read_text(encoding="utf-8").splitlines()) for path in of_tests)
     assert lines <= MOST_TEST_LINES
+
+
+WALK = re.compile(r"^\| `(?P<name>[\w.]+)` \| `(?P<path>[\w./]+)` \| (?P<call>.+) \|$")
+
+
+def body(path, name):
+    """Text of a function, of Python ("Class.method" too) or C."""
+    text = (ROOT / path).read_text(encoding="utf-8")
+    if path.endswith(".py"):
+        nodes = ast.parse(text).body
+        for part in name.split("."):
+            *_, node = [n for n in nodes if getattr(n, "name", None) == part]
+            nodes = getattr(node, "body", [])
+        return ast.get_source_segment(text, node)
+    (found,) = re.findall(rf"^[a-zS][^;{{}}]*\b{name}\([^;{{}}]*\{{\n.*?^}}", text, re.M | re.S)
+    return found
+
+
+def test_walks_lead_from_call_to_call():
+    """The tables of CONTRIBUTING.md that follow a quantity through the code."""
+    steps = 0
+    for block in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("\n\n"):
+        rows = list(filter(None, map(WALK.match, block.splitlines())))
+        for row, following in zip_longest(rows, rows[1:]):
+            text = body(row["path"], row["name"])
+            if following is not None:
+                assert row["call"].strip("`") in text.split("\n", 1)[1], row["name"]
+                steps += 1
+    assert steps > 15
