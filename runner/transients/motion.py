@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+import scipy
 
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
@@ -142,11 +143,9 @@ def force_along(elements: Elements, time: Floats, displacement: Floats) -> Float
 
     Between the samples `displacement` (n, N_c), at `time` (n,), contacts take several steps.
     """
-    from scipy.interpolate import CubicSpline  # takes long to import
-
     samples = np.arange(time.size * _STEPS_PER_SAMPLE - _STEPS_PER_SAMPLE + 1) / _STEPS_PER_SAMPLE
     fine = np.interp(samples, np.arange(time.size), time)
-    force, _ = elements.march(CubicSpline(time, displacement)(fine))
+    force, _ = elements.march(scipy.interpolate.CubicSpline(time, displacement)(fine))
     return force[::_STEPS_PER_SAMPLE]
 
 
