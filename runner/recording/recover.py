@@ -115,7 +115,8 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
     if writer is None or not inventory.channels:
         raise SlipmodeError("ends before its first channel; nothing can be recovered")
     found = _count(inventory, kept_bytes)
-    events = [each.id for each in inventory.channels.values() if each.topic == EVENTS]
+    described = (each for each in inventory.described() if isinstance(each, records.Channel))
+    events = [each.id for each in described if each.topic == EVENTS]
     if inventory.ours and inventory.lost and events:
         time_ns = np.array([inventory.span[1]])
         words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")

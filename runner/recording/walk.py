@@ -169,8 +169,9 @@ class Walk:
             if end < ends[-1] + MESSAGE_PREFIX.itemsize or end > len(raw):
                 break
             ends.append(end)
-        if start + ends[-1] < self.size and not self._head(start + ends[-1])[1]:
-            ends.pop()  # nothing but its length confirms the last one
+        end = start + ends[-1]  # of the last one, which nothing but its length confirms
+        if self._bytes(end, 1) != bytes([Opcode.MESSAGE]) and not self._chained(end, least=0):
+            ends.pop()
         if len(ends) < 2:
             raise DamagedError
         return Part(start, start + ends[-1], Loose(raw[: ends[-1]]))
@@ -191,14 +192,17 @@ class Walk:
                     return place
         return self.size
 
-    def _chained(self, place: int) -> bool:
-        """Return whether several records seem to follow each other from a byte on."""
+    def _chained(self, place: int, least: int = 1) -> bool:
+        """Return whether several records seem to follow each other from a byte on.
+
+        If the file ends within one of them, at least `least` must come before it.
+        """
         for link in range(_LINKS):
             if place == self.size:
                 return True
             opcode, end = self._head(place)
             if not 0 < end <= self.size:
-                return end > 0 and link > 0
+                return end > 0 and link >= least
             if opcode == Opcode.FOOTER:
                 return True
             place = end
