@@ -37,6 +37,7 @@ FLUSH_SECONDS = 1.0  # of wall time, after which an unfinished chunk is written 
 FIRST_FLUSH_SECONDS = 0.05  # the same for the first time; doubled each time, up to FLUSH_SECONDS
 ZSTD_LEVEL = 1  # twice as fast as level 3 on smooth motion, with no larger files
 
+Entries = Mapping[int, NDArray[np.void]]  # of the index of a chunk, INDEX_ENTRY, by channel
 OWN_HEADER = records.Header("", f"slipmode; {LIBRARY_IDENTIFIER}")
 
 
@@ -93,14 +94,14 @@ class McapWriter:
             self._flush_after = min(2.0 * self._flush_after, FLUSH_SECONDS)
             self.flush()
 
-    def add_chunk(self, raw: bytes, entries: Mapping[int, NDArray[np.void]]) -> None:
-        """Append a chunk of message records, with the INDEX_ENTRY items of each channel."""
+    def add_chunk(self, chunk: records.Chunk, entries: Entries) -> None:
+        """Append a finished chunk, and its index entries."""
         self._finish_chunk()
-        for record in packed(raw, entries):
-            self._put_record(record)
-        for channel, index in entries.items():
-            self._counts[channel] += len(index)
-            self._times += [int(index["log_time"].min()), int(index["log_time"].max())]
+        self._put_record(chunk)
+        for item in entries.items():
+            self._put_record(MessageIndex(*item))
+            self._counts[item[0]] += len(item[1])
+        self._times += [chunk.message_start_time, chunk.message_end_time]
         self._file.truncate()  # the unfinished chunk before may have been longer
         self._file.flush()
         self._last_flush = time.monotonic()
@@ -108,7 +109,9 @@ class McapWriter:
     def flush(self) -> None:
         """Write everything to the file, including the unfinished chunk."""
         if self._blocks:
-            self._file.writelines(map(record_bytes, packed(*self._chunk())))
+            chunk, entries = self._pack()
+            self._file.write(record_bytes(chunk))
+            self._file.writelines(record_bytes(MessageIndex(*item)) for item in entries.items())
         self._file.flush()
         self._file.seek(self._end)
         self._last_flush = time.monotonic()
@@ -132,12 +135,12 @@ class McapWriter:
 
     def _finish_chunk(self) -> None:
         if self._blocks:
-            chunk = self._chunk()
+            packed = self._pack()
             self._blocks, self._filled = [], 0
-            self.add_chunk(*chunk)
+            self.add_chunk(*packed)
 
-    def _chunk(self) -> tuple[bytes, dict[int, NDArray[np.void]]]:
-        """Return the blocks as bytes, and the index entries of each channel."""
+    def _pack(self) -> tuple[records.Chunk, Entries]:
+        """Return the blocks as a chunk, and its index entries."""
         counts = [len(block) for _, block in self._blocks]
         sizes = np.repeat([block.itemsize for _, block in self._blocks], counts)
         channels = np.repeat([channel for channel, _ in self._blocks], counts)
@@ -146,7 +149,8 @@ class McapWriter:
         index["offset"] = np.cumsum(sizes) - sizes
         raw = b"".join(block.view(np.uint8).data for _, block in self._blocks)
         in_order = dict.fromkeys(channel for channel, _ in self._blocks)
-        return raw, {channel: index[channels == channel] for channel in in_order}
+        entries = {channel: index[channels == channel] for channel in in_order}
+        return chunk_of(raw, entries), entries
 
     def _put_record(self, record: records.McapRecord) -> None:
         start = self._end
@@ -160,18 +164,20 @@ class McapWriter:
         self._crc = zlib.crc32(data, self._crc)
 
 
-def packed(raw: bytes, entries: Mapping[int, NDArray[np.void]]) -> list[records.McapRecord]:
-    """Return a chunk of message records and its index, the INDEX_ENTRY items of each channel."""
+def chunk_of(
+    raw: bytes, entries: Entries, packed: tuple[str, bytes] | None = None
+) -> records.Chunk:
+    """Return a chunk of message records, of which compression and compressed bytes may be known."""
     times = np.concatenate([each["log_time"] for each in entries.values()])
-    chunk = records.Chunk(
-        compression="zstd",
-        data=zstandard.compress(raw, ZSTD_LEVEL),
+    compression, data = packed or ("zstd", zstandard.compress(raw, ZSTD_LEVEL))
+    return records.Chunk(
+        compression=compression,
+        data=data,
         message_start_time=int(times.min()),
         message_end_time=int(times.max()),
         uncompressed_crc=zlib.crc32(raw),
         uncompressed_size=len(raw),
     )
-    return [chunk, *(MessageIndex(*item) for item in entries.items())]
 
 
 def summarize(summary: list[records.McapRecord], record: Record, start: int, end: int) -> None:

@@ -11,7 +11,6 @@ from typing import BinaryIO
 
 import numpy as np
 from mcap import records
-from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.files import replacing
@@ -19,7 +18,7 @@ from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encod
 from slipmode.runner.recording.inventory import Inventory, is_ours, opened
 from slipmode.runner.recording.mcap_reader import unpack
 from slipmode.runner.recording.mcap_records import Loose
-from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter
+from slipmode.runner.recording.mcap_writer import OWN_HEADER, Entries, McapWriter, chunk_of
 from slipmode.runner.recording.walk import Part
 
 _UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
@@ -73,8 +72,8 @@ class Recovery:
 def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     """Write the whole parts of an MCAP file as a sound recording.
 
-    Chunks whose check sum is right, and messages outside chunks, are packed anew. An event says
-    what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
+    Chunks whose check sum is right are copied; messages outside chunks are packed into chunks. An
+    event says what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
     could be kept, or is `output`; OSError if `output` cannot be written.
 
     Parameters
@@ -108,7 +107,7 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
                 writer.add(each)
                 written.add((type(each), each.id))
         if part.messages:
-            writer.add_chunk(*_kept(part))
+            writer.add_chunk(*_sound(part))
             kept_bytes += len(part.raw)
         elif isinstance(record, records.Metadata | records.Attachment):
             writer.add(record)
@@ -126,14 +125,17 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
     return found
 
 
-def _kept(part: Part) -> tuple[bytes, dict[int, NDArray[np.void]]]:
-    """Return the records of a chunk, or its known messages only, and the index entries."""
-    raw, messages = part.raw, part.messages
+def _sound(part: Part) -> tuple[records.Chunk, Entries]:
+    """Return a chunk of the messages that are kept, and its index entries."""
+    raw, messages, chunk, packed = part.raw, part.messages, part.record, None
     if not part.whole:
         spans = [zip(m.offsets.tolist(), m.ends.tolist(), strict=True) for m in messages.values()]
         raw = b"".join(raw[start:end] for start, end in sorted(chain(*spans)))
         messages = unpack(Loose(raw), len(raw))[2]
-    return raw, {number: each.entries for number, each in messages.items()}
+    elif isinstance(chunk, records.Chunk) and not isinstance(chunk, Loose):
+        packed = chunk.compression, chunk.data
+    entries = {number: each.entries for number, each in messages.items()}
+    return chunk_of(raw, entries, packed), entries
 
 
 def _count(inventory: Inventory, kept_bytes: int) -> Recovery:
