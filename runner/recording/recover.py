@@ -18,7 +18,7 @@ from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encod
 from slipmode.runner.recording.inventory import Inventory, is_ours, opened
 from slipmode.runner.recording.mcap_reader import unpack
 from slipmode.runner.recording.mcap_records import Loose
-from slipmode.runner.recording.mcap_writer import OWN_HEADER, Entries, McapWriter, chunk_of
+from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter, chunk_records
 from slipmode.runner.recording.walk import Part
 
 _UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
@@ -107,7 +107,7 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
                 writer.add(each)
                 written.add((type(each), each.id))
         if part.messages:
-            writer.add_chunk(*_sound(part))
+            writer.add_chunk(_sound(part))
             kept_bytes += len(part.raw)
         elif isinstance(record, records.Metadata | records.Attachment):
             writer.add(record)
@@ -125,8 +125,8 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
     return found
 
 
-def _sound(part: Part) -> tuple[records.Chunk, Entries]:
-    """Return a chunk of the messages that are kept, and its index entries."""
+def _sound(part: Part) -> list[records.McapRecord]:
+    """Return a chunk of the messages that are kept, with its index."""
     raw, messages, chunk, packed = part.raw, part.messages, part.record, None
     if not part.whole:
         spans = [zip(m.offsets.tolist(), m.ends.tolist(), strict=True) for m in messages.values()]
@@ -134,8 +134,7 @@ def _sound(part: Part) -> tuple[records.Chunk, Entries]:
         messages = unpack(Loose(raw), len(raw))[2]
     elif isinstance(chunk, records.Chunk) and not isinstance(chunk, Loose):
         packed = chunk.compression, chunk.data
-    entries = {number: each.entries for number, each in messages.items()}
-    return chunk_of(raw, entries, packed), entries
+    return chunk_records(raw, {k: each.entries for k, each in messages.items()}, packed)
 
 
 def _count(inventory: Inventory, kept_bytes: int) -> Recovery:
