@@ -26,7 +26,7 @@ from zstandard import ZstdCompressor, ZstdDecompressor
 from slipmode.runner import load_scene, run
 from slipmode.runner.recording.channels import Channel, Field
 from slipmode.runner.recording.load import load
-from slipmode.runner.recording.mcap_writer import ZSTD_LEVEL
+from slipmode.runner.recording.mcap_file.writer import ZSTD_LEVEL
 from slipmode.runner.recording.record import Header, McapSink
 from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.replay import replay

@@ -16,15 +16,15 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import short_repr
 from slipmode.runner.recording.channels import NANOSECONDS
 from slipmode.runner.recording.inventory import Inventory, opened
-from slipmode.runner.recording.mcap_records import (
+from slipmode.runner.recording.mcap_file.records import (
     DamagedError,
     Loose,
     MessageIndex,
     Record,
     record_bytes,
 )
-from slipmode.runner.recording.mcap_writer import statistics, summarize
-from slipmode.runner.recording.walk import Part
+from slipmode.runner.recording.mcap_file.walk import Part
+from slipmode.runner.recording.mcap_file.writer import statistics, summarize
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,15 @@ from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.storage.files import as_path
 from slipmode.rom.storage.stored_arrays import MIB, memory_limit
 from slipmode.runner.recording.channels import EVENTS, Channel, Field
-from slipmode.runner.recording.mcap_reader import (
+from slipmode.runner.recording.mcap_file.reader import (
     CHUNK_COPIES,
     Messages,
     TooLargeError,
     unpack,
 )
-from slipmode.runner.recording.mcap_records import DamagedError, Loose, Record, record_bytes
+from slipmode.runner.recording.mcap_file.records import DamagedError, Loose, Record, record_bytes
+from slipmode.runner.recording.mcap_file.walk import Damage, Part, Walk
 from slipmode.runner.recording.record import SCENE_FILE, Header
-from slipmode.runner.recording.walk import Damage, Part, Walk
 
 WALL_CLOCK = 10**18  # [ns], in 2001: later times count from 1970, earlier ones from a run's start
 UNITS = "units"  # metadata that recordings of slipmode have

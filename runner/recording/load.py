@@ -25,8 +25,8 @@ from slipmode.runner.recording.channels import (
     decode_event,
 )
 from slipmode.runner.recording.inventory import opened
-from slipmode.runner.recording.mcap_reader import Messages
-from slipmode.runner.recording.mcap_records import DamagedError
+from slipmode.runner.recording.mcap_file.reader import Messages
+from slipmode.runner.recording.mcap_file.records import DamagedError
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header
 

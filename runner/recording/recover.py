@@ -16,10 +16,10 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
 from slipmode.runner.recording.inventory import Inventory, is_ours, opened
-from slipmode.runner.recording.mcap_reader import unpack
-from slipmode.runner.recording.mcap_records import Loose
-from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter, chunk_records
-from slipmode.runner.recording.walk import Part
+from slipmode.runner.recording.mcap_file.reader import unpack
+from slipmode.runner.recording.mcap_file.records import Loose
+from slipmode.runner.recording.mcap_file.walk import Part
+from slipmode.runner.recording.mcap_file.writer import OWN_HEADER, McapWriter, chunk_records
 
 _UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
 _MESSAGE_BYTES = 64  # of a lost message, where no other is known

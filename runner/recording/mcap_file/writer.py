@@ -23,7 +23,7 @@ from mcap.opcode import Opcode
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 from numpy.typing import NDArray
 
-from slipmode.runner.recording.mcap_records import (
+from slipmode.runner.recording.mcap_file.records import (
     INDEX_ENTRY,
     MESSAGE_PREFIX,
     RECORD_HEAD,

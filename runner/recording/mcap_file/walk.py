@@ -16,8 +16,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.storage.stored_arrays import MIB
-from slipmode.runner.recording.mcap_reader import Messages
-from slipmode.runner.recording.mcap_records import (
+from slipmode.runner.recording.mcap_file.reader import Messages
+from slipmode.runner.recording.mcap_file.records import (
     MESSAGE_PREFIX,
     RECORD_HEAD,
     DamagedError,

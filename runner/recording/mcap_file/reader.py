@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.storage.stored_arrays import MIB
-from slipmode.runner.recording.mcap_records import (
+from slipmode.runner.recording.mcap_file.records import (
     INDEX_ENTRY,
     MESSAGE_PREFIX,
     RECORD_HEAD,
