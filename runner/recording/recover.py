@@ -133,7 +133,7 @@ def _sound(part: Part) -> list[records.McapRecord]:
         raw = b"".join(raw[start:end] for start, end in sorted(chain(*spans)))
         messages = unpack(Loose(raw), len(raw))[2]
     elif isinstance(chunk, records.Chunk) and not isinstance(chunk, Loose):
-        packed = chunk.compression, chunk.data
+        packed = chunk
     return chunk_records(raw, {k: each.entries for k, each in messages.items()}, packed)
 
 

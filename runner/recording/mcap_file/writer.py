@@ -11,6 +11,7 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from itertools import groupby
 from operator import itemgetter
@@ -162,20 +163,20 @@ class McapWriter:
 
 
 def chunk_records(
-    raw: bytes, entries: Mapping[int, NDArray[np.void]], packed: tuple[str, bytes] | None = None
+    raw: bytes, entries: Mapping[int, NDArray[np.void]], packed: records.Chunk | None = None
 ) -> list[records.McapRecord]:
     """Return messages as a chunk with its index, the INDEX_ENTRY items of each channel.
 
-    `packed` has compression and bytes of the chunk, if they are known.
+    `packed` is a chunk of these messages whose times and size may be wrong.
     """
+    if packed is None:
+        data = zstandard.compress(raw, ZSTD_LEVEL)
+        packed = records.Chunk("zstd", data, 0, 0, zlib.crc32(raw), 0)
     times = np.concatenate([each["log_time"] for each in entries.values()])
-    compression, data = packed or ("zstd", zstandard.compress(raw, ZSTD_LEVEL))
-    chunk = records.Chunk(
-        compression=compression,
-        data=data,
+    chunk = replace(
+        packed,
         message_start_time=int(times.min()),
         message_end_time=int(times.max()),
-        uncompressed_crc=zlib.crc32(raw),
         uncompressed_size=len(raw),
     )
     return [chunk, *(MessageIndex(*item) for item in entries.items())]
