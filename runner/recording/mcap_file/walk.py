@@ -78,7 +78,11 @@ class Walk:
             try:
                 part = self._record(place)
             except DamagedError as error:
-                damage = damage or Damage(place, self.size, str(error), *self._claims(place))
+                claims = self._claims(place)
+                if damage and any(claims):  # another chunk
+                    yield replace(damage, end=place)
+                    damage = None
+                damage = damage or Damage(place, self.size, str(error), *claims)
                 place = self._resume(place) if self._patience > 0 else self.size
                 continue
             if damage:
