@@ -69,7 +69,7 @@ bench-table: $(VENV)/.installed-benchmarks
 bench-errors: $(VENV)/.installed
 	OPENBLAS_NUM_THREADS=1 PYTHONPATH=tests:tests/support $(BIN)/python -m evidence.stated_errors $(STRUCTURES) $(KINDS)
 
-bench-recordings: $(VENV)/.installed
+bench-recordings: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.recordings
 
 bench-start: $(VENV)/.installed

@@ -12,8 +12,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import foxglove
 import numpy as np
 import rerun as rr
+from foxglove.mcap import MCAPWriteOptions
 from google.protobuf import descriptor_pool, message_factory
 from mcap.reader import make_reader
 from mcap.records import Chunk
@@ -24,7 +26,7 @@ from zstandard import ZstdCompressor, ZstdDecompressor
 from slipmode.runner import load_scene, run
 from slipmode.runner.recording.channels import Channel, Field
 from slipmode.runner.recording.load import load
-from slipmode.runner.recording.mcap_writer import ZSTD_LEVEL
+from slipmode.runner.recording.mcap_file.writer import ZSTD_LEVEL
 from slipmode.runner.recording.record import Header, McapSink
 from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.replay import replay
@@ -52,11 +54,13 @@ def measure(folder: Path, repeats: int = _REPEATS) -> Iterator[str]:
         ours=(signals.write, _ROWS),
         plain=(signals.write_plain, _PLAIN_ROWS),
         encoded=(signals.write_encoded, _PLAIN_ROWS),
+        foxglove=(signals.write_foxglove, _PLAIN_ROWS),
         zstd=(signals.compress, _ROWS),
     )
     yield f"write MCAP                {write['ours'] / 1e6:6.2f} M/s"
     yield _ratio("times the mcap package, messages encoded before", write, "plain")
     yield _ratio("times the mcap package with protobuf encoding", write, "encoded")
+    yield _ratio("times foxglove-sdk, messages encoded before", write, "foxglove")
     yield _ratio("of the rate of zstd alone", write, "zstd")
     read = _best(repeats, ours=(signals.read, _ROWS), plain=(signals.read_plain, _PLAIN_ROWS))
     yield f"read MCAP                 {read['ours'] / 1e6:6.2f} M/s"
@@ -132,6 +136,23 @@ class _Signals:
             for stamp, data in zip(self._time_ns.tolist(), self._encoded, strict=False):
                 writer.add_message(channel_id, stamp, data, stamp)
             writer.finish()  # type: ignore[no-untyped-call]
+
+    def write_foxglove(self) -> None:
+        context = foxglove.Context()
+        schema = foxglove.Schema(
+            name=_CHANNEL.message_type,
+            encoding="protobuf",
+            data=_CHANNEL.descriptor().SerializeToString(),
+        )
+        channel = foxglove.Channel(
+            _CHANNEL.topic, schema=schema, message_encoding="protobuf", context=context
+        )
+        path = self._path("foxglove")
+        path.unlink(missing_ok=True)
+        options = MCAPWriteOptions(compression_level=ZSTD_LEVEL, compression_threads=0)
+        with foxglove.open_mcap(path, context=context, writer_options=options):
+            for stamp, data in zip(self._time_ns.tolist(), self._encoded, strict=False):
+                channel.log(data, log_time=stamp)
 
     def write_encoded(self) -> None:
         self.encode()

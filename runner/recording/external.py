@@ -22,8 +22,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.recording.channels import NANOSECONDS, OTHER, Channel, Event, Field
 from slipmode.runner.recording.inventory import WALL_CLOCK, Inventory, is_ours, opened
 from slipmode.runner.recording.load import Channels, RecordingData, Signals
+from slipmode.runner.recording.mcap_file.walk import Part
 from slipmode.runner.recording.record import Header
-from slipmode.runner.recording.walk import Part
 
 # A longer message is no table of numbers; parsed, it takes 30 times as much
 _PARSED_BYTES = 1 << 22

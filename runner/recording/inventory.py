@@ -10,21 +10,24 @@ from os import PathLike
 from typing import BinaryIO
 
 import numpy as np
+from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
+from google.protobuf.message import DecodeError
 from mcap import records
 from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.storage.files import as_path
 from slipmode.rom.storage.stored_arrays import MIB, memory_limit
-from slipmode.runner.recording.mcap_reader import (
+from slipmode.runner.recording.channels import EVENTS, Channel, Field
+from slipmode.runner.recording.mcap_file.reader import (
     CHUNK_COPIES,
     Messages,
     TooLargeError,
     unpack,
 )
-from slipmode.runner.recording.mcap_records import DamagedError, Loose, Record, record_bytes
+from slipmode.runner.recording.mcap_file.records import DamagedError, Loose, Record, record_bytes
+from slipmode.runner.recording.mcap_file.walk import Damage, Part, Walk
 from slipmode.runner.recording.record import SCENE_FILE, Header
-from slipmode.runner.recording.walk import Damage, Part, Walk
 
 WALL_CLOCK = 10**18  # [ns], in 2001: later times count from 1970, earlier ones from a run's start
 UNITS = "units"  # metadata that recordings of slipmode have
@@ -130,6 +133,27 @@ class Inventory:
         scene, run = (self.metadata.get(name, {}) for name in ("scene", "run"))
         text = self.attachments.get(SCENE_FILE, b"").decode(errors="replace")
         return Header(scene.get("title", ""), text, run, scene.get("name", ""))
+
+    def sample_channel(self, number: int) -> Channel | None:
+        """Return the fields of a channel with their units; None if it has no samples of slipmode.
+
+        Raises SlipmodeError if its schema is not a schema of samples.
+        """
+        record = self.channels[number]
+        if record.message_encoding != "protobuf" or record.topic == EVENTS:
+            return None
+        try:
+            proto = FileDescriptorSet.FromString(self.schema_of(number).data)
+            message = proto.file[-1].message_type[0]
+            units = record.metadata
+            fields = tuple(Field(member.name, units[member.name]) for member in message.field)
+        except (DecodeError, IndexError, KeyError) as error:
+            raise SlipmodeError(
+                f"{record.topic}: is not a channel of samples with units"
+            ) from error
+        if any(member.type != FieldDescriptorProto.TYPE_DOUBLE for member in message.field):
+            raise SlipmodeError(f"{record.topic}: must have numbers only")
+        return Channel(record.topic, fields, record.metadata.get("description", ""))
 
     def described(self) -> list[Description]:
         """Return the schemas, and the channels whose schemas are known or need not be."""

@@ -12,7 +12,6 @@ from os import PathLike
 from typing import NamedTuple, Self
 
 import numpy as np
-from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorSet
 from google.protobuf.message import DecodeError
 
 from slipmode.rom.arrays import Floats
@@ -23,12 +22,11 @@ from slipmode.runner.recording.channels import (
     NANOSECONDS,
     Channel,
     Event,
-    Field,
     decode_event,
 )
-from slipmode.runner.recording.inventory import Inventory, opened
-from slipmode.runner.recording.mcap_reader import Messages
-from slipmode.runner.recording.mcap_records import DamagedError
+from slipmode.runner.recording.inventory import opened
+from slipmode.runner.recording.mcap_file.reader import Messages
+from slipmode.runner.recording.mcap_file.records import DamagedError
 from slipmode.runner.recording.overview import Overview
 from slipmode.runner.recording.record import Header
 
@@ -251,7 +249,7 @@ def read(path: str | PathLike[str]) -> RecordingData:
     @cache
     def layout(number: int) -> Channel | None:
         try:
-            return sample_channel(inventory, number)
+            return inventory.sample_channel(number)
         except SlipmodeError as error:
             refusals[number] = error
             inventory.faults.append(str(error))
@@ -294,23 +292,3 @@ def read(path: str | PathLike[str]) -> RecordingData:
             raise next(iter(refusals.values()))
         found = inventory.header(), channels, events, inventory.damage, tuple(left_out)
         return RecordingData(*found).with_its_end()
-
-
-def sample_channel(inventory: Inventory, number: int) -> Channel | None:
-    """Return the fields of a channel with their units; None if it has no samples of slipmode.
-
-    Raises SlipmodeError if its schema is not a schema of samples.
-    """
-    record = inventory.channels[number]
-    if record.message_encoding != "protobuf" or record.topic == EVENTS:
-        return None
-    try:
-        proto = FileDescriptorSet.FromString(inventory.schema_of(number).data)
-        message = proto.file[-1].message_type[0]
-        units = record.metadata
-        fields = tuple(Field(member.name, units[member.name]) for member in message.field)
-    except (DecodeError, IndexError, KeyError) as error:
-        raise SlipmodeError(f"{record.topic}: is not a channel of samples with units") from error
-    if any(member.type != FieldDescriptorProto.TYPE_DOUBLE for member in message.field):
-        raise SlipmodeError(f"{record.topic}: must have numbers only")
-    return Channel(record.topic, fields, record.metadata.get("description", ""))

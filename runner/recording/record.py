@@ -32,7 +32,7 @@ from slipmode.runner.recording.channels import (
     encode_event,
     event_descriptor,
 )
-from slipmode.runner.recording.mcap_writer import McapWriter
+from slipmode.runner.recording.mcap_file.writer import McapWriter
 from slipmode.runner.recording.overview import SCHEMA, Overview
 
 SCENE_FILE = "scene.toml"

@@ -11,16 +11,15 @@ from typing import BinaryIO
 
 import numpy as np
 from mcap import records
-from numpy.typing import NDArray
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Event, encode_event
 from slipmode.runner.recording.inventory import Inventory, is_ours, opened
-from slipmode.runner.recording.mcap_reader import unpack
-from slipmode.runner.recording.mcap_records import Loose
-from slipmode.runner.recording.mcap_writer import OWN_HEADER, McapWriter
-from slipmode.runner.recording.walk import Part
+from slipmode.runner.recording.mcap_file.reader import unpack
+from slipmode.runner.recording.mcap_file.records import Loose
+from slipmode.runner.recording.mcap_file.walk import Part
+from slipmode.runner.recording.mcap_file.writer import OWN_HEADER, McapWriter, chunk_records
 
 _UNKNOWN_HEADER = records.Header("", "recovered by slipmode")
 _MESSAGE_BYTES = 64  # of a lost message, where no other is known
@@ -73,8 +72,8 @@ class Recovery:
 def recover(path: str | PathLike[str], output: str | PathLike[str]) -> Recovery:
     """Write the whole parts of an MCAP file as a sound recording.
 
-    Chunks whose check sum is right, and messages outside chunks, are packed anew. An event says
-    what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
+    Chunks whose check sum is right are copied; messages outside chunks are packed into chunks. An
+    event says what was lost. Raises SlipmodeError if `path` is no such file, or holds nothing that
     could be kept, or is `output`; OSError if `output` cannot be written.
 
     Parameters
@@ -108,14 +107,15 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
                 writer.add(each)
                 written.add((type(each), each.id))
         if part.messages:
-            writer.add_chunk(*_kept(part))
+            writer.add_chunk(_sound(part))
             kept_bytes += len(part.raw)
         elif isinstance(record, records.Metadata | records.Attachment):
             writer.add(record)
     if writer is None or not inventory.channels:
         raise SlipmodeError("ends before its first channel; nothing can be recovered")
     found = _count(inventory, kept_bytes)
-    events = [each.id for each in inventory.channels.values() if each.topic == EVENTS]
+    described = (each for each in inventory.described() if isinstance(each, records.Channel))
+    events = [each.id for each in described if each.topic == EVENTS]
     if inventory.ours and inventory.lost and events:
         time_ns = np.array([inventory.span[1]])
         words = "recovered from a damaged recording; " + found.text().replace("\n", "; ")
@@ -125,14 +125,16 @@ def _salvage(inventory: Inventory, out: BinaryIO) -> Recovery:
     return found
 
 
-def _kept(part: Part) -> tuple[bytes, dict[int, NDArray[np.void]]]:
-    """Return the records of a chunk, or its known messages only, and the index entries."""
-    raw, messages = part.raw, part.messages
+def _sound(part: Part) -> list[records.McapRecord]:
+    """Return a chunk of the messages that are kept, with its index."""
+    raw, messages, chunk, packed = part.raw, part.messages, part.record, None
     if not part.whole:
         spans = [zip(m.offsets.tolist(), m.ends.tolist(), strict=True) for m in messages.values()]
         raw = b"".join(raw[start:end] for start, end in sorted(chain(*spans)))
         messages = unpack(Loose(raw), len(raw))[2]
-    return raw, {number: each.entries for number, each in messages.items()}
+    elif isinstance(chunk, records.Chunk) and not isinstance(chunk, Loose):
+        packed = chunk
+    return chunk_records(raw, {k: each.entries for k, each in messages.items()}, packed)
 
 
 def _count(inventory: Inventory, kept_bytes: int) -> Recovery:

@@ -16,8 +16,8 @@ from mcap.writer import MCAP0_MAGIC
 
 from slipmode.rom.short_repr import short_repr
 from slipmode.rom.storage.stored_arrays import MIB
-from slipmode.runner.recording.mcap_reader import Messages
-from slipmode.runner.recording.mcap_records import (
+from slipmode.runner.recording.mcap_file.reader import Messages
+from slipmode.runner.recording.mcap_file.records import (
     MESSAGE_PREFIX,
     RECORD_HEAD,
     DamagedError,
@@ -78,7 +78,11 @@ class Walk:
             try:
                 part = self._record(place)
             except DamagedError as error:
-                damage = damage or Damage(place, self.size, str(error), *self._claims(place))
+                claims = self._claims(place)
+                if damage and any(claims):  # another chunk
+                    yield replace(damage, end=place)
+                    damage = None
+                damage = damage or Damage(place, self.size, str(error), *claims)
                 place = self._resume(place) if self._patience > 0 else self.size
                 continue
             if damage:
@@ -169,8 +173,9 @@ class Walk:
             if end < ends[-1] + MESSAGE_PREFIX.itemsize or end > len(raw):
                 break
             ends.append(end)
-        if start + ends[-1] < self.size and not self._head(start + ends[-1])[1]:
-            ends.pop()  # nothing but its length confirms the last one
+        end = start + ends[-1]  # of the last one, which nothing but its length confirms
+        if self._bytes(end, 1) != bytes([Opcode.MESSAGE]) and not self._chained(end, least=0):
+            ends.pop()
         if len(ends) < 2:
             raise DamagedError
         return Part(start, start + ends[-1], Loose(raw[: ends[-1]]))
@@ -191,14 +196,17 @@ class Walk:
                     return place
         return self.size
 
-    def _chained(self, place: int) -> bool:
-        """Return whether several records seem to follow each other from a byte on."""
+    def _chained(self, place: int, least: int = 1) -> bool:
+        """Return whether several records seem to follow each other from a byte on.
+
+        If the file ends within one of them, at least `least` must come before it.
+        """
         for link in range(_LINKS):
             if place == self.size:
                 return True
             opcode, end = self._head(place)
             if not 0 < end <= self.size:
-                return end > 0 and link > 0
+                return end > 0 and link >= least
             if opcode == Opcode.FOOTER:
                 return True
             place = end
