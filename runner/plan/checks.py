@@ -16,6 +16,15 @@ from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Scene
 
 
+def check_outputs(scene: Scene, n_dofs: int) -> None:
+    """Refuse recorded DOFs that the structure does not have."""
+    for dof in scene.output.elastic:
+        if not 0 <= dof < n_dofs:
+            raise SlipmodeError(
+                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {n_dofs - 1}"
+            )
+
+
 def check_time_scales(scene: Scene, excited: Excited, schedule: Schedule) -> None:
     """Refuse a scene whose forcing, steps or windows no run can follow, naming the key."""
     reached = schedule.frequency_range(excited.modes)

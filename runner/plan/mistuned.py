@@ -16,6 +16,7 @@ from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.validity import Finding
+from slipmode.runner.plan.checks import check_outputs
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
@@ -130,10 +131,7 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
             'contacts.law: must be "jenkins", "iwan" or "sliders" with [mistuning], because '
             "contacts of mistuned disks do not lift off"
         )
-    for dof in scene.output.elastic:
-        if dof >= structure.free_dofs.size:
-            most = structure.free_dofs.size - 1
-            raise SlipmodeError(f"output.elastic: must be 0 to {most}, got {dof}")
+    check_outputs(scene, structure.free_dofs.size)
     force = scene.forcing["A"].vector(structure.free_dofs.size)
     schedule = make_schedule(scene, {"A": 0.0})  # the mode is forced
     highest = _HIGHEST * float(schedule.frequency_range(("A",))[1][0])

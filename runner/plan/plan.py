@@ -29,8 +29,8 @@ from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
+from slipmode.runner.plan import checks
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
-from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.plan.transients import Intervals, plan_transients
@@ -256,14 +256,10 @@ def _scheduled(
 ) -> Plan:
     """Return the plan with its schedule, before anything is decided about tables."""
     reduced = excited.reduced
-    for dof in scene.output.elastic:
-        if not 0 <= dof < reduced.n_dofs:
-            raise SlipmodeError(
-                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {reduced.n_dofs - 1}"
-            )
+    checks.check_outputs(scene, reduced.n_dofs)
     natural = dict(zip(excited.modes, reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
-    check_time_scales(scene, excited, schedule)
+    checks.check_time_scales(scene, excited, schedule)
     return Plan(scene, structure, excited, schedule, decisions)
 
 
@@ -289,7 +285,7 @@ def _integrated(plan: Plan) -> Plan:
         Finding("friction table", "none, time integration at full order", reason),
         *(_fast_motion_decisions(scene) if scene.windows else ()),
         _recording_decision(scene),
-        *check_frequencies(plan.excited, plan.schedule, scene.units.frequency),
+        *checks.check_frequencies(plan.excited, plan.schedule, scene.units.frequency),
         *frictionless_findings(plan.excited.law, plan.excited.reduced.n_contacts),
     ]
     return replace(plan, decisions=decisions)
@@ -367,8 +363,8 @@ def _add_decisions(plan: Plan, found: Sequence[Finding], seen: DryRun | None) ->
         transients,
         *_fast_motion_decisions(scene),
         _recording_decision(scene),
-        *check_frequencies(excited, schedule, scene.units.frequency),
-        *check_assumptions(plan.known_structure, excited, schedule, reached, seen),
+        *checks.check_frequencies(excited, schedule, scene.units.frequency),
+        *checks.check_assumptions(plan.known_structure, excited, schedule, reached, seen),
     ]
     return replace(plan, decisions=decisions, full_order=full_order)
 

@@ -17,6 +17,7 @@ from slipmode.rom.short_repr import frozen, percentage
 from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.slow.tone.tone_states import ForcedTone
 from slipmode.rom.validity import Finding
+from slipmode.runner.plan.checks import check_outputs
 from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.scene.contacts import law_of
@@ -73,11 +74,7 @@ def plan_shared_tone(scene: Scene) -> SharedTonePlan:
     """Return the plan of a scene with several modes on a tone."""
     structure = scene.build()
     scene, tones = scene.located(structure.labels), scene.modes.tones
-    for dof in scene.output.elastic:
-        if dof >= structure.n_dofs:
-            raise SlipmodeError(
-                f"output.elastic: DOF {dof} is out of range, allowed: 0 to {structure.n_dofs - 1}"
-            )
+    check_outputs(scene, structure.n_dofs)
     with naming("contacts"):
         law = sliding_law(law_of(scene, structure.n_contacts), structure.n_contacts)
     numbers = [number for each in tones for number in each]
