@@ -20,6 +20,7 @@ from slipmode.runner.commands.diameters import add_diameters_command
 from slipmode.runner.commands.identify import add_identify_command
 from slipmode.runner.commands.mode_table import is_scene, mode_table
 from slipmode.runner.commands.recordings import add_recording_commands
+from slipmode.runner.commands.scenes import add_scenes_command
 from slipmode.runner.commands.study import add_study_command
 from slipmode.runner.explore.command import add_explore_command
 from slipmode.runner.fmi.command import add_fmu_command
@@ -27,8 +28,7 @@ from slipmode.runner.messages import warnings_to
 from slipmode.runner.plan.mistuned import plan_scene
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.run import run
-from slipmode.runner.scene.keys import table_text
-from slipmode.runner.scene.scene import load_scene, shipped_scenes
+from slipmode.runner.scene.scene import load_scene
 from slipmode.runner.transients.passes import integration_cost
 from slipmode.runner.view.viewer import find_viewer
 
@@ -135,22 +135,6 @@ def _modes(options: argparse.Namespace) -> int:
         print_next("slipmode", "curve", options.file)
     else:
         print_next("slipmode", "scenes", "--keys", "structure")
-    return 0
-
-
-def _scenes(options: argparse.Namespace) -> int:
-    shipped = shipped_scenes()
-    if options.keys is not None:
-        print(table_text(options.keys))
-    elif options.path is not None:
-        if options.path not in shipped:
-            raise SlipmodeError(f"{options.path}: no such scene; scenes: {', '.join(shipped)}")
-        print(shipped[options.path])
-    else:
-        width = max(len(name) for name in shipped)
-        for name in shipped:
-            print(f"{name:{width}}  {load_scene(name).title}")
-        print_next("slipmode", "run", next(iter(shipped)))
     return 0
 
 
@@ -269,15 +253,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_fmu_command(add)
     add_explore_command(add)
-    keys = "print the keys of a table of scene files: --keys run"
-    add(
-        "scenes",
-        _scenes,
-        "list the shipped scenes",
-        'scenes && cp "$(slipmode scenes --path two-mode)" mine.toml',
-        Argument("--path", metavar="NAME", help="print where a shipped scene's file is"),
-        Argument("--keys", metavar="TABLE", help=keys),
-    )
+    add_scenes_command(add)
     add(
         "cache",
         _cache,

@@ -6,43 +6,36 @@ from functools import lru_cache
 from pathlib import Path
 
 from slipmode.rom import Model
-from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.scene.sections import ModelOptions
-from slipmode.runner.scene.toml_table import Table
+from slipmode.rom.errors import SlipmodeError, naming
+from slipmode.runner.scene.keys import ModelOptions
+from slipmode.runner.scene.toml_table import Content, refuse_given
 
 
-def read_saved_model(root: Table, folder: Path) -> Model | None:
+def read_saved_model(file: str | None, content: Content, folder: Path) -> Model | None:
     """Return the model that `model.file` names, or None without this key.
 
     Raises SlipmodeError if the file is refused, or the scene gives what the model has already or
     what it does not have.
     """
-    table = root["model"]
-    if table["file"] is None:
+    if file is None:
         return None
-    path = folder.absolute() / table["file"]
+    path = folder.absolute() / file
     try:
         stat = path.stat()
-        model = _loaded(path, stat.st_mtime_ns, stat.st_size)
+        with naming("model.file"):
+            model = _loaded(path, stat.st_mtime_ns, stat.st_size)
     except OSError:
-        raise table.error("file", f"no such model file: {str(path)!r}") from None
-    except SlipmodeError as refusal:
-        raise table.error("file", str(refusal)) from None
+        raise SlipmodeError(f"model.file: no such model file: {str(path)!r}") from None
     its_own = "must be left out, because the model of model.file has its own"
-    for name in ("structure", "friction", "contacts", "preload", "aerodynamics", "modes"):
-        if name in root:
-            raise root.error(name, its_own)
-    for key in table:
-        if key in ("table", "transients"):
-            reason = "must be left out, because model.file has no structure for full order"
-            raise table.error(key, reason)
-        if key != "file":
-            raise table.error(key, its_own)
-    without = "must be left out, because the model of model.file has no contacts"
-    if "limits" in root and not model.reduced.n_contacts:
-        raise root.error("limits", without)
-    if "contact" in root and not model.reduced.n_contacts:
-        raise root.error("contact", f"{without}; [[elastic]] windows have its DOFs")
+    tables = ("structure", "friction", "contacts", "preload", "aerodynamics", "modes")
+    refuse_given(content, "", tables, its_own)
+    no_structure = "must be left out, because model.file has no structure for full order"
+    refuse_given(content, "model", ("table", "transients"), no_structure)
+    refuse_given(content, "model", [key for key in content["model"] if key != "file"], its_own)
+    if not model.reduced.n_contacts:
+        without = "must be left out, because the model of model.file has no contacts"
+        refuse_given(content, "", ("limits",), without)
+        refuse_given(content, "", ("contact",), f"{without}; [[elastic]] windows have its DOFs")
     return model
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,23 +24,9 @@ from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.keys import Log, ModelOptions, NodeDof, Output, Run, Window
 from slipmode.runner.scene.script import Script
 from slipmode.runner.scene.structures import LumpedDisk, MatrixFile, SectorFile, TwoMass
-
-
-@dataclass(frozen=True)
-class NodeDof:
-    """A DOF by its node and direction, "x", "y", "z", "rx", "ry" or "rz"."""
-
-    node: int
-    direction: str
-
-    def dof(self, key: str, labels: Labels | None, source: str) -> int:
-        """Return the number of the DOF; a refusal names the key, and the source of the labels."""
-        if labels is None:
-            raise SlipmodeError(f"{key}: {source} no nodes; give numbers of DOFs")
-        with naming(key):
-            return labels.dof(self.node, self.direction)
 
 
 @dataclass(frozen=True)
@@ -150,61 +136,6 @@ class Forcing:
 
 def _by_dof(pattern: int | tuple[float, ...]) -> Mapping[int, float] | tuple[float, ...]:
     return {pattern: 1.0} if isinstance(pattern, int) else pattern
-
-
-@dataclass(frozen=True)
-class Run:
-    """From 0 to `duration` [s] in communication steps; relative tolerance of the slow flow."""
-
-    duration: float
-    step: float
-    tolerance: float
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """How the reduced model is made; the keys of [model].
-
-    `tolerance` is the relative tolerance of the friction table, `amplitude` its range per mode,
-    None if the plan finds it.
-    """
-
-    tolerance: float
-    formulation: Literal["consistent", "paper"]
-    amplitude: tuple[float, ...] | None
-    table: Literal["whole", "none"]
-    transients: Literal["auto", "slow", "hybrid"] = "auto"
-    budget: float | None = None
-
-    @property
-    def transient_error(self) -> float:
-        """Largest estimated transient error that slow time may have, relative to the range."""
-        return 1e-3 if self.transients == "hybrid" else max(self.tolerance, 1e-2)
-
-
-@dataclass(frozen=True)
-class Window:
-    """A time window [s] in which fast motion is reconstructed."""
-
-    start: float
-    end: float
-    samples_per_period: int
-
-
-@dataclass(frozen=True)
-class Output:
-    """DOFs of the structure reconstructed inside the windows; `nodes` until they are located."""
-
-    elastic: tuple[int, ...]
-    nodes: tuple[NodeDof, ...] = ()
-
-
-@dataclass(frozen=True)
-class Log:
-    """Which recordings are written."""
-
-    mcap: bool
-    rerun: bool
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,14 @@ from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
-from slipmode.runner.scene.toml_table import Table
+from slipmode.runner.scene.structure_keys import MistuningTable, StructureTable
+from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_given, refuse_if
 
-_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
+_TWO_MASS_KEYS = [name for name in inspect.signature(two_mass).parameters if name != "beta"]
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
 _NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
+_MATRIX_KEYS = ("mass", "contacts", "rayleigh", *_NAME_KEYS)
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
 
 
@@ -153,70 +155,69 @@ def _joined(labels: Labels, pair: tuple[int, int]) -> tuple[list[int], list[int]
     return left, right
 
 
-def existing(table: Table, key: str, folder: Path) -> Path:
-    """Return the path that a key names, relative to a folder; refuse one that does not exist."""
-    path = folder / str(table[key])
+def existing(key: str, path: Path) -> Path:
+    """Return a path that a key names; refuse one that does not exist."""
     if not os.path.exists(path):  # noqa: PTH110  # Path.exists raises for impossible names
-        raise table.error(key, f"no such file or folder: {str(path)!r}")
+        raise SlipmodeError(f"{key}: no such file or folder: {str(path)!r}")
     return path
 
 
-def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedDisk | SectorFile:
+def read_structure(
+    keys: StructureTable, content: Content, folder: Path
+) -> TwoMass | MatrixFile | LumpedDisk | SectorFile:
     """Read the section [structure]; file names in it are relative to `folder`."""
-    table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
-    values, model = table.values(), table["model"]
-    for key in table:
-        if model != "two-mass" and key in _TWO_MASS_KEYS:
-            of = "matrices" if model is None else f'model = "{model}"'
-            raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
-        if model is not None and key in ("mass", "contacts", "rayleigh", *_NAME_KEYS):
-            raise table.error(key, f'must be left out with model = "{model}"; it is for matrices')
-        if key == "blade_stiffnesses" and model != "lumped-disk":
-            raise table.error(key, 'must be left out; it is for model = "lumped-disk"')
-        if key in _SECTOR_KEYS and (model is not None or "sectors" not in table):
-            raise table.error(key, "needs matrices of one sector, and sectors")
-    if model == "two-mass" and "sectors" in table:
-        reason = 'must be left out; it is for model = "lumped-disk" or matrices of one sector'
-        raise table.error("sectors", reason)
-    damping = table["damping"]
-    if model is not None:
+    model, given = keys.model, content.get("structure", {})
+    one = "give exactly one of model and matrices"
+    exactly_one("structure.model", (model, keys.matrices), one)
+    of = "matrices" if model is None else f'model = "{model}"'
+    disk = 'must be left out; it is for model = "lumped-disk"'
+    two_mass_only = f'is a parameter of model = "two-mass", not of {of}'
+    left_out = [
+        (model != "two-mass", _TWO_MASS_KEYS, two_mass_only),
+        (model is not None, _MATRIX_KEYS, f"must be left out with {of}; it is for matrices"),
+        (model != "lumped-disk", ("blade_stiffnesses",), disk),
+        (model == "two-mass", ("sectors",), f"{disk} or matrices of one sector"),
+        (
+            model is not None or keys.sectors is None,
+            _SECTOR_KEYS,
+            "needs matrices of one sector, and sectors",
+        ),
+    ]
+    for applies, names, message in left_out:
+        refuse_given(content, "structure", names if applies else (), message)
+    damping: float | Rayleigh | None = keys.damping
+    if keys.matrices is None:
         own = (*_TWO_MASS_KEYS, "sectors", "blade_stiffnesses")
-        given = {key: values[key] for key in table if key in own}
-        given |= {} if damping is None else {"beta": damping}
-        return TwoMass(given) if model == "two-mass" else LumpedDisk(**given)
-    matrices, mass = existing(table, "matrices", folder), None
-    if "rayleigh" in table:
-        if damping is not None:
-            raise table.error("rayleigh", "give one of damping and rayleigh")
-        damping = Rayleigh(*table["rayleigh"])
-    if "mass" in table:
-        mass = existing(table, "mass", folder)
-    names = {key.removesuffix("_name"): table[key] for key in _NAME_KEYS if key in table}
-    file = MatrixFile(matrices, damping, mass, table["contacts"], names or None)
-    if "sectors" not in table:
+        parameters = {key: getattr(keys, key) for key in given if key in own}
+        parameters |= {} if damping is None else {"beta": damping}
+        return TwoMass(parameters) if model == "two-mass" else LumpedDisk(**parameters)
+    matrices = existing("structure.matrices", folder / keys.matrices)
+    if keys.rayleigh is not None:
+        refuse_if(damping is not None, "structure.rayleigh: give one of damping and rayleigh")
+        damping = Rayleigh(*keys.rayleigh)
+    mass = None if keys.mass is None else existing("structure.mass", folder / keys.mass)
+    named = {key.removesuffix("_name"): getattr(keys, key) for key in _NAME_KEYS if key in given}
+    file = MatrixFile(matrices, damping, mass, keys.contacts, named or None)
+    if keys.sectors is None:
         return file
-    if "interface" in table and ("left" in table or "right" in table):
-        raise table.error("interface", "give either left and right, or interface")
-    return SectorFile(file, values["sectors"], **{k: values[k] or () for k in _SECTOR_KEYS})
+    if keys.interface is not None:
+        message = "structure.interface: give either left and right, or interface"
+        refuse_if("left" in given or "right" in given, message)
+    joined = {key: getattr(keys, key) or () for key in _SECTOR_KEYS}
+    return SectorFile(file, keys.sectors, **joined)
 
 
-def read_mistuning(table: Table, sectors: int) -> tuple[float, ...]:
+def read_mistuning(keys: MistuningTable, content: Content, sectors: int) -> tuple[float, ...]:
     """Return the relative stiffness deviations of the blades, given or random, (N,)."""
-    if sectors > _MOST_MISTUNED:
-        raise SlipmodeError(
-            f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning], got {sectors}"
-        )
-    table.exactly_one(
-        ("deviation", "standard_deviation"),
-        "deviation",
-        "give exactly one of deviation and standard_deviation",
-    )
-    given: tuple[float, ...] | None = table["deviation"]
-    if given is None:
-        (drawn,) = random_mistuning(1, sectors, table["standard_deviation"], seed=table["seed"])
+    most = f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning]"
+    refuse_if(sectors > _MOST_MISTUNED, f"{most}, got {sectors}")
+    one = "give exactly one of deviation and standard_deviation"
+    exactly_one("mistuning.deviation", (keys.deviation, keys.standard_deviation), one)
+    if keys.standard_deviation is not None:
+        (drawn,) = random_mistuning(1, sectors, keys.standard_deviation, seed=keys.seed)
         return tuple(drawn.tolist())
-    if "seed" in table:
-        raise table.error("seed", "needs standard_deviation, which is missing")
-    if len(given) != sectors:
-        raise table.error("deviation", f"must be {sectors} numbers, one per sector")
+    refuse_given(content, "mistuning", ("seed",), "needs standard_deviation, which is missing")
+    given = keys.deviation or ()
+    each = f"mistuning.deviation: must be {sectors} numbers, one per sector"
+    refuse_if(len(given) != sectors, each)
     return given

@@ -31,10 +31,10 @@ from slipmode.runner.recording.record import one_line
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import Scene
 from slipmode.runner.scene.structures import MatrixFile, TwoMass
-from slipmode.runner.scene.toml_table import toml_text
+from slipmode.runner.scene.toml_table import Content, get, toml_text
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Outputs
-from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
+from slipmode.runner.study.scene_keys import is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 
 _log = logging.getLogger("slipmode.study")

@@ -16,7 +16,7 @@ from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.plan.tone_plan import TonePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.sections import Window
+from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.disk_motion import SAMPLES
 from slipmode.runner.transients.motion import FastMotion, record_amplitudes, record_findings
 from slipmode.runner.transients.passes import Pass

@@ -1,11 +1,15 @@
 """The scene reference: every key that the reader takes, with what the reader says and does."""
 
+import json
+import tomllib
+
 import pytest
 from runs import SCENE
 
 from slipmode.rom import SlipmodeError
-from slipmode.runner import parse_scene
-from slipmode.runner.scene.keys import scene_reference
+from slipmode.runner import parse_scene, shipped_scenes
+from slipmode.runner.cli import main
+from slipmode.runner.commands.scenes import scene_reference
 
 ELASTIC_WINDOW = "[[elastic]]\nwindow = [30.0, 40.0]\n[output]\nelastic = [0]\n[log]"
 RIGID = SCENE[SCENE.index("[structure]") :].replace("[log]", ELASTIC_WINDOW)
@@ -119,3 +123,14 @@ def test_the_reader_takes_no_other_key(header, tmp_path):
     tables = {title.strip("[]").split(".")[0] for title in SECTIONS if title}
     named = {key.name for key in SECTIONS[header].keys}
     assert set(allowed) == named | (tables if header == "" else set())
+
+
+def test_shipped_scenes_satisfy_the_json_schema(capsys):
+    jsonschema = pytest.importorskip("jsonschema")
+    assert main(["scenes", "--schema"]) == 0
+    check = jsonschema.Draft202012Validator(json.loads(capsys.readouterr().out))
+    check.check_schema(check.schema)
+    for path in shipped_scenes().values():
+        check.validate(tomllib.loads(path.read_text()))
+    for old, new in (("step =", "stepp ="), ("step = ", "step = -"), ('"tanh"', '"stick"')):
+        assert old in RIGID and not check.is_valid(tomllib.loads(RIGID.replace(old, new)))
