@@ -35,8 +35,8 @@ from slipmode.runner.scene.values import (
     choice,
     either,
     integer,
-    node_dofs,
     numbers,
+    rows,
     unit_choice,
 )
 
@@ -277,7 +277,7 @@ class Output:
     """
 
     elastic: tuple[int, ...] = ()
-    nodes: Annotated[tuple[NodeDof, ...], node_dofs("[node, direction]", (2,), NodeDof)] = ()
+    nodes: Annotated[tuple[NodeDof, ...], rows("[node, direction]", (int, str), of=NodeDof)] = ()
 
 
 @dataclass(frozen=True)

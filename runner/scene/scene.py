@@ -167,7 +167,7 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
     mistuning: tuple[float, ...] = ()
     if isinstance(structure, LumpedDisk | SectorFile):
         refuse_if(bool(modes.others), "modes.A: must be one mode with structure.sectors")
-        _check_disk(content, model)
+        _check_elastic(content, model, "with structure.sectors")
         if file.mistuning:
             _check_mistuned(content, file)
             mistuning = read_mistuning(file.mistuning, content, structure.sectors)
@@ -181,10 +181,7 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
             _check_shared_tone(content, model)
         refuse_if(modes.A == modes.B, "modes.B: must be another mode than A")
     if file.limits.scale is not None:
-        fixed = "with limits.scale; full order has fixed limits"
-        hybrid = model.transients == "hybrid"
-        refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {fixed}')
-        refuse_if(model.table == "none", f'model.table: must be "whole" {fixed}')
+        _check_slow_time(model, "with limits.scale; full order has fixed limits")
     return Scene(
         title=file.title,
         structure=structure,
@@ -231,30 +228,28 @@ def _saved_modes(model: Model) -> Modes:
     return Modes(first, second[0] if second else None, ratio)
 
 
-def _check_disk(content: Content, model: ModelOptions) -> None:
-    """Refuse what scenes with sectors do not have."""
-    where = "with structure.sectors"
-    _check_elastic(content, model, where)
-    refuse_given(content, "", ("aerodynamics",), f"must be left out {where}")
+def _check_slow_time(model: ModelOptions, where: str) -> None:
+    """Refuse full order."""
+    refuse_if(model.table == "none", f'model.table: must be "whole" {where}')
+    hybrid = model.transients == "hybrid"
+    refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {where}')
 
 
 def _check_elastic(content: Content, model: ModelOptions, where: str) -> None:
     """Refuse what scenes with sectors and those with several modes on one tone do not have."""
     elastic = f"{where} contacts are elastic, [[contacts]]; {STAND_IN}"
     refuse_given(content, "", ("friction",), elastic)
-    refuse_given(content, "", ("preload", "limits"), f"must be left out {where}")
-    refuse_if(model.table == "none", f'model.table: must be "whole" {where}')
-    hybrid = model.transients == "hybrid"
-    refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {where}')
-    refuse_given(content, "model", ("budget",), f"must be left out {where}")
+    left_out = ("preload", "limits", "aerodynamics", "model.budget")
+    refuse_given(content, "", left_out, f"must be left out {where}")
+    _check_slow_time(model, where)
 
 
 def _check_shared_tone(content: Content, model: ModelOptions) -> None:
     """Refuse what scenes with several modes on one tone do not have."""
     where = "with several modes on tone A"
     _check_elastic(content, model, where)
-    refuse_given(content, "", ("aerodynamics", "initial"), f"must be left out {where}")
-    refuse_given(content, "model", ("amplitude", "formulation"), f"must be left out {where}")
+    left_out = ("initial", "model.amplitude", "model.formulation")
+    refuse_given(content, "", left_out, f"must be left out {where}")
 
 
 def _check_mistuned(content: Content, file: SceneFile) -> None:
@@ -373,10 +368,7 @@ def _check_model(model: ModelOptions, content: Content, modes: Modes) -> None:
         consistent = 'model.formulation: must be "consistent" with'
         refuse_if("contacts" in content, f"{consistent} [[contacts]]")
         refuse_if("aerodynamics" in content, f"{consistent} [aerodynamics]")
-        paper = 'with model.formulation = "paper"'
-        refuse_if(model.table == "none", f'model.table: must be "whole" {paper}')
-        hybrid = model.transients == "hybrid"
-        refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {paper}')
+        _check_slow_time(model, 'with model.formulation = "paper"')
     if model.table == "none":
         left_out = 'must be left out, because model.table = "none" integrates the scene'
         refuse_given(content, "model", ("amplitude", "transients", "budget"), left_out)

@@ -23,10 +23,9 @@ from slipmode.runner.scene.values import (
     between,
     choice,
     either,
-    node_dofs,
     numbers,
     one_or_each,
-    pairs_of_integers,
+    rows,
     text,
 )
 
@@ -47,9 +46,9 @@ _LAW: dict[str, Any] = {
     each.name: each.default for law in ELASTIC_LAWS.values() for each in fields(law)
 }
 _TWO_MASS = {name: each.default for name, each in inspect.signature(two_mass).parameters.items()}
-_PAIRS = pairs_of_integers("[left node, right node]")
-_NEXT_CONTACTS = node_dofs("[contact, node, direction]", (3,))
-_CONTACTS = node_dofs("[node, direction] or [node, node, direction]", (2, 3))
+_PAIRS = rows("[left node, right node]", (int, int))
+_NEXT_CONTACTS = rows("[contact, node, direction]", (int, int, str))
+_CONTACTS = rows("[node, direction] or [node, node, direction]", (int, str), (int, int, str))
 _FORCES = either(text(), numbers(), "list of numbers, or string")
 
 

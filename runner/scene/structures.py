@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -21,6 +22,7 @@ from slipmode.runner.scene.structure_keys import MistuningTable, StructureTable
 from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_given, refuse_if
 
 _TWO_MASS_KEYS = [name for name in inspect.signature(two_mass).parameters if name != "beta"]
+_DISK_SECTORS: int = inspect.signature(lumped_disk).parameters["sectors"].default
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
 _NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
@@ -66,18 +68,14 @@ class Disk:
 
 @dataclass(frozen=True)
 class LumpedDisk:
-    """The disk of `rom.lumped_disk`."""
+    """The disk of `rom.lumped_disk`, with the keyword arguments that are given."""
 
-    sectors: int = inspect.signature(lumped_disk).parameters["sectors"].default
-    beta: float = inspect.signature(lumped_disk).parameters["beta"].default
-    blade_stiffnesses: tuple[float, float] = (
-        inspect.signature(lumped_disk).parameters["blade_stiffnesses"].default
-    )
+    sectors: int
+    parameters: Mapping[str, Any]
 
     def build(self) -> Disk:
         """Make the disk."""
-        stiffnesses = self.blade_stiffnesses
-        return Disk(lumped_disk(self.sectors, self.beta, blade_stiffnesses=stiffnesses))
+        return Disk(lumped_disk(self.sectors, **self.parameters))
 
 
 @dataclass(frozen=True)
@@ -171,26 +169,27 @@ def read_structure(
     exactly_one("structure.model", (model, keys.matrices), one)
     of = "matrices" if model is None else f'model = "{model}"'
     disk = 'must be left out; it is for model = "lumped-disk"'
-    two_mass_only = f'is a parameter of model = "two-mass", not of {of}'
-    left_out = [
-        (model != "two-mass", _TWO_MASS_KEYS, two_mass_only),
-        (model is not None, _MATRIX_KEYS, f"must be left out with {of}; it is for matrices"),
-        (model != "lumped-disk", ("blade_stiffnesses",), disk),
-        (model == "two-mass", ("sectors",), f"{disk} or matrices of one sector"),
-        (
-            model is not None or keys.sectors is None,
-            _SECTOR_KEYS,
-            "needs matrices of one sector, and sectors",
-        ),
-    ]
-    for applies, names, message in left_out:
-        refuse_given(content, "structure", names if applies else (), message)
+    if model != "two-mass":
+        of_two_mass = f'is a parameter of model = "two-mass", not of {of}'
+        refuse_given(content, "structure", _TWO_MASS_KEYS, of_two_mass)
+    else:
+        refuse_given(content, "structure", ("sectors",), f"{disk} or matrices of one sector")
+    if model != "lumped-disk":
+        refuse_given(content, "structure", ("blade_stiffnesses",), disk)
+    if model is not None:
+        of_matrices = f"must be left out with {of}; it is for matrices"
+        refuse_given(content, "structure", _MATRIX_KEYS, of_matrices)
+    if model is not None or keys.sectors is None:
+        of_sector = "needs matrices of one sector, and sectors"
+        refuse_given(content, "structure", _SECTOR_KEYS, of_sector)
     damping: float | Rayleigh | None = keys.damping
     if keys.matrices is None:
-        own = (*_TWO_MASS_KEYS, "sectors", "blade_stiffnesses")
+        own = (*_TWO_MASS_KEYS, "blade_stiffnesses")
         parameters = {key: getattr(keys, key) for key in given if key in own}
         parameters |= {} if damping is None else {"beta": damping}
-        return TwoMass(parameters) if model == "two-mass" else LumpedDisk(**parameters)
+        if model == "two-mass":
+            return TwoMass(parameters)
+        return LumpedDisk(_DISK_SECTORS if keys.sectors is None else keys.sectors, parameters)
     matrices = existing("structure.matrices", folder / keys.matrices)
     if keys.rayleigh is not None:
         refuse_if(damping is not None, "structure.rayleigh: give one of damping and rayleigh")

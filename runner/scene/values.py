@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -22,27 +22,32 @@ Schema = dict[str, Any]
 
 @dataclass(frozen=True)
 class Rule:
-    """What a number must satisfy, in words, as a predicate and in JSON Schema."""
+    """What a number must satisfy, in words and in JSON Schema."""
 
     text: str
-    holds: Callable[[float], bool]
     schema: Schema
 
+    def holds(self, value: float) -> bool:
+        """Return whether a finite number satisfies the rule."""
+        low, high = self.schema.get("minimum", -math.inf), self.schema.get("maximum", math.inf)
+        return bool(
+            low <= value <= high and value > self.schema.get("exclusiveMinimum", -math.inf)
+        )
 
-FINITE = Rule("finite", lambda value: True, {})
-POSITIVE = Rule("> 0", lambda value: value > 0, {"exclusiveMinimum": 0})
-NON_NEGATIVE = Rule(">= 0", lambda value: value >= 0, {"minimum": 0})
+
+FINITE = Rule("finite", {})
+POSITIVE = Rule("> 0", {"exclusiveMinimum": 0})
+NON_NEGATIVE = Rule(">= 0", {"minimum": 0})
 
 
 def at_least(low: float) -> Rule:
     """Return the rule value >= low."""
-    return Rule(f">= {low:.15g}", lambda value: value >= low, {"minimum": low})
+    return Rule(f">= {low:.15g}", {"minimum": low})
 
 
 def between(low: float, high: float) -> Rule:
     """Return the rule low <= value <= high."""
-    schema = {"minimum": low, "maximum": high}
-    return Rule(f"{low:.15g} to {high:.15g}", lambda value: low <= value <= high, schema)
+    return Rule(f"{low:.15g} to {high:.15g}", {"minimum": low, "maximum": high})
 
 
 @dataclass(frozen=True)
@@ -129,15 +134,11 @@ def number(rule: Rule = FINITE) -> Kind:
     return Kind("number", rule.text, read, {"type": "number"} | rule.schema)
 
 
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
 def integer(rule: Rule = NON_NEGATIVE) -> Kind:
     """Return the kind of a whole number."""
 
     def read(name: str, value: Any) -> int:
-        fits = _is_integer(value) and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
+        fits = type(value) is int and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
         if not (fits and rule.holds(value)):
             raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {shown(value)}")
         return int(value)
@@ -148,12 +149,6 @@ def integer(rule: Rule = NON_NEGATIVE) -> Kind:
 def integers(rule: Rule = NON_NEGATIVE) -> Kind:
     """Return the kind of a list of whole numbers, from 0 by default."""
     return _list_of(integer(rule), "list of integers")
-
-
-def pairs_of_integers(of: str) -> Kind:
-    """Return the kind of a list of pairs of whole numbers; `of` says what they are."""
-    pair = replace(_list_of(integer(FINITE), of, 2), allowed="")
-    return _list_of(pair, f"list of {of}")
 
 
 def numbers(rule: Rule = FINITE, length: int | None = None, of: str = "numbers") -> Kind:
@@ -191,22 +186,20 @@ def script(rule: Rule = FINITE) -> Kind:
     return Kind(words, rule.text, read, {"anyOf": [one.schema, points]})
 
 
-def node_dofs(
-    forms: str, lengths: Collection[int], of: Callable[..., Any] = lambda *row: row
-) -> Kind:
-    """Return the kind of a list of DOFs, each a list of nodes that ends with a direction.
+def rows(words: str, *types: tuple[type, ...], of: Callable[..., Any] = lambda *row: row) -> Kind:
+    """Return the kind of a list of rows such as [node, direction], whose entries have types.
 
-    `of` makes the value of these nodes and the direction.
+    `of` makes the value of a row from its entries.
     """
 
     def read(name: str, row: Any) -> Any:
-        valid = isinstance(row, list) and len(row) in lengths and isinstance(row[-1], str)
-        if not (valid and all(_is_integer(node) for node in row[:-1])):
-            raise SlipmodeError(f"{name.rpartition('[')[0]}: must be {forms}, got {shown(row)}")
+        if not (isinstance(row, list) and tuple(map(type, row)) in types):
+            raise SlipmodeError(f"{name.rpartition('[')[0]}: must be {words}, got {shown(row)}")
         return of(*row)
 
+    lengths = [len(each) for each in types]
     schema = {"type": "array", "minItems": min(lengths), "maxItems": max(lengths)}
-    return _list_of(Kind(forms, "", read, schema), f"list of {forms}")
+    return _list_of(Kind(words, "", read, schema), f"list of {words}")
 
 
 def either(single: Kind, several: Kind, words: str) -> Kind:
