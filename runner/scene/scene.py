@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -39,8 +40,6 @@ from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Forcing, Modes, Scene
 from slipmode.runner.scene.structure_keys import STAND_IN
 from slipmode.runner.scene.structures import (
-    LumpedDisk,
-    SectorFile,
     read_mistuning,
     read_structure,
 )
@@ -165,7 +164,7 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         _check_model(model, content, modes)
         structure = read_structure(file.structure, content, folder)
     mistuning: tuple[float, ...] = ()
-    if isinstance(structure, LumpedDisk | SectorFile):
+    if structure is not None and structure.sectors:
         refuse_if(bool(modes.others), "modes.A: must be one mode with structure.sectors")
         _check_elastic(content, model, "with structure.sectors")
         if file.mistuning:
@@ -197,8 +196,8 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         aerodynamics=aerodynamics,
         run=run,
         model=model,
-        contact=tuple(sorted(file.contact, key=_start)),
-        elastic=tuple(sorted(file.elastic, key=_start)),
+        contact=tuple(sorted(file.contact, key=attrgetter("start"))),
+        elastic=tuple(sorted(file.elastic, key=attrgetter("start"))),
         output=file.output,
         log=file.log,
         text=text,
@@ -399,7 +398,3 @@ def _check_windows(file: SceneFile) -> None:
     refuse_if(bool(dofs or nodes) and not found, f"{key}: {needed}")
     no_dofs = bool(file.elastic) and not (dofs or nodes)
     refuse_if(no_dofs, "elastic.window: needs output.elastic, the DOFs to reconstruct")
-
-
-def _start(window: Window) -> float:
-    return window.start

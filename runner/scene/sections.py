@@ -26,7 +26,7 @@ from slipmode.rom.table.model import Model
 from slipmode.runner.recording.channels import Mode
 from slipmode.runner.scene.keys import Log, ModelOptions, NodeDof, Output, Run, Window
 from slipmode.runner.scene.script import Script
-from slipmode.runner.scene.structures import LumpedDisk, MatrixFile, SectorFile, TwoMass
+from slipmode.runner.scene.structures import Source
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Scene:
     ----------
     title, text, path, name : str, str, Path or None, str
         Title, TOML source, file, and name of the file without its ending.
-    structure : TwoMass, MatrixFile, LumpedDisk, SectorFile or None
+    structure : Source or None
         Source of the matrices of a structure or of a sector; None with a saved model.
     friction : RigidFriction or None
         Law of rigid contacts.
@@ -180,7 +180,7 @@ class Scene:
     """
 
     title: str
-    structure: TwoMass | MatrixFile | LumpedDisk | SectorFile | None
+    structure: Source | None
     mistuning: tuple[float, ...]
     saved_model: Model | None
     friction: RigidFriction | None
@@ -206,10 +206,9 @@ class Scene:
         return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"
 
     @property
-    def disk(self) -> LumpedDisk | SectorFile | None:
+    def disk(self) -> Source | None:
         """Structure if it is a bladed disk, whose modes are travelling waves; otherwise None."""
-        of_sectors = isinstance(self.structure, LumpedDisk | SectorFile)
-        return self.structure if of_sectors else None  # type: ignore[return-value]
+        return self.structure if self.structure and self.structure.sectors else None
 
     @property
     def windows(self) -> list[Window]:
@@ -298,7 +297,7 @@ class Scene:
                 "use slipmode diameters for its modes, or rom.CyclicStructure.annulus() for all "
                 "sectors"
             )
-        return self.structure.build()  # type: ignore[return-value]
+        return self.structure.build()
 
     def located(self, labels: Labels | None) -> Self:
         """Return the scene with DOFs in place of nodes and directions.

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -22,40 +20,11 @@ from slipmode.runner.scene.structure_keys import MistuningTable, StructureTable
 from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_given, refuse_if
 
 _TWO_MASS_KEYS = [name for name in inspect.signature(two_mass).parameters if name != "beta"]
-_DISK_SECTORS: int = inspect.signature(lumped_disk).parameters["sectors"].default
+_DISK = {name: each.default for name, each in inspect.signature(lumped_disk).parameters.items()}
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
-_NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
-_MATRIX_KEYS = ("mass", "contacts", "rayleigh", *_NAME_KEYS)
+_MATRIX_KEYS = ("mass", "contacts", "rayleigh", "mass_name", "stiffness_name", "damping_name")
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
-
-
-@dataclass(frozen=True)
-class TwoMass:
-    """The two-mass model, with the keyword arguments of `rom.two_mass` that are given."""
-
-    parameters: Mapping[str, float]
-
-    def build(self) -> Structure:
-        """Make the structure."""
-        return two_mass(**self.parameters)
-
-
-@dataclass(frozen=True)
-class MatrixFile:
-    """Matrices on disk, as `rom.load_structure` reads them; other arguments override theirs."""
-
-    path: Path
-    damping: float | Rayleigh | None
-    mass: Path | None = None
-    contacts: tuple[tuple[int | str, ...], ...] | None = None
-    names: Mapping[str, str] | None = None
-
-    def build(self) -> Structure:
-        """Load the structure."""
-        return load_structure(
-            self.path, self.damping, mass=self.mass, contact=self.contacts, names=self.names
-        )
 
 
 @frozen
@@ -67,40 +36,55 @@ class Disk:
 
 
 @dataclass(frozen=True)
-class LumpedDisk:
-    """The disk of `rom.lumped_disk`, with the keyword arguments that are given."""
+class Source:
+    """Where the matrices of a structure or of a sector are from: checked keys of [structure]."""
 
-    sectors: int
-    parameters: Mapping[str, Any]
+    keys: StructureTable
+    folder: Path  # File names are relative to it
 
-    def build(self) -> Disk:
-        """Make the disk."""
-        return Disk(lumped_disk(self.sectors, **self.parameters))
+    @property
+    def sectors(self) -> int:
+        """Number of sectors of a bladed disk; 0 if the structure is none."""
+        lumped = _DISK["sectors"] if self.keys.model == "lumped-disk" else 0
+        return self.keys.sectors or lumped
 
+    @property
+    def _damping(self) -> float | Rayleigh | None:
+        rayleigh = self.keys.rayleigh
+        return self.keys.damping if rayleigh is None else Rayleigh(*rayleigh)
 
-@dataclass(frozen=True)
-class SectorFile:
-    """Matrices of one sector on disk, and how it meets the next; see the keys of [structure]."""
+    def build(self) -> Structure:
+        """Make the structure; of a disk from files, one sector."""
+        keys = self.keys
+        if keys.model == "two-mass":
+            beta = {} if keys.damping is None else {"beta": keys.damping}
+            return two_mass(**{name: getattr(keys, name) for name in _TWO_MASS_KEYS}, **beta)
+        names = {part: getattr(keys, f"{part}_name") for part in ("mass", "stiffness", "damping")}
+        return load_structure(
+            self.folder / str(keys.matrices),
+            self._damping,
+            mass=None if keys.mass is None else self.folder / keys.mass,
+            contact=keys.contacts,
+            names={part: name for part, name in names.items() if name is not None} or None,
+        )
 
-    file: MatrixFile
-    sectors: int
-    left: tuple[int, ...] = ()
-    right: tuple[int, ...] = ()
-    interface: tuple[tuple[int, int], ...] = ()
-    next_contacts: tuple[tuple[int, int, str], ...] = ()
-
-    def build(self) -> Disk:
-        """Load the sector and join it to the next."""
-        sector, damping = self.file.build(), self.file.damping
-        left, right = list(self.left), list(self.right)
+    def build_disk(self) -> Disk:
+        """Make the disk: join a sector to the next."""
+        keys = self.keys
+        if keys.model is not None:
+            beta = _DISK["beta"] if keys.damping is None else keys.damping
+            stiffnesses = keys.blade_stiffnesses or _DISK["blade_stiffnesses"]
+            return Disk(lumped_disk(self.sectors, beta, blade_stiffnesses=stiffnesses))
+        sector, damping = self.build(), self._damping
+        left, right = list(keys.left or ()), list(keys.right or ())
         on_next = None
-        if self.interface or self.next_contacts:
+        if keys.interface or keys.next_contacts:
             if sector.labels is None:
                 raise SlipmodeError(
                     "structure.interface, structure.next_contacts: the matrices have no nodes; "
                     "give left and right, or a model.file"
                 )
-            for pair in self.interface:
+            for pair in keys.interface or ():
                 for dofs, dof in zip((left, right), _joined(sector.labels, pair), strict=True):
                     dofs.extend(dof)
             on_next = self._next_directions(sector.labels, sector.n_contacts)
@@ -122,7 +106,7 @@ class SectorFile:
     def _next_directions(self, labels: Labels, contacts: int) -> scipy.sparse.csc_array:
         """Return the directions on the next sector, (n, N_c); the motion is relative to these."""
         found = scipy.sparse.lil_array((labels.node.size, contacts))
-        for contact, node, direction in self.next_contacts:
+        for contact, node, direction in self.keys.next_contacts or ():
             if not 0 <= contact < contacts:
                 raise SlipmodeError(
                     f"structure.next_contacts: contacts must be 0 to {contacts - 1}, got {contact}"
@@ -160,11 +144,9 @@ def existing(key: str, path: Path) -> Path:
     return path
 
 
-def read_structure(
-    keys: StructureTable, content: Content, folder: Path
-) -> TwoMass | MatrixFile | LumpedDisk | SectorFile:
-    """Read the section [structure]; file names in it are relative to `folder`."""
-    model, given = keys.model, content.get("structure", {})
+def read_structure(keys: StructureTable, content: Content, folder: Path) -> Source:
+    """Check the section [structure]; file names in it are relative to `folder`."""
+    model = keys.model
     one = "give exactly one of model and matrices"
     exactly_one("structure.model", (model, keys.matrices), one)
     of = "matrices" if model is None else f'model = "{model}"'
@@ -182,28 +164,16 @@ def read_structure(
     if model is not None or keys.sectors is None:
         of_sector = "needs matrices of one sector, and sectors"
         refuse_given(content, "structure", _SECTOR_KEYS, of_sector)
-    damping: float | Rayleigh | None = keys.damping
-    if keys.matrices is None:
-        own = (*_TWO_MASS_KEYS, "blade_stiffnesses")
-        parameters = {key: getattr(keys, key) for key in given if key in own}
-        parameters |= {} if damping is None else {"beta": damping}
-        if model == "two-mass":
-            return TwoMass(parameters)
-        return LumpedDisk(_DISK_SECTORS if keys.sectors is None else keys.sectors, parameters)
-    matrices = existing("structure.matrices", folder / keys.matrices)
-    if keys.rayleigh is not None:
-        refuse_if(damping is not None, "structure.rayleigh: give one of damping and rayleigh")
-        damping = Rayleigh(*keys.rayleigh)
-    mass = None if keys.mass is None else existing("structure.mass", folder / keys.mass)
-    named = {key.removesuffix("_name"): getattr(keys, key) for key in _NAME_KEYS if key in given}
-    file = MatrixFile(matrices, damping, mass, keys.contacts, named or None)
-    if keys.sectors is None:
-        return file
-    if keys.interface is not None:
-        message = "structure.interface: give either left and right, or interface"
-        refuse_if("left" in given or "right" in given, message)
-    joined = {key: getattr(keys, key) or () for key in _SECTOR_KEYS}
-    return SectorFile(file, keys.sectors, **joined)
+    for key, name in (("matrices", keys.matrices), ("mass", keys.mass)):
+        if name is not None:
+            existing(f"structure.{key}", folder / name)
+    if keys.damping is not None:
+        one = "give one of damping and rayleigh"
+        refuse_given(content, "structure", ("rayleigh",), one)
+    if (keys.left, keys.right) != (None, None):
+        pairs = "give either left and right, or interface"
+        refuse_given(content, "structure", ("interface",), pairs)
+    return Source(keys, folder)
 
 
 def read_mistuning(keys: MistuningTable, content: Content, sectors: int) -> tuple[float, ...]:
