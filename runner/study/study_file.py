@@ -71,11 +71,11 @@ class VaryTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SamplingTable:
-    """How values are combined."""
+class Sampling:
+    """How values are combined: a method, the number of samples of distributions, and a seed."""
 
     method: Literal["grid", "list", "sobol", "latin-hypercube", "saltelli"] | None = None
-    samples: Annotated[int | None, _AT_LEAST_ONE] = None
+    samples: Annotated[int, _AT_LEAST_ONE] = 1
     seed: int = 0
 
 
@@ -119,7 +119,7 @@ class StudyFile:
     scene: str
     set: Any = None
     vary: tuple[VaryTable, ...] = ()
-    sampling: SamplingTable
+    sampling: Sampling
     outputs: OutputsTable
     choose: Choose | None = None
 
@@ -154,15 +154,6 @@ class Varied:
 
     key: str
     values: tuple[Any, ...] | Distribution
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """How values are combined: a method, the number of samples of distributions, and a seed."""
-
-    method: str
-    samples: int
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -324,7 +315,7 @@ def _distribution(table: VaryTable, path: str) -> Distribution:
     return Distribution(name, (a, b))
 
 
-def _sampling(table: SamplingTable, given: Content, varied: tuple[Varied, ...]) -> Sampling:
+def _sampling(table: Sampling, given: Content, varied: tuple[Varied, ...]) -> Sampling:
     random = [each.key for each in varied if isinstance(each.values, Distribution)]
     lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
     method = table.method or ("sobol" if random else "grid")
@@ -334,17 +325,17 @@ def _sampling(table: SamplingTable, given: Content, varied: tuple[Varied, ...]) 
     distribution = f'{of} needs a key with a distribution; or use "grid"'
     refuse_if(not random and not combines, distribution)
     refuse_if(method == "saltelli" and bool(lengths), f"{of} needs distributions of all keys")
-    samples = 1
     if random:
-        samples = required("sampling.samples", table.samples)
+        required("sampling.samples", get(given, "sampling.samples"))
     else:
         points = "needs a distribution; a grid has all its points"
         refuse_given(given, "sampling", ("samples", "seed"), points)
     different = method == "list" and len(set(lengths)) > 1
     refuse_if(different, f"{of} needs as many values of each key, got {lengths}")
-    size = float(np.prod([samples, *(lengths[:1] if method == "list" else lengths)], dtype=float))
+    factors = [table.samples, *(lengths[:1] if method == "list" else lengths)]
+    size = float(np.prod(factors, dtype=float))
     refuse_if(size > _MANY, f"sampling.samples: must be at most 1e7 in all, got {size:g}")
-    return Sampling(method, samples, table.seed)
+    return replace(table, method=method)
 
 
 def _outputs(table: OutputsTable, scene: Scene) -> Outputs:
