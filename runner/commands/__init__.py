@@ -4,6 +4,7 @@ recordings.py      replay, info, doctor, recover, export
 curves.py          curve, backbone, design
 diameters.py       diameters
 study.py           study
+scenes.py          scenes
 mode_table.py      modes
 command_words.py   messages in the words of the command line
 """

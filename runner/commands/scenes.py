@@ -35,7 +35,8 @@ def add_scenes_command(add: AddCommand) -> None:
 def _scenes(options: argparse.Namespace) -> int:
     shipped = shipped_scenes()
     if options.schema:
-        print(json.dumps(SCENE.schema, indent=1))
+        draft = {"$schema": "http://json-schema.org/draft-04/schema#"}
+        print(json.dumps(draft | SCENE.schema, indent=1))
     elif options.keys is not None:
         print(_table_text(options.keys))
     elif options.path is not None:

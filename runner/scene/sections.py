@@ -1,4 +1,4 @@
-"""A scene in Python: each class is a section of the scene file, with values that were checked.
+"""A scene in Python, with values that were checked.
 
 Times are in s, frequencies in rad/s, forces in N, displacements in m.
 """

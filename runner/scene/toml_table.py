@@ -65,7 +65,8 @@ class Key:
         """The key in JSON Schema."""
         known = self.shown_default not in ("required", "-")
         default = {"default": json.loads(self.shown_default)} if known else {}
-        return self.kind.schema | {"description": f"{self.meaning} [{self.unit}]"} | default
+        unit = "" if self.unit == "-" else f" [{self.unit}]"
+        return self.kind.schema | {"description": f"{self.meaning}{unit}"} | default
 
 
 @dataclass(frozen=True)
@@ -118,14 +119,15 @@ class Section:
 
     @property
     def schema(self) -> Schema:
-        """The table in JSON Schema."""
-        table = {
+        """The table in JSON Schema, of draft 4, which editors of TOML read."""
+        table: Schema = {
             "type": "object",
             "description": self.meaning,
             "properties": {part.name: part.schema for part in self.parts},
-            "required": [key.name for key in self.keys if key.default is MISSING],
             "additionalProperties": False,
         }
+        if required := [key.name for key in self.keys if key.default is MISSING]:
+            table["required"] = required  # draft 4 refuses an empty list
         return {"type": "array", "items": table} if self.is_array else table
 
     def read(self, content: Any, path: str = "", root: Section | None = None) -> Any:

@@ -29,14 +29,13 @@ class Rule:
 
     def holds(self, value: float) -> bool:
         """Return whether a finite number satisfies the rule."""
-        low, high = self.schema.get("minimum", -math.inf), self.schema.get("maximum", math.inf)
-        return bool(
-            low <= value <= high and value > self.schema.get("exclusiveMinimum", -math.inf)
-        )
+        least, most = self.schema.get("minimum", -math.inf), self.schema.get("maximum", math.inf)
+        excluded = value == least and "exclusiveMinimum" in self.schema
+        return bool(least <= value <= most and not excluded)
 
 
 FINITE = Rule("finite", {})
-POSITIVE = Rule("> 0", {"exclusiveMinimum": 0})
+POSITIVE = Rule("> 0", {"minimum": 0, "exclusiveMinimum": True})
 NON_NEGATIVE = Rule(">= 0", {"minimum": 0})
 
 
