@@ -3,7 +3,6 @@
 keys.py         every key with its kind, unit, default and meaning; structure_keys.py: keys of the
                 structure and its contacts. Start here
 scene.py        rules that link keys; contacts.py, structures.py: the laws and matrices of a scene
-saved_model.py  a saved model instead of a structure with contacts
 sections.py     a scene in Python
 toml_table.py   declared tables, read and written; values.py: kinds of values
 script.py       a quantity over time by breakpoints; schedule.py: all scripts as steps

@@ -35,12 +35,13 @@ from slipmode.runner.scene.keys import (
     SceneFile,
     Window,
 )
-from slipmode.runner.scene.saved_model import options_of, read_saved_model
 from slipmode.runner.scene.schedule import Schedule
 from slipmode.runner.scene.sections import Forcing, Modes, Scene
 from slipmode.runner.scene.structure_keys import STAND_IN
 from slipmode.runner.scene.structures import (
+    options_of,
     read_mistuning,
+    read_saved_model,
     read_structure,
 )
 from slipmode.runner.scene.toml_table import (

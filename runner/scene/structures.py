@@ -1,21 +1,26 @@
-"""The structure of a scene: two masses, matrices from files, or a bladed disk of equal sectors."""
+"""The structure of a scene: two masses, matrices from files, or a bladed disk of equal sectors.
+
+A saved model (`model.file`) takes the place of a structure with contacts.
+"""
 
 from __future__ import annotations
 
 import inspect
 import os
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse
 
-from slipmode.rom import CyclicStructure, lumped_disk, random_mistuning
+from slipmode.rom import CyclicStructure, Model, lumped_disk, random_mistuning
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
+from slipmode.runner.scene.keys import ModelOptions
 from slipmode.runner.scene.structure_keys import MistuningTable, StructureTable
 from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_given, refuse_if
 
@@ -190,3 +195,48 @@ def read_mistuning(keys: MistuningTable, content: Content, sectors: int) -> tupl
     each = f"mistuning.deviation: must be {sectors} numbers, one per sector"
     refuse_if(len(given) != sectors, each)
     return given
+
+
+def read_saved_model(file: str | None, content: Content, folder: Path) -> Model | None:
+    """Return the model that `model.file` names, or None without this key.
+
+    Raises SlipmodeError if the file is refused, or the scene gives what the model has already or
+    what it does not have.
+    """
+    if file is None:
+        return None
+    path = folder.absolute() / file
+    try:
+        stat = path.stat()
+        with naming("model.file"):
+            model = _loaded(path, stat.st_mtime_ns, stat.st_size)
+    except OSError:
+        raise SlipmodeError(f"model.file: no such model file: {str(path)!r}") from None
+    its_own = "must be left out, because the model of model.file has its own"
+    tables = ("structure", "friction", "contacts", "preload", "aerodynamics", "modes")
+    refuse_given(content, "", tables, its_own)
+    no_structure = "must be left out, because model.file has no structure for full order"
+    refuse_given(content, "model", ("table", "transients"), no_structure)
+    refuse_given(content, "model", [key for key in content["model"] if key != "file"], its_own)
+    if not model.reduced.n_contacts:
+        without = "must be left out, because the model of model.file has no contacts"
+        refuse_given(content, "", ("limits",), without)
+        refuse_given(content, "", ("contact",), f"{without}; [[elastic]] windows have its DOFs")
+    return model
+
+
+def options_of(model: Model) -> ModelOptions:
+    """Return the [model] options that a saved model stands for; it stays in slow time."""
+    return ModelOptions(
+        tolerance=model.accuracy.tolerance,
+        formulation=model.reduced.formulation,
+        amplitude=tuple(model.table.amplitude_range.tolist()),
+        table="whole",
+        transients="slow",
+    )
+
+
+@lru_cache(maxsize=2)
+def _loaded(path: Path, _time: int, _size: int) -> Model:
+    """Return the model of a file in a certain state: scenes of a study often have the same one."""
+    return Model.load(path)
