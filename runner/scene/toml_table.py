@@ -60,6 +60,10 @@ class Key:
             return f"{default:g}"
         return "-" if default in (None, ()) else json.dumps(default)
 
+    def read(self, given: Any, path: str, root: object) -> Any:
+        """Return the checked value of the key; None is none. Refusals begin with the path."""
+        return self.kind.read(path, required(path, given))
+
     @property
     def schema(self) -> Schema:
         """The key in JSON Schema."""
@@ -130,12 +134,21 @@ class Section:
             table["required"] = required  # draft 4 refuses an empty list
         return {"type": "array", "items": table} if self.is_array else table
 
-    def read(self, content: Any, path: str = "", root: Section | None = None) -> Any:
-        """Return the checked values of a table as its dataclass.
+    def read(self, given: Any, path: str = "", root: Section | None = None) -> Any:
+        """Return the checked values of a table as its dataclass, or those of each of an array.
 
         Every refusal is a SlipmodeError `full.key: what is allowed`.
         """
-        root = root or self
+        if not self.is_array:
+            return self._table({} if given is None else given, path, root or self)
+        if not isinstance(given, list):
+            allowed = f"must be an array of tables, [[{path}]]"
+            raise SlipmodeError(f"{path}: {allowed}, got {shown(given)}")
+        return tuple(
+            self._table(each, f"{path}[{i}]", root or self) for i, each in enumerate(given)
+        )
+
+    def _table(self, content: Any, path: str, root: Section) -> Any:
         if not isinstance(content, Mapping):
             raise SlipmodeError(f"{path}: must be a table, got {shown(content)}")
         for name in content:
@@ -143,25 +156,10 @@ class Section:
                 raise SlipmodeError(f"{_dotted(path, name)}: {self._unknown(name, root)}")
         values = {}
         for field, part in zip(fields(self.declared), self.parts, strict=True):
-            given, full = content.get(part.name), _dotted(path, part.name)
-            if given is None and part.default is not MISSING:
-                continue
-            if isinstance(part, Section):
-                values[field.name] = part.read_tables({} if given is None else given, full, root)
-            elif given is None:
-                raise SlipmodeError(f"{full}: is missing")
-            else:
-                values[field.name] = part.kind.read(full, given)
+            given = content.get(part.name)
+            if given is not None or part.default is MISSING:
+                values[field.name] = part.read(given, _dotted(path, part.name), root)
         return self.declared(**values)
-
-    def read_tables(self, content: Any, path: str, root: Section) -> Any:
-        """Return the values of a table, or those of each table of an array."""
-        if not self.is_array:
-            return self.read(content, path, root)
-        if not isinstance(content, list):
-            allowed = f"must be an array of tables, [[{path}]]"
-            raise SlipmodeError(f"{path}: {allowed}, got {shown(content)}")
-        return tuple(self.read(each, f"{path}[{i}]", root) for i, each in enumerate(content))
 
     def _unknown(self, name: str, root: Section) -> str:
         allowed = sorted(self.by_name)
