@@ -366,8 +366,8 @@ def _check_run(run: Run) -> None:
 def _check_model(model: ModelOptions, content: Content, modes: Modes) -> None:
     if model.formulation == "paper":
         consistent = 'model.formulation: must be "consistent" with'
-        refuse_if("contacts" in content, f"{consistent} [[contacts]]")
-        refuse_if("aerodynamics" in content, f"{consistent} [aerodynamics]")
+        refuse_if(bool(content.get("contacts")), f"{consistent} [[contacts]]")
+        refuse_if(bool(content.get("aerodynamics")), f"{consistent} [aerodynamics]")
         _check_slow_time(model, 'with model.formulation = "paper"')
     if model.table == "none":
         left_out = 'must be left out, because model.table = "none" integrates the scene'
