@@ -72,7 +72,8 @@ class ModesTable:
         Number of the first mode, or of several modes within 15 % that `[forcing.A]` moves
         together: A, A2, A3, ... in recordings.
     B
-        Number of the second mode, different from A. Default: a model with one mode.
+        Number of the second mode, different from A, or of several modes that `[forcing.B]` moves
+        together: B, B2, ... Default: a model with the modes A.
     ratio
         Frequency of mode B relative to that of mode A, for instance 3, if a harmonic of the
         contacts drives mode B (internal resonance). There is no `[forcing.B]` then. Default: mode
@@ -83,7 +84,7 @@ class ModesTable:
     """
 
     A: OneOrMore
-    B: int | None = None
+    B: OneOrMore | None = None
     ratio: Annotated[float | None, POSITIVE] = None
     nodal_diameters: Annotated[tuple[int, ...] | None, FINITE] = None
 
@@ -105,7 +106,7 @@ class ForcingTable:
         Force on every DOF per unit of `amplitude`.
     quadrature
         DOF, or force on every DOF per unit of `amplitude`, a quarter of a period later, so that
-        the force rotates. With several modes A.
+        the force rotates. With several modes on a tone.
     amplitude
         Force amplitude over time.
     frequency

@@ -47,6 +47,7 @@ from slipmode.runner.scene.structures import (
 from slipmode.runner.scene.toml_table import (
     Content,
     exactly_one,
+    get,
     refuse_given,
     refuse_if,
     required,
@@ -166,7 +167,7 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         structure = read_structure(file.structure, content, folder)
     mistuning: tuple[float, ...] = ()
     if structure is not None and structure.sectors:
-        refuse_if(bool(modes.others), "modes.A: must be one mode with structure.sectors")
+        refuse_if(bool(modes.tones), "modes.A: and B must be one mode with structure.sectors")
         _check_elastic(content, model, "with structure.sectors")
         if file.mistuning:
             _check_mistuned(content, file)
@@ -177,8 +178,8 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
         no_sectors = "must be left out, because structure has no sectors"
         refuse_given(content, "", ("mistuning",), no_sectors)
         refuse_given(content, "modes", ("nodal_diameters",), no_sectors)
-        if modes.others:
-            _check_shared_tone(content, model)
+        if modes.tones:
+            _check_shared_tone(content, modes, model)
         refuse_if(modes.A == modes.B, "modes.B: must be another mode than A")
     if file.limits.scale is not None:
         _check_slow_time(model, "with limits.scale; full order has fixed limits")
@@ -207,16 +208,21 @@ def read_scene(content: Content, folder: str | PathLike[str], text: str = "") ->
 
 
 def _modes(keys: ModesTable) -> Modes:
-    """Read the section [modes]; several modes A share a tone."""
-    numbers = keys.A if isinstance(keys.A, tuple) else (keys.A,)
-    different = len(set(numbers)) == len(numbers) > 0
-    refuse_if(not different, "modes.A: must be one mode or several different ones")
-    shared = "modes.B: must be left out, because several modes share tone A"
-    refuse_if(len(numbers) > 1 and keys.B is not None, shared)
-    first, *others = numbers
-    modes = Modes(first, keys.B, None, keys.nodal_diameters, tuple(others))
+    """Read the section [modes]; several modes share a tone."""
+    tones: list[tuple[int, ...]] = []
+    for name, given in (("A", keys.A), ("B", keys.B)):
+        if given is not None:
+            tones.append(given if isinstance(given, tuple) else (given,))
+            different = len(set(tones[-1])) == len(tones[-1]) > 0
+            refuse_if(not different, f"modes.{name}: must be one mode or several different ones")
+    shared, every = any(len(each) > 1 for each in tones), sum(tones, ())
+    refuse_if(shared and len(set(every)) < len(every), "modes.B: must be other modes than A")
+    first, *second = (each[0] for each in tones)
+    own = tuple(tones) if shared else ()
+    modes = Modes(first, second[0] if second else None, None, keys.nodal_diameters, own)
     if keys.ratio is None:
         return modes
+    refuse_if(shared, "modes.ratio: must be left out, because several modes share a tone")
     with naming("modes"):
         return replace(modes, ratio=checked_ratio(keys.ratio, len(modes.numbers)))
 
@@ -244,12 +250,15 @@ def _check_elastic(content: Content, model: ModelOptions, where: str) -> None:
     _check_slow_time(model, where)
 
 
-def _check_shared_tone(content: Content, model: ModelOptions) -> None:
+def _check_shared_tone(content: Content, modes: Modes, model: ModelOptions) -> None:
     """Refuse what scenes with several modes on one tone do not have."""
-    where = "with several modes on tone A"
+    where = "with several modes on a tone"
     _check_elastic(content, model, where)
     left_out = ("initial", "model.amplitude", "model.formulation")
     refuse_given(content, "", left_out, f"must be left out {where}")
+    for name in modes.numbers:
+        missing = get(content, f"forcing.{name}") is None
+        refuse_if(missing, f"forcing.{name}: is missing; {where} each tone has a force")
 
 
 def _check_mistuned(content: Content, file: SceneFile) -> None:
@@ -317,8 +326,8 @@ def _forcing(table: Forcings, modes: Modes, duration: float, units: Units) -> di
     refuse_if("B" in given and modes.ratio is not None, follows)
     forcing = {mode: _forcing_of(mode, keys, units) for mode, keys in given.items()}
     for mode, each in forcing.items():
-        if each.quadrature is not None and not modes.others:
-            reason = "needs several modes on tone A; the motion of one mode does not rotate"
+        if each.quadrature is not None and not modes.tones:
+            reason = "needs several modes on a tone; the motion of one mode does not rotate"
             raise SlipmodeError(f"forcing.{mode}.quadrature: {reason}")
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))
