@@ -1,6 +1,6 @@
 """The keys of scene files in Markdown, from their declarations."""
 
-from slipmode.runner.scene.keys import scene_reference
+from slipmode.runner.commands.scenes import scene_reference
 from slipmode.runner.scene.toml_table import Section
 
 

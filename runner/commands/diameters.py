@@ -42,7 +42,7 @@ def _diameters(options: Namespace) -> int:
             "structure.sectors: is missing: nodal diameters are those of a bladed disk, of "
             'model = "lumped-disk" or of matrices of one sector'
         )
-    disk = scene.disk.build().structure
+    disk = scene.disk.build_disk().structure
     law = cast(Elastic, law_of(scene, disk.n_contacts))
     diagram = rom.nodal_diameter_diagram(disk, law, options.families)
     campbell = diagram.campbell(*_range(options, scene))

@@ -123,7 +123,7 @@ def plan_scene(scene: Scene, *, progress: bool = False) -> AnyPlan:
 
 def _plan_mistuned(scene: Scene) -> MistunedPlan:
     assert scene.disk is not None  # `read_scene` refuses mistuning of other structures
-    built = scene.disk.build()
+    built = scene.disk.build_disk()
     scene, structure = scene.located(built.labels), built.structure
     law = cast(Elastic, law_of(scene, structure.n_contacts))
     if not law.elements(structure.n_contacts).odd:

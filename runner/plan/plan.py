@@ -222,7 +222,7 @@ def make_plan(scene: Scene, *, structure: Structure | None = None, progress: boo
     modes, mode_decisions = _modes(scene)
     rest, saved = None, scene.saved_model
     if scene.disk is not None:
-        disk = scene.disk.build()
+        disk = scene.disk.build_disk()
         return _tabulated(_plan_of_disk(scene, modes, disk, mode_decisions), progress)
     if saved is not None:
         scene, law, reduced = scene.located(None), saved.law, saved.reduced

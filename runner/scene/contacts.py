@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
@@ -14,83 +15,85 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.laws.contacts import Elastic
 from slipmode.rom.laws.friction import RigidFriction, is_homogeneous, limits
 from slipmode.runner.scene.kept import kept_preload
-from slipmode.runner.scene.keys import ELASTIC_LAWS, RIGID_LAWS
 from slipmode.runner.scene.sections import ContactGroup, Scene, StaticForce
+from slipmode.runner.scene.structure_keys import (
+    ELASTIC_LAWS,
+    ContactsTable,
+    FrictionTable,
+    PreloadTable,
+)
 from slipmode.runner.scene.structures import existing
-from slipmode.runner.scene.toml_table import Table
+from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_if, required
 from slipmode.runner.scene.values import NON_NEGATIVE, POSITIVE, number, numbers
 
-STAND_IN = (
-    'law = "jenkins" with a stiffness far above the stiffness of the structure stands for Coulomb'
-)
+# Where a law takes fewer kinds of values than other laws with such a parameter
+_KINDS = {
+    ("sliders", "limit"): numbers(NON_NEGATIVE),
+    ("sliders", "stiffness"): numbers(POSITIVE),
+    ("iwan", "stiffness"): number(POSITIVE),
+}
 
 
-def read_friction(table: Table) -> RigidFriction:
+def read_friction(keys: FrictionTable) -> RigidFriction:
     """Read the section [friction]."""
-    if table.given("law") in tuple(ELASTIC_LAWS):
-        raise table.error("law", "is an elastic law; use a group [[contacts]] instead")
-    if table["law"] == "tanh":
-        table.required("alpha")
-    elif "alpha" in table:
-        raise table.error("alpha", 'needs law = "tanh"; "coulomb" is not regularised')
-    limit, alpha = table["limit"], table["alpha"]
-    return Coulomb(limit) if alpha is None else Tanh(limit, alpha)
+    if keys.law == "tanh":
+        return Tanh(keys.limit, required("friction.alpha", keys.alpha))
+    without = 'friction.alpha: needs law = "tanh"; "coulomb" is not regularised'
+    refuse_if(keys.alpha is not None, without)
+    return Coulomb(keys.limit)
 
 
-def read_contacts(tables: list[Table]) -> tuple[ContactGroup, ...]:
+def read_contacts(tables: Sequence[ContactsTable], content: Content) -> tuple[ContactGroup, ...]:
     """Read the groups [[contacts]]."""
-    groups = tuple(_group(table) for table in tables)
-    for table, group in zip(tables, groups, strict=True):
-        if group.contacts is None and len(groups) > 1:
-            raise table.error(
-                "contacts", "is missing; each of several groups needs its contact DOFs"
-            )
-    return groups
+    for k, table in enumerate(tables):
+        several = "is missing; each of several groups needs its contact DOFs"
+        missing = table.contacts is None and len(tables) > 1
+        refuse_if(missing, f"contacts[{k}].contacts: {several}")
+    return tuple(
+        _group(f"contacts[{k}]", table, content["contacts"][k]) for k, table in enumerate(tables)
+    )
 
 
-def _group(table: Table) -> ContactGroup:
-    if table.given("law") in RIGID_LAWS:
-        raise table.error("law", f"is a rigid law and goes in [friction], alone; {STAND_IN}")
-    name = table["law"]
-    own = [field.name for field in fields(ELASTIC_LAWS[name])]
-    for key in table:
-        if key not in ("law", "contacts", *own):
-            raise table.error(
-                key, f'is not a parameter of law = "{name}"; it has {", ".join(own)}'
-            )
-    kinds = {  # where the law takes fewer kinds of values than other laws with such a parameter
-        ("sliders", "limit"): numbers(NON_NEGATIVE),
-        ("sliders", "stiffness"): numbers(POSITIVE),
-        ("iwan", "stiffness"): number(POSITIVE),
-    }
-    parameters: dict[str, Any] = {key: table.read(key, kinds.get((name, key))) for key in own}
+def _group(path: str, table: ContactsTable, given: Content) -> ContactGroup:
+    law = ELASTIC_LAWS[table.law]
+    own = {field.name: field.default for field in fields(law)}
+    others = [key for key in given if key not in ("law", "contacts", *own)]
+    reason = f'is not a parameter of law = "{table.law}"; it has {", ".join(own)}'
+    refuse_if(bool(others), f"{path}.{''.join(others[:1])}: {reason}")
+    for key, default in own.items():
+        refuse_if(default is MISSING and key not in given, f"{path}.{key}: is missing")
+        if (table.law, key) in _KINDS:
+            _KINDS[table.law, key].read(f"{path}.{key}", given[key])
     try:
-        law = ELASTIC_LAWS[name](**parameters)
+        return ContactGroup(law(**{key: getattr(table, key) for key in own}), table.contacts)
     except SlipmodeError as refusal:
-        raise table.below(refusal) from None
-    return ContactGroup(law, table["contacts"])
+        raise SlipmodeError(f"{path}.{refusal}") from None
 
 
-def read_preload(table: Table, groups: tuple[ContactGroup, ...], folder: Path) -> StaticForce:
+def read_preload(keys: PreloadTable, groups: Sequence[ContactGroup], folder: Path) -> StaticForce:
     """Read the section [preload]; a file name in it is relative to `folder`."""
     if not any(isinstance(group.law, FrictionalContact) for group in groups):
         raise SlipmodeError(
             "preload: must be left out, because the contacts have no normal direction; or use a "
             'group [[contacts]] with law = "frictional"'
         )
-    table.exactly_one(("dof", "vector"), "dof", "give exactly one of dof and vector")
-    if "vector" in table:
-        if "force" in table:
-            raise table.error("force", "must be left out with vector, which has the forces")
-        vector = table["vector"]
-        return StaticForce(existing(table, "vector", folder) if type(vector) is str else vector)
-    dof, force = table["dof"], table.required("force")
+    dof, vector = keys.dof, keys.vector
+    exactly_one("preload.dof", (dof, vector), "give exactly one of dof and vector")
+    if dof is None:
+        reason = "preload.force: must be left out with vector, which has the forces"
+        refuse_if(keys.force is not None, reason)
+        if isinstance(vector, str):
+            return StaticForce(existing("preload.vector", folder / vector))
+        return StaticForce(vector or ())
+    if keys.force is None:
+        raise SlipmodeError("preload.force: is missing")
+    force = keys.force
     dofs = dof if isinstance(dof, tuple) else (dof,)
     forces = force if isinstance(force, tuple) else (force,) * len(dofs)
-    if not dofs or len(set(dofs)) < len(dofs):
-        raise table.error("dof", "must be one DOF or several different ones")
-    if len(forces) != len(dofs):
-        raise table.error("force", f"must be one number or {len(dofs)} numbers (one per DOF)")
+    different = "preload.dof: must be one DOF or several different ones"
+    refuse_if(not dofs or len(set(dofs)) < len(dofs), different)
+    count = f"preload.force: must be one number or {len(dofs)} numbers (one per DOF)"
+    refuse_if(len(forces) != len(dofs), count)
     return StaticForce(dict(zip(dofs, forces, strict=True)))
 
 

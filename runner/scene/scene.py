@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -22,33 +23,35 @@ from slipmode.rom.storage.files import as_path
 from slipmode.rom.storage.text import read_text
 from slipmode.rom.validity import carriers_meet, meeting_refusal
 from slipmode.runner.recording.channels import MODES
-from slipmode.runner.scene.contacts import (
-    STAND_IN,
-    read_contacts,
-    read_friction,
-    read_preload,
-)
-from slipmode.runner.scene.keys import SCENE
-from slipmode.runner.scene.saved_model import options_of, read_saved_model
-from slipmode.runner.scene.schedule import Schedule
-from slipmode.runner.scene.sections import (
-    Forcing,
-    Log,
+from slipmode.runner.scene.contacts import read_contacts, read_friction, read_preload
+from slipmode.runner.scene.keys import (
+    SCENE,
+    Forcings,
+    ForcingTable,
     ModelOptions,
-    Modes,
+    ModesTable,
     NodeDof,
-    Output,
     Run,
-    Scene,
+    SceneFile,
     Window,
 )
+from slipmode.runner.scene.schedule import Schedule
+from slipmode.runner.scene.sections import Forcing, Modes, Scene
+from slipmode.runner.scene.structure_keys import STAND_IN
 from slipmode.runner.scene.structures import (
-    LumpedDisk,
-    SectorFile,
+    options_of,
     read_mistuning,
+    read_saved_model,
     read_structure,
 )
-from slipmode.runner.scene.toml_table import Table
+from slipmode.runner.scene.toml_table import (
+    Content,
+    exactly_one,
+    get,
+    refuse_given,
+    refuse_if,
+    required,
+)
 
 __all__ = ["Scene", "Window", "load_scene", "parse_scene", "read_scene", "shipped_scenes"]
 
@@ -132,109 +135,96 @@ def parse_toml(text: str) -> dict[str, Any]:
         raise SlipmodeError(f"TOML syntax: {' '.join(str(error).split())}") from error
 
 
-def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: str = "") -> Scene:
+def read_scene(content: Content, folder: str | PathLike[str], text: str = "") -> Scene:
     """Return the scene of parsed TOML; see `parse_scene`."""
-    root = Table(content, SCENE)
-    tables: dict[str, Any] = {section.name: root[section.name] for section in SCENE.sections}
+    file: SceneFile = SCENE.read(content)
+    run, units = file.run, file.units
     folder = Path(folder)
-    saved = read_saved_model(root, folder)
-    mistuned = "mistuning" in root
+    saved = read_saved_model(file.model.file, content, folder)
     if saved is not None:
         modes = _saved_modes(saved)
     else:  # a mistuned disk has all modes, and one force, [forcing.A]
-        modes = Modes(0) if mistuned else _modes(tables["modes"])
-    run = _run(tables["run"])
-    units = Units(**tables["units"].values())
-    forcing = _forcing(tables["forcing"], modes, run.duration, units)
-    initial, aerodynamics = (
-        {mode: complex(*table[mode]) for mode in _present_modes(table, modes)}
-        for table in (tables["initial"], tables["aerodynamics"])
-    )
-    if not forcing and not any(initial.values()):
-        raise root.error("forcing", "no mode moves; give A, B or an initial amplitude")
-    contact, elastic = _windows(tables["contact"], tables["elastic"], run.duration)
-    if "friction" in root and tables["contacts"]:
-        one = f"are elastic and [friction] is rigid; give one of them. {STAND_IN}"
-        raise root.error("contacts", one)
-    if not ("friction" in root or tables["contacts"] or saved):
-        raise root.error("friction", "is missing; give [friction] or [[contacts]]")
-    laws = read_contacts(tables["contacts"])
-    if saved is None:
-        model = _model(tables["model"], modes, bool(laws), bool(aerodynamics))
-    else:
+        modes = Modes(0) if file.mistuning else _modes(required("modes.A", file.modes))
+    _check_run(run)
+    forcing = _forcing(file.forcing, modes, run.duration, units)
+    initial = _by_mode("initial", file.initial, modes)
+    aerodynamics = _by_mode("aerodynamics", file.aerodynamics, modes)
+    moving = bool(forcing) or any(initial.values())
+    refuse_if(not moving, "forcing: no mode moves; give A, B or an initial amplitude")
+    _check_windows(file)
+    rigid, elastic = file.friction is not None, bool(file.contacts)
+    both = f"are elastic and [friction] is rigid; give one of them. {STAND_IN}"
+    refuse_if(rigid and elastic, f"contacts: {both}")
+    neither = not (rigid or elastic or saved)
+    refuse_if(neither, "friction: is missing; give [friction] or [[contacts]]")
+    laws = read_contacts(file.contacts, content)
+    structure = None
+    if saved is not None:
         model = options_of(saved)
-    structure = read_structure(tables["structure"], folder) if saved is None else None
+    else:
+        model = file.model
+        _check_model(model, content, modes)
+        structure = read_structure(file.structure, content, folder)
     mistuning: tuple[float, ...] = ()
-    if isinstance(structure, LumpedDisk | SectorFile):
-        if modes.tones:
-            raise tables["modes"].error("A", "and B must be one mode with structure.sectors")
-        _check_disk(root, model)
-        if mistuned:
-            _check_mistuned(root, forcing)
-            mistuning = read_mistuning(tables["mistuning"], structure.sectors)
+    if structure is not None and structure.sectors:
+        refuse_if(bool(modes.tones), "modes.A: and B must be one mode with structure.sectors")
+        _check_elastic(content, model, "with structure.sectors")
+        if file.mistuning:
+            _check_mistuned(content, file)
+            mistuning = read_mistuning(file.mistuning, content, structure.sectors)
         else:
-            modes = _of_disk(tables["modes"], structure.sectors, modes, forcing)
-    elif mistuned:
-        raise root.error("mistuning", "must be left out, because structure has no sectors")
-    elif modes.nodal_diameters is not None:
-        reason = "must be left out, because structure has no sectors"
-        raise tables["modes"].error("nodal_diameters", reason)
-    elif modes.tones:
-        _check_shared_tone(root, modes, model)
-    elif modes.A == modes.B:
-        raise tables["modes"].error("B", "must be another mode than A")
-    limit_scale = tables["limits"]["scale"]
-    if limit_scale is not None:
-        fixed = "with limits.scale; full order has fixed limits"
-        if model.transients == "hybrid":
-            raise tables["model"].error("transients", f'must be "auto" or "slow" {fixed}')
-        if model.table == "none":
-            raise tables["model"].error("table", f'must be "whole" {fixed}')
+            modes = _of_disk(structure.sectors, modes, forcing)
+    else:
+        no_sectors = "must be left out, because structure has no sectors"
+        refuse_given(content, "", ("mistuning",), no_sectors)
+        refuse_given(content, "modes", ("nodal_diameters",), no_sectors)
+        if modes.tones:
+            _check_shared_tone(content, modes, model)
+        refuse_if(modes.A == modes.B, "modes.B: must be another mode than A")
+    if file.limits.scale is not None:
+        _check_slow_time(model, "with limits.scale; full order has fixed limits")
     return Scene(
-        title=root["title"],
+        title=file.title,
         structure=structure,
         mistuning=mistuning,
         saved_model=saved,
-        friction=read_friction(tables["friction"]) if "friction" in root else None,
+        friction=None if file.friction is None else read_friction(file.friction),
         contacts=laws,
-        preload=read_preload(tables["preload"], laws, folder) if "preload" in root else None,
-        limit_scale=limit_scale,
+        preload=None if file.preload is None else read_preload(file.preload, laws, folder),
+        limit_scale=file.limits.scale,
         modes=modes,
         forcing=forcing,
         initial=initial,
         aerodynamics=aerodynamics,
         run=run,
         model=model,
-        contact=contact,
-        elastic=elastic,
-        output=_output(tables["output"], contact, elastic),
-        log=Log(**tables["log"].values()),
+        contact=tuple(sorted(file.contact, key=attrgetter("start"))),
+        elastic=tuple(sorted(file.elastic, key=attrgetter("start"))),
+        output=file.output,
+        log=file.log,
         text=text,
         units=units,
     )
 
 
-def _modes(table: Table) -> Modes:
+def _modes(keys: ModesTable) -> Modes:
     """Read the section [modes]; several modes share a tone."""
-    values, tones = table.values(), list[tuple[int, ...]]()
-    for name in MODES:
-        numbers = values[name]
-        if numbers is None:
-            continue
-        tones.append(numbers if isinstance(numbers, tuple) else (numbers,))
-        if not tones[-1] or len(set(tones[-1])) < len(tones[-1]):
-            raise table.error(name, "must be one mode or several different ones")
-        values[name] = tones[-1][0]
-    shared = any(len(each) > 1 for each in tones)
-    if shared and len({*sum(tones, ())}) < len(sum(tones, ())):
-        raise table.error("B", "must be other modes than A")
-    modes = Modes(**values, tones=tuple(tones) if shared else ())
-    if modes.ratio is None:
+    tones: list[tuple[int, ...]] = []
+    for name, given in (("A", keys.A), ("B", keys.B)):
+        if given is not None:
+            tones.append(given if isinstance(given, tuple) else (given,))
+            different = len(set(tones[-1])) == len(tones[-1]) > 0
+            refuse_if(not different, f"modes.{name}: must be one mode or several different ones")
+    shared, every = any(len(each) > 1 for each in tones), sum(tones, ())
+    refuse_if(shared and len(set(every)) < len(every), "modes.B: must be other modes than A")
+    first, *second = (each[0] for each in tones)
+    own = tuple(tones) if shared else ()
+    modes = Modes(first, second[0] if second else None, None, keys.nodal_diameters, own)
+    if keys.ratio is None:
         return modes
-    if shared:
-        raise table.error("ratio", "must be left out, because several modes share a tone")
+    refuse_if(shared, "modes.ratio: must be left out, because several modes share a tone")
     with naming("modes"):
-        return replace(modes, ratio=checked_ratio(float(modes.ratio), len(modes.numbers)))
+        return replace(modes, ratio=checked_ratio(keys.ratio, len(modes.numbers)))
 
 
 def _saved_modes(model: Model) -> Modes:
@@ -244,146 +234,126 @@ def _saved_modes(model: Model) -> Modes:
     return Modes(first, second[0] if second else None, ratio)
 
 
-def _check_disk(root: Table, model: ModelOptions) -> None:
-    """Refuse what scenes with sectors do not have."""
-    _check_elastic(root, model, "with structure.sectors")
-    if "aerodynamics" in root:
-        raise root.error("aerodynamics", "must be left out with structure.sectors")
+def _check_slow_time(model: ModelOptions, where: str) -> None:
+    """Refuse full order."""
+    refuse_if(model.table == "none", f'model.table: must be "whole" {where}')
+    hybrid = model.transients == "hybrid"
+    refuse_if(hybrid, f'model.transients: must be "auto" or "slow" {where}')
 
 
-def _check_elastic(root: Table, model: ModelOptions, where: str) -> None:
+def _check_elastic(content: Content, model: ModelOptions, where: str) -> None:
     """Refuse what scenes with sectors and those with several modes on one tone do not have."""
-    if "friction" in root:
-        raise root.error("friction", f"{where} contacts are elastic, [[contacts]]; {STAND_IN}")
-    for name in ("preload", "limits"):
-        if name in root:
-            raise root.error(name, f"must be left out {where}")
-    kept_out = {
-        "table": (model.table == "none", 'must be "whole"'),
-        "transients": (model.transients == "hybrid", 'must be "auto" or "slow"'),
-        "budget": (model.budget is not None, "must be left out"),
-    }
-    for key, (given, instead) in kept_out.items():
-        if given:
-            raise root["model"].error(key, f"{instead} {where}")
+    elastic = f"{where} contacts are elastic, [[contacts]]; {STAND_IN}"
+    refuse_given(content, "", ("friction",), elastic)
+    left_out = ("preload", "limits", "aerodynamics", "model.budget")
+    refuse_given(content, "", left_out, f"must be left out {where}")
+    _check_slow_time(model, where)
 
 
-def _check_shared_tone(root: Table, modes: Modes, model: ModelOptions) -> None:
+def _check_shared_tone(content: Content, modes: Modes, model: ModelOptions) -> None:
     """Refuse what scenes with several modes on one tone do not have."""
     where = "with several modes on a tone"
-    _check_elastic(root, model, where)
-    for name in ("aerodynamics", "initial"):
-        if name in root:
-            raise root.error(name, f"must be left out {where}")
-    for key in ("amplitude", "formulation"):
-        if key in root["model"]:
-            raise root["model"].error(key, f"must be left out {where}")
+    _check_elastic(content, model, where)
+    left_out = ("initial", "model.amplitude", "model.formulation")
+    refuse_given(content, "", left_out, f"must be left out {where}")
     for name in modes.numbers:
-        if name not in root["forcing"]:
-            raise root["forcing"].error(name, f"is missing; {where} each tone has a force")
+        missing = get(content, f"forcing.{name}") is None
+        refuse_if(missing, f"forcing.{name}: is missing; {where} each tone has a force")
 
 
-def _check_mistuned(root: Table, forcing: Mapping[str, Forcing]) -> None:
+def _check_mistuned(content: Content, file: SceneFile) -> None:
     """Refuse what scenes of mistuned disks do not have."""
-    kept_out = {
+    left_out = {
         "modes": "all modes of a mistuned disk respond",
         "model": "a mistuned disk has no friction table over amplitudes of modes",
         "initial": "a mistuned disk starts from rest",
         "contact": "a mistuned disk has [[elastic]] windows, which have the contact states",
+        "forcing.A.phase": "a mistuned disk has phase 0",
     }
-    for name, reason in kept_out.items():
-        if name in root:
-            raise root.error(name, f"must be left out, because {reason}")
-    if forcing["A"].engine_order is None:
-        needed = "is missing; it says how the force travels around the mistuned disk"
-        raise root["forcing"]["A"].error("engine_order", needed)
-    if "phase" in root["forcing"]["A"]:
-        raise root["forcing"]["A"].error(
-            "phase", "must be left out, because a mistuned disk has phase 0"
-        )
-    output = root["output"]
-    if len(output["elastic"]) + len(output["nodes"]) > 1:
-        raise output.error("elastic", "must be one DOF, which is recorded of every blade")
+    for name, reason in left_out.items():
+        refuse_given(content, "", (name,), f"must be left out, because {reason}")
+    assert file.forcing.A is not None  # a scene without an initial amplitude has a force
+    needed = "is missing; it says how the force travels around the mistuned disk"
+    refuse_if(file.forcing.A.engine_order is None, f"forcing.A.engine_order: {needed}")
+    several = len(file.output.elastic) + len(file.output.nodes) > 1
+    refuse_if(several, "output.elastic: must be one DOF, which is recorded of every blade")
 
 
-def _of_disk(table: Table, sectors: int, modes: Modes, forcing: Mapping[str, Forcing]) -> Modes:
+def _of_disk(sectors: int, modes: Modes, forcing: Mapping[str, Forcing]) -> Modes:
     """Return the modes with their nodal diameters, which the engine orders must excite."""
+    key = "modes.nodal_diameters"
     orders = {mode: each.engine_order for mode, each in forcing.items()}
     excited = {mode: excited_diameter(order, sectors) for mode, order in orders.items() if order}
     given, names = modes.nodal_diameters, list(modes.numbers)
     if given is None:
         for mode in names:
-            if mode not in excited:
-                raise table.error(
-                    "nodal_diameters", f"is missing, and no engine order gives it for mode {mode}"
-                )
+            missing = f"is missing, and no engine order gives it for mode {mode}"
+            refuse_if(mode not in excited, f"{key}: {missing}")
         given = tuple(excited[mode] for mode in names)
-    if len(given) != len(names):
-        raise table.error("nodal_diameters", f"must be {len(names)}, one per mode")
+    refuse_if(len(given) != len(names), f"{key}: must be {len(names)}, one per mode")
+    most = sectors // 2
     for mode, k in zip(names, given, strict=True):
-        if abs(k) > sectors // 2:
-            most = sectors // 2
-            raise table.error(
-                "nodal_diameters", f"must be -{most} to {most} of {sectors} sectors, got {k}"
-            )
+        allowed = f"{key}: must be -{most} to {most} of {sectors} sectors"
+        refuse_if(abs(k) > most, f"{allowed}, got {k}")
         if excited.get(mode, k) % sectors != k % sectors:
             raise SlipmodeError(
                 f"forcing.{mode}.engine_order = {orders[mode]}: excites nodal diameter "
-                f"{excited[mode]} of {sectors} sectors, but modes.nodal_diameters is {k} for mode "
-                f"{mode}; engine orders {k % sectors or sectors}, "
+                f"{excited[mode]} of {sectors} sectors, but {key} is {k} for mode {mode}; engine "
+                f"orders {k % sectors or sectors}, "
                 f"{k % sectors + sectors * (1 + (k % sectors == 0))}, ... excite {k}"
             )
     if len(names) == 2 and (modes.A, abs(given[0])) == (modes.B, abs(given[1])):
-        raise table.error(
-            "B",
-            "must be another mode than A, or of another nodal diameter than "
-            f"{given[0]} and {-given[0]}, which have equal frequencies",
+        raise SlipmodeError(
+            "modes.B: must be another mode than A, or of another nodal diameter than "
+            f"{given[0]} and {-given[0]}, which have equal frequencies"
         )
     return replace(modes, nodal_diameters=given)
 
 
-def _present_modes(table: Table, modes: Modes) -> list[str]:
-    """Return the modes that have a key in a table; refuse one that is not retained."""
-    if "B" in table and modes.B is None:
-        raise table.error("B", "must be left out, because [modes] or model.file has only mode A")
-    return [mode for mode in MODES if mode in table]
+def _by_mode(name: str, table: Any, modes: Modes) -> dict[str, Any]:
+    """Return the values of a table by mode; refuse a mode that is not retained."""
+    found: dict[str, Any] = {
+        mode: value for mode in MODES if (value := getattr(table, mode)) is not None
+    }
+    only_A = f"{name}.B: must be left out, because [modes] or model.file has only mode A"
+    refuse_if("B" in found and modes.B is None, only_A)
+    return found
 
 
-def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
-    present = _present_modes(table, modes)
-    if "B" in present and modes.ratio is not None:
-        raise table.error("B", "must be left out, because mode B follows mode A (modes.ratio)")
-    forcing = {mode: _forcing_of(mode, table[mode], units) for mode in present}
+def _forcing(table: Forcings, modes: Modes, duration: float, units: Units) -> dict[str, Forcing]:
+    given = _by_mode("forcing", table, modes)
+    follows = "forcing.B: must be left out, because mode B follows mode A (modes.ratio)"
+    refuse_if("B" in given and modes.ratio is not None, follows)
+    forcing = {mode: _forcing_of(mode, keys, units) for mode, keys in given.items()}
     for mode, each in forcing.items():
         if each.quadrature is not None and not modes.tones:
             reason = "needs several modes on a tone; the motion of one mode does not rotate"
-            raise table[mode].error("quadrature", reason)
+            raise SlipmodeError(f"forcing.{mode}.quadrature: {reason}")
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))
     return forcing
 
 
-def _forcing_of(mode: str, table: Table, units: Units) -> Forcing:
-    table.exactly_one(
-        ("dof", "node", "vector"), "dof", "give exactly one of dof and vector (or node, direction)"
-    )
-    if "direction" in table and "node" not in table:
-        raise table.error("direction", "needs node, which is missing")
-    if "node" in table:
-        pattern = NodeDof(table["node"], table.required("direction"))
+def _forcing_of(mode: str, keys: ForcingTable, units: Units) -> Forcing:
+    path, patterns = f"forcing.{mode}", (keys.dof, keys.node, keys.vector)
+    one = "give exactly one of dof and vector (or node, direction)"
+    exactly_one(f"{path}.dof", patterns, one)
+    for key, other in (("direction", "node"), ("rotor_speed", "engine_order")):
+        alone = getattr(keys, key) is not None and getattr(keys, other) is None
+        refuse_if(alone, f"{path}.{key}: needs {other}, which is missing")
+    pattern: int | tuple[float, ...] | NodeDof
+    if keys.node is not None:
+        pattern = NodeDof(keys.node, required(f"{path}.direction", keys.direction))
     else:
-        pattern = table["dof"] if "dof" in table else table["vector"]
-    given, order, speed = (table[key] for key in ("frequency", "engine_order", "rotor_speed"))
+        pattern = keys.vector or keys.dof or 0
+    order = keys.engine_order
     if order is None:
-        if speed is not None:
-            raise table.error("rotor_speed", "needs engine_order, which is missing")
-        frequency = table.required("frequency").scaled(units.per_frequency)
-    elif given is not None:
-        raise table.error("frequency", "must be left out; it is engine_order times rotor_speed")
+        frequency = required(f"{path}.frequency", keys.frequency).scaled(units.per_frequency)
     else:
-        frequency = table.required("rotor_speed").scaled(order * RPM)
-    amplitude, phase, later = (table[key] for key in ("amplitude", "phase", "quadrature"))
-    return Forcing(mode, pattern, amplitude, frequency, phase, order, later)
+        both = "must be left out; it is engine_order times rotor_speed"
+        refuse_if(keys.frequency is not None, f"{path}.frequency: {both}")
+        frequency = required(f"{path}.rotor_speed", keys.rotor_speed).scaled(order * RPM)
+    return Forcing(mode, pattern, keys.amplitude, frequency, keys.phase, order, keys.quadrature)
 
 
 def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
@@ -395,73 +365,46 @@ def _frequencies_meet(A: Forcing, B: Forcing, duration: float) -> bool:
     return bool(carriers_meet(np.vstack(reached)))
 
 
-def _run(table: Table) -> Run:
-    run = Run(**table.values())
-    if run.step > run.duration:
-        most = f"run.duration = {run.duration:g}"
-        raise table.error("step", f"must be at most {most}, got {run.step:g}")
-    if run.duration > _LARGEST_STEP_COUNT * run.step:
-        least = run.duration / _LARGEST_STEP_COUNT
-        raise table.error("step", f"must be at least run.duration / 1e7 = {least:g}")
-    return run
+def _check_run(run: Run) -> None:
+    most = f"run.step: must be at most run.duration = {run.duration:g}"
+    refuse_if(run.step > run.duration, f"{most}, got {run.step:g}")
+    least = f"run.step: must be at least run.duration / 1e7 = {run.duration / 1e7:g}"
+    refuse_if(run.duration > _LARGEST_STEP_COUNT * run.step, least)
 
 
-def _model(table: Table, modes: Modes, elastic: bool, aeroelastic: bool) -> ModelOptions:
-    values = table.values()
-    del values["file"]
-    model = ModelOptions(**values)
-    paper, integrated = model.formulation == "paper", model.table == "none"
-    slow_only = 'must be "auto" or "slow" with model.formulation = "paper"'
-    conflicts = [
-        (paper and elastic, "formulation", 'must be "consistent" with [[contacts]]'),
-        (paper and aeroelastic, "formulation", 'must be "consistent" with [aerodynamics]'),
-        (paper and integrated, "table", 'must be "whole" with model.formulation = "paper"'),
-        (paper and model.transients == "hybrid", "transients", slow_only),
-    ]
-    leave_out = 'must be left out, because model.table = "none" integrates the scene'
-    unused = ("amplitude", "transients", "budget")
-    conflicts += [(integrated and key in table, key, leave_out) for key in unused]
-    n_modes = len(modes.numbers)
-    if model.amplitude is not None:
-        count = f"must be a list of {n_modes} numbers, got {len(model.amplitude)}"
-        conflicts.append((len(model.amplitude) != n_modes, "amplitude", count))
-    for applies, key, message in conflicts:
-        if applies:
-            raise table.error(key, message)
-    return model
+def _check_model(model: ModelOptions, content: Content, modes: Modes) -> None:
+    if model.formulation == "paper":
+        consistent = 'model.formulation: must be "consistent" with'
+        refuse_if(bool(content.get("contacts")), f"{consistent} [[contacts]]")
+        refuse_if(bool(content.get("aerodynamics")), f"{consistent} [aerodynamics]")
+        _check_slow_time(model, 'with model.formulation = "paper"')
+    if model.table == "none":
+        left_out = 'must be left out, because model.table = "none" integrates the scene'
+        refuse_given(content, "model", ("amplitude", "transients", "budget"), left_out)
+    n_modes, given = len(modes.numbers), len(model.amplitude or ())
+    count = f"model.amplitude: must be a list of {n_modes} numbers, got {given}"
+    refuse_if(model.amplitude is not None and given != n_modes, count)
 
 
-def _windows(
-    contact: list[Table], elastic: list[Table], duration: float
-) -> tuple[tuple[Window, ...], tuple[Window, ...]]:
-    """Return both kinds of windows in time order; contact windows have the elastic motion too."""
-    found = []
-    for name, tables in (("contact", contact), ("elastic", elastic)):
-        for table in tables:
-            start, end = table["window"]
-            if not start < end <= duration:
-                allowed = f"[t0, t1] with t0 < t1 <= run.duration = {duration:g}"
-                raise table.error("window", f"must be {allowed}, got [{start:g}, {end:g}]")
-            found.append((name, Window(start, end, table["samples_per_period"])))
+def _check_windows(file: SceneFile) -> None:
+    """Refuse windows outside the run or with common times, and DOFs without a window."""
+    found, duration = [], file.run.duration
+    for name, windows in (("contact", file.contact), ("elastic", file.elastic)):
+        for k, window in enumerate(windows):
+            allowed = f"[t0, t1] with t0 < t1 <= run.duration = {duration:g}"
+            got = f"[{window.start:g}, {window.end:g}]"
+            fits = window.start < window.end <= duration
+            refuse_if(not fits, f"{name}[{k}].window: must be {allowed}, got {got}")
+            found.append((name, window, got))
     found.sort(key=lambda entry: entry[1].start)
-    for (first, earlier), (second, later) in pairwise(found):
-        if later.start < earlier.end:
-            names = ", ".join(dict.fromkeys((f"{first}.window", f"{second}.window")))
-            both = " and ".join(f"[{each.start:g}, {each.end:g}]" for each in (earlier, later))
-            raise SlipmodeError(f"{names}: windows must not overlap, got {both}")
-    of_contact = tuple(window for name, window in found if name == "contact")
-    return of_contact, tuple(window for name, window in found if name == "elastic")
-
-
-def _output(table: Table, contact: Sequence[Window], elastic: Sequence[Window]) -> Output:
-    dofs, nodes = table["elastic"], tuple(NodeDof(*row) for row in table["nodes"])
-    if len(set(dofs)) < len(dofs):
-        raise table.error("elastic", "DOFs must be distinct")
-    if (dofs or nodes) and not (contact or elastic):
-        key = "elastic" if dofs else "nodes"
-        raise table.error(
-            key, "needs an [[elastic]] or [[contact]] window, in which DOFs are reconstructed"
-        )
-    if elastic and not (dofs or nodes):
-        raise SlipmodeError("elastic.window: needs output.elastic, the DOFs to reconstruct")
-    return Output(dofs, nodes)
+    for (first, earlier, got), (second, later, other) in pairwise(found):
+        names = ", ".join(dict.fromkeys((f"{first}.window", f"{second}.window")))
+        overlap = f"{names}: windows must not overlap, got {got} and {other}"
+        refuse_if(later.start < earlier.end, overlap)
+    dofs, nodes = file.output.elastic, file.output.nodes
+    refuse_if(len(set(dofs)) < len(dofs), "output.elastic: DOFs must be distinct")
+    key = "output.elastic" if dofs else "output.nodes"
+    needed = "needs an [[elastic]] or [[contact]] window, in which DOFs are reconstructed"
+    refuse_if(bool(dofs or nodes) and not found, f"{key}: {needed}")
+    no_dofs = bool(file.elastic) and not (dofs or nodes)
+    refuse_if(no_dofs, "elastic.window: needs output.elastic, the DOFs to reconstruct")

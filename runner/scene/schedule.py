@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from slipmode.fmu.inputs import rate_of
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
+from slipmode.runner.scene.keys import Window
 from slipmode.runner.scene.script import Script
-from slipmode.runner.scene.sections import Scene, Window
+from slipmode.runner.scene.sections import Scene
 
 
 class _Stretches(NamedTuple):

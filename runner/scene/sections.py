@@ -1,4 +1,4 @@
-"""A scene in Python: each class is a section of the scene file, with values that were checked.
+"""A scene in Python, with values that were checked.
 
 Times are in s, frequencies in rad/s, forces in N, displacements in m.
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,23 +24,9 @@ from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure
 from slipmode.rom.table.model import Model
 from slipmode.runner.recording.channels import Mode
+from slipmode.runner.scene.keys import Log, ModelOptions, NodeDof, Output, Run, Window
 from slipmode.runner.scene.script import Script
-from slipmode.runner.scene.structures import LumpedDisk, MatrixFile, SectorFile, TwoMass
-
-
-@dataclass(frozen=True)
-class NodeDof:
-    """A DOF by its node and direction, "x", "y", "z", "rx", "ry" or "rz"."""
-
-    node: int
-    direction: str
-
-    def dof(self, key: str, labels: Labels | None, source: str) -> int:
-        """Return the number of the DOF; a refusal names the key, and the source of the labels."""
-        if labels is None:
-            raise SlipmodeError(f"{key}: {source} no nodes; give numbers of DOFs")
-        with naming(key):
-            return labels.dof(self.node, self.direction)
+from slipmode.runner.scene.structures import Source
 
 
 @dataclass(frozen=True)
@@ -149,61 +135,6 @@ def _by_dof(pattern: int | tuple[float, ...]) -> Mapping[int, float] | tuple[flo
 
 
 @dataclass(frozen=True)
-class Run:
-    """From 0 to `duration` [s] in communication steps; relative tolerance of the slow flow."""
-
-    duration: float
-    step: float
-    tolerance: float
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """How the reduced model is made; the keys of [model].
-
-    `tolerance` is the relative tolerance of the friction table, `amplitude` its range per mode,
-    None if the plan finds it.
-    """
-
-    tolerance: float
-    formulation: Literal["consistent", "paper"]
-    amplitude: tuple[float, ...] | None
-    table: Literal["whole", "none"]
-    transients: Literal["auto", "slow", "hybrid"] = "auto"
-    budget: float | None = None
-
-    @property
-    def transient_error(self) -> float:
-        """Largest estimated transient error that slow time may have, relative to the range."""
-        return 1e-3 if self.transients == "hybrid" else max(self.tolerance, 1e-2)
-
-
-@dataclass(frozen=True)
-class Window:
-    """A time window [s] in which fast motion is reconstructed."""
-
-    start: float
-    end: float
-    samples_per_period: int
-
-
-@dataclass(frozen=True)
-class Output:
-    """DOFs of the structure reconstructed inside the windows; `nodes` until they are located."""
-
-    elastic: tuple[int, ...]
-    nodes: tuple[NodeDof, ...] = ()
-
-
-@dataclass(frozen=True)
-class Log:
-    """Which recordings are written."""
-
-    mcap: bool
-    rerun: bool
-
-
-@dataclass(frozen=True)
 class Scene:
     """Hold a scene, checked as far as possible without its structure.
 
@@ -211,7 +142,7 @@ class Scene:
     ----------
     title, text, path, name : str, str, Path or None, str
         Title, TOML source, file, and name of the file without its ending.
-    structure : TwoMass, MatrixFile, LumpedDisk, SectorFile or None
+    structure : Source or None
         Source of the matrices of a structure or of a sector; None with a saved model.
     friction : RigidFriction or None
         Law of rigid contacts.
@@ -245,7 +176,7 @@ class Scene:
     """
 
     title: str
-    structure: TwoMass | MatrixFile | LumpedDisk | SectorFile | None
+    structure: Source | None
     mistuning: tuple[float, ...]
     saved_model: Model | None
     friction: RigidFriction | None
@@ -271,10 +202,9 @@ class Scene:
         return f"Scene({self.title!r}, {self.name}, {self.run.duration:g} s)"
 
     @property
-    def disk(self) -> LumpedDisk | SectorFile | None:
+    def disk(self) -> Source | None:
         """Structure if it is a bladed disk, whose modes are travelling waves; otherwise None."""
-        of_sectors = isinstance(self.structure, LumpedDisk | SectorFile)
-        return self.structure if of_sectors else None  # type: ignore[return-value]
+        return self.structure if self.structure and self.structure.sectors else None
 
     @property
     def windows(self) -> list[Window]:
@@ -363,7 +293,7 @@ class Scene:
                 "use slipmode diameters for its modes, or rom.CyclicStructure.annulus() for all "
                 "sectors"
             )
-        return self.structure.build()  # type: ignore[return-value]
+        return self.structure.build()
 
     def located(self, labels: Labels | None) -> Self:
         """Return the scene with DOFs in place of nodes and directions.

@@ -1,57 +1,35 @@
-"""The structure of a scene: two masses, matrices from files, or a bladed disk of equal sectors."""
+"""The structure of a scene: two masses, matrices from files, or a bladed disk of equal sectors.
+
+A saved model (`model.file`) takes the place of a structure with contacts.
+"""
 
 from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import scipy
 
-from slipmode.rom import CyclicStructure, lumped_disk, random_mistuning
+from slipmode.rom import CyclicStructure, Model, lumped_disk, random_mistuning
 from slipmode.rom.errors import SlipmodeError, naming
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.structure.damping import Rayleigh
 from slipmode.rom.structure.labels import Labels
 from slipmode.rom.structure.structure import Structure, load_structure, two_mass
-from slipmode.runner.scene.toml_table import Table
+from slipmode.runner.scene.keys import ModelOptions
+from slipmode.runner.scene.structure_keys import MistuningTable, StructureTable
+from slipmode.runner.scene.toml_table import Content, exactly_one, refuse_given, refuse_if
 
-_TWO_MASS_KEYS = set(inspect.signature(two_mass).parameters) - {"beta"}
+_TWO_MASS_KEYS = [name for name in inspect.signature(two_mass).parameters if name != "beta"]
+_DISK = {name: each.default for name, each in inspect.signature(lumped_disk).parameters.items()}
 # All sectors are solved together: 800 cycles of 200 sectors take 90 s. Real disks have fewer.
 _MOST_MISTUNED = 200
-_NAME_KEYS = ("mass_name", "stiffness_name", "damping_name")
+_MATRIX_KEYS = ("mass", "contacts", "rayleigh", "mass_name", "stiffness_name", "damping_name")
 _SECTOR_KEYS = ("left", "right", "interface", "next_contacts")
-
-
-@dataclass(frozen=True)
-class TwoMass:
-    """The two-mass model, with the keyword arguments of `rom.two_mass` that are given."""
-
-    parameters: Mapping[str, float]
-
-    def build(self) -> Structure:
-        """Make the structure."""
-        return two_mass(**self.parameters)
-
-
-@dataclass(frozen=True)
-class MatrixFile:
-    """Matrices on disk, as `rom.load_structure` reads them; other arguments override theirs."""
-
-    path: Path
-    damping: float | Rayleigh | None
-    mass: Path | None = None
-    contacts: tuple[tuple[int | str, ...], ...] | None = None
-    names: Mapping[str, str] | None = None
-
-    def build(self) -> Structure:
-        """Load the structure."""
-        return load_structure(
-            self.path, self.damping, mass=self.mass, contact=self.contacts, names=self.names
-        )
 
 
 @frozen
@@ -63,44 +41,55 @@ class Disk:
 
 
 @dataclass(frozen=True)
-class LumpedDisk:
-    """The disk of `rom.lumped_disk`."""
+class Source:
+    """Where the matrices of a structure or of a sector are from: checked keys of [structure]."""
 
-    sectors: int = inspect.signature(lumped_disk).parameters["sectors"].default
-    beta: float = inspect.signature(lumped_disk).parameters["beta"].default
-    blade_stiffnesses: tuple[float, float] = (
-        inspect.signature(lumped_disk).parameters["blade_stiffnesses"].default
-    )
+    keys: StructureTable
+    folder: Path  # File names are relative to it
 
-    def build(self) -> Disk:
-        """Make the disk."""
-        stiffnesses = self.blade_stiffnesses
-        return Disk(lumped_disk(self.sectors, self.beta, blade_stiffnesses=stiffnesses))
+    @property
+    def sectors(self) -> int:
+        """Number of sectors of a bladed disk; 0 if the structure is none."""
+        lumped = _DISK["sectors"] if self.keys.model == "lumped-disk" else 0
+        return self.keys.sectors or lumped
 
+    @property
+    def _damping(self) -> float | Rayleigh | None:
+        rayleigh = self.keys.rayleigh
+        return self.keys.damping if rayleigh is None else Rayleigh(*rayleigh)
 
-@dataclass(frozen=True)
-class SectorFile:
-    """Matrices of one sector on disk, and how it meets the next; see the keys of [structure]."""
+    def build(self) -> Structure:
+        """Make the structure; of a disk from files, one sector."""
+        keys = self.keys
+        if keys.model == "two-mass":
+            beta = {} if keys.damping is None else {"beta": keys.damping}
+            return two_mass(**{name: getattr(keys, name) for name in _TWO_MASS_KEYS}, **beta)
+        names = {part: getattr(keys, f"{part}_name") for part in ("mass", "stiffness", "damping")}
+        return load_structure(
+            self.folder / str(keys.matrices),
+            self._damping,
+            mass=None if keys.mass is None else self.folder / keys.mass,
+            contact=keys.contacts,
+            names={part: name for part, name in names.items() if name is not None} or None,
+        )
 
-    file: MatrixFile
-    sectors: int
-    left: tuple[int, ...] = ()
-    right: tuple[int, ...] = ()
-    interface: tuple[tuple[int, int], ...] = ()
-    next_contacts: tuple[tuple[int, int, str], ...] = ()
-
-    def build(self) -> Disk:
-        """Load the sector and join it to the next."""
-        sector, damping = self.file.build(), self.file.damping
-        left, right = list(self.left), list(self.right)
+    def build_disk(self) -> Disk:
+        """Make the disk: join a sector to the next."""
+        keys = self.keys
+        if keys.model is not None:
+            beta = _DISK["beta"] if keys.damping is None else keys.damping
+            stiffnesses = keys.blade_stiffnesses or _DISK["blade_stiffnesses"]
+            return Disk(lumped_disk(self.sectors, beta, blade_stiffnesses=stiffnesses))
+        sector, damping = self.build(), self._damping
+        left, right = list(keys.left or ()), list(keys.right or ())
         on_next = None
-        if self.interface or self.next_contacts:
+        if keys.interface or keys.next_contacts:
             if sector.labels is None:
                 raise SlipmodeError(
                     "structure.interface, structure.next_contacts: the matrices have no nodes; "
                     "give left and right, or a model.file"
                 )
-            for pair in self.interface:
+            for pair in keys.interface or ():
                 for dofs, dof in zip((left, right), _joined(sector.labels, pair), strict=True):
                     dofs.extend(dof)
             on_next = self._next_directions(sector.labels, sector.n_contacts)
@@ -122,7 +111,7 @@ class SectorFile:
     def _next_directions(self, labels: Labels, contacts: int) -> scipy.sparse.csc_array:
         """Return the directions on the next sector, (n, N_c); the motion is relative to these."""
         found = scipy.sparse.lil_array((labels.node.size, contacts))
-        for contact, node, direction in self.next_contacts:
+        for contact, node, direction in self.keys.next_contacts or ():
             if not 0 <= contact < contacts:
                 raise SlipmodeError(
                     f"structure.next_contacts: contacts must be 0 to {contacts - 1}, got {contact}"
@@ -153,70 +142,101 @@ def _joined(labels: Labels, pair: tuple[int, int]) -> tuple[list[int], list[int]
     return left, right
 
 
-def existing(table: Table, key: str, folder: Path) -> Path:
-    """Return the path that a key names, relative to a folder; refuse one that does not exist."""
-    path = folder / str(table[key])
+def existing(key: str, path: Path) -> Path:
+    """Return a path that a key names; refuse one that does not exist."""
     if not os.path.exists(path):  # noqa: PTH110  # Path.exists raises for impossible names
-        raise table.error(key, f"no such file or folder: {str(path)!r}")
+        raise SlipmodeError(f"{key}: no such file or folder: {str(path)!r}")
     return path
 
 
-def read_structure(table: Table, folder: Path) -> TwoMass | MatrixFile | LumpedDisk | SectorFile:
-    """Read the section [structure]; file names in it are relative to `folder`."""
-    table.exactly_one(("model", "matrices"), "model", "give exactly one of model and matrices")
-    values, model = table.values(), table["model"]
-    for key in table:
-        if model != "two-mass" and key in _TWO_MASS_KEYS:
-            of = "matrices" if model is None else f'model = "{model}"'
-            raise table.error(key, f'is a parameter of model = "two-mass", not of {of}')
-        if model is not None and key in ("mass", "contacts", "rayleigh", *_NAME_KEYS):
-            raise table.error(key, f'must be left out with model = "{model}"; it is for matrices')
-        if key == "blade_stiffnesses" and model != "lumped-disk":
-            raise table.error(key, 'must be left out; it is for model = "lumped-disk"')
-        if key in _SECTOR_KEYS and (model is not None or "sectors" not in table):
-            raise table.error(key, "needs matrices of one sector, and sectors")
-    if model == "two-mass" and "sectors" in table:
-        reason = 'must be left out; it is for model = "lumped-disk" or matrices of one sector'
-        raise table.error("sectors", reason)
-    damping = table["damping"]
+def read_structure(keys: StructureTable, content: Content, folder: Path) -> Source:
+    """Check the section [structure]; file names in it are relative to `folder`."""
+    model = keys.model
+    one = "give exactly one of model and matrices"
+    exactly_one("structure.model", (model, keys.matrices), one)
+    of = "matrices" if model is None else f'model = "{model}"'
+    disk = 'must be left out; it is for model = "lumped-disk"'
+    if model != "two-mass":
+        of_two_mass = f'is a parameter of model = "two-mass", not of {of}'
+        refuse_given(content, "structure", _TWO_MASS_KEYS, of_two_mass)
+    else:
+        refuse_given(content, "structure", ("sectors",), f"{disk} or matrices of one sector")
+    if model != "lumped-disk":
+        refuse_given(content, "structure", ("blade_stiffnesses",), disk)
     if model is not None:
-        own = (*_TWO_MASS_KEYS, "sectors", "blade_stiffnesses")
-        given = {key: values[key] for key in table if key in own}
-        given |= {} if damping is None else {"beta": damping}
-        return TwoMass(given) if model == "two-mass" else LumpedDisk(**given)
-    matrices, mass = existing(table, "matrices", folder), None
-    if "rayleigh" in table:
-        if damping is not None:
-            raise table.error("rayleigh", "give one of damping and rayleigh")
-        damping = Rayleigh(*table["rayleigh"])
-    if "mass" in table:
-        mass = existing(table, "mass", folder)
-    names = {key.removesuffix("_name"): table[key] for key in _NAME_KEYS if key in table}
-    file = MatrixFile(matrices, damping, mass, table["contacts"], names or None)
-    if "sectors" not in table:
-        return file
-    if "interface" in table and ("left" in table or "right" in table):
-        raise table.error("interface", "give either left and right, or interface")
-    return SectorFile(file, values["sectors"], **{k: values[k] or () for k in _SECTOR_KEYS})
+        of_matrices = f"must be left out with {of}; it is for matrices"
+        refuse_given(content, "structure", _MATRIX_KEYS, of_matrices)
+    if model is not None or keys.sectors is None:
+        of_sector = "needs matrices of one sector, and sectors"
+        refuse_given(content, "structure", _SECTOR_KEYS, of_sector)
+    for key, name in (("matrices", keys.matrices), ("mass", keys.mass)):
+        if name is not None:
+            existing(f"structure.{key}", folder / name)
+    if keys.damping is not None:
+        one = "give one of damping and rayleigh"
+        refuse_given(content, "structure", ("rayleigh",), one)
+    if (keys.left, keys.right) != (None, None):
+        pairs = "give either left and right, or interface"
+        refuse_given(content, "structure", ("interface",), pairs)
+    return Source(keys, folder)
 
 
-def read_mistuning(table: Table, sectors: int) -> tuple[float, ...]:
+def read_mistuning(keys: MistuningTable, content: Content, sectors: int) -> tuple[float, ...]:
     """Return the relative stiffness deviations of the blades, given or random, (N,)."""
-    if sectors > _MOST_MISTUNED:
-        raise SlipmodeError(
-            f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning], got {sectors}"
-        )
-    table.exactly_one(
-        ("deviation", "standard_deviation"),
-        "deviation",
-        "give exactly one of deviation and standard_deviation",
-    )
-    given: tuple[float, ...] | None = table["deviation"]
-    if given is None:
-        (drawn,) = random_mistuning(1, sectors, table["standard_deviation"], seed=table["seed"])
+    most = f"structure.sectors: must be at most {_MOST_MISTUNED} with [mistuning]"
+    refuse_if(sectors > _MOST_MISTUNED, f"{most}, got {sectors}")
+    one = "give exactly one of deviation and standard_deviation"
+    exactly_one("mistuning.deviation", (keys.deviation, keys.standard_deviation), one)
+    if keys.standard_deviation is not None:
+        (drawn,) = random_mistuning(1, sectors, keys.standard_deviation, seed=keys.seed)
         return tuple(drawn.tolist())
-    if "seed" in table:
-        raise table.error("seed", "needs standard_deviation, which is missing")
-    if len(given) != sectors:
-        raise table.error("deviation", f"must be {sectors} numbers, one per sector")
+    refuse_given(content, "mistuning", ("seed",), "needs standard_deviation, which is missing")
+    given = keys.deviation or ()
+    each = f"mistuning.deviation: must be {sectors} numbers, one per sector"
+    refuse_if(len(given) != sectors, each)
     return given
+
+
+def read_saved_model(file: str | None, content: Content, folder: Path) -> Model | None:
+    """Return the model that `model.file` names, or None without this key.
+
+    Raises SlipmodeError if the file is refused, or the scene gives what the model has already or
+    what it does not have.
+    """
+    if file is None:
+        return None
+    path = folder.absolute() / file
+    try:
+        stat = path.stat()
+        with naming("model.file"):
+            model = _loaded(path, stat.st_mtime_ns, stat.st_size)
+    except OSError:
+        raise SlipmodeError(f"model.file: no such model file: {str(path)!r}") from None
+    its_own = "must be left out, because the model of model.file has its own"
+    tables = ("structure", "friction", "contacts", "preload", "aerodynamics", "modes")
+    refuse_given(content, "", tables, its_own)
+    no_structure = "must be left out, because model.file has no structure for full order"
+    refuse_given(content, "model", ("table", "transients"), no_structure)
+    refuse_given(content, "model", [key for key in content["model"] if key != "file"], its_own)
+    if not model.reduced.n_contacts:
+        without = "must be left out, because the model of model.file has no contacts"
+        refuse_given(content, "", ("limits",), without)
+        refuse_given(content, "", ("contact",), f"{without}; [[elastic]] windows have its DOFs")
+    return model
+
+
+def options_of(model: Model) -> ModelOptions:
+    """Return the [model] options that a saved model stands for; it stays in slow time."""
+    return ModelOptions(
+        tolerance=model.accuracy.tolerance,
+        formulation=model.reduced.formulation,
+        amplitude=tuple(model.table.amplitude_range.tolist()),
+        table="whole",
+        transients="slow",
+    )
+
+
+@lru_cache(maxsize=2)
+def _loaded(path: Path, _time: int, _size: int) -> Model:
+    """Return the model of a file in a certain state: scenes of a study often have the same one."""
+    return Model.load(path)

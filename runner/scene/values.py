@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from slipmode.rom.errors import SlipmodeError, naming
@@ -14,28 +15,38 @@ from slipmode.rom.slow.units import parse_unit
 from slipmode.rom.storage.text import checked_line
 from slipmode.runner.scene.script import Script
 
+OneOrEach = float | tuple[float, ...]  # a number, or one per contact
+OneOrMore = int | tuple[int, ...]
+Schema = dict[str, Any]
+
 
 @dataclass(frozen=True)
 class Rule:
-    """What a number must satisfy, in words and as a predicate."""
+    """What a number must satisfy, in words and in JSON Schema."""
 
     text: str
-    holds: Callable[[float], bool]
+    schema: Schema
+
+    def holds(self, value: float) -> bool:
+        """Return whether a finite number satisfies the rule."""
+        least, most = self.schema.get("minimum", -math.inf), self.schema.get("maximum", math.inf)
+        excluded = value == least and "exclusiveMinimum" in self.schema
+        return bool(least <= value <= most and not excluded)
 
 
-FINITE = Rule("finite", lambda value: True)
-POSITIVE = Rule("> 0", lambda value: value > 0)
-NON_NEGATIVE = Rule(">= 0", lambda value: value >= 0)
+FINITE = Rule("finite", {})
+POSITIVE = Rule("> 0", {"minimum": 0, "exclusiveMinimum": True})
+NON_NEGATIVE = Rule(">= 0", {"minimum": 0})
 
 
 def at_least(low: float) -> Rule:
     """Return the rule value >= low."""
-    return Rule(f">= {low:.15g}", lambda value: value >= low)
+    return Rule(f">= {low:.15g}", {"minimum": low})
 
 
 def between(low: float, high: float) -> Rule:
     """Return the rule low <= value <= high."""
-    return Rule(f"{low:.15g} to {high:.15g}", lambda value: low <= value <= high)
+    return Rule(f"{low:.15g} to {high:.15g}", {"minimum": low, "maximum": high})
 
 
 @dataclass(frozen=True)
@@ -48,35 +59,36 @@ class Kind:
     # `read(name, value)` returns the checked value. It raises a SlipmodeError that begins with the
     # full name of the key.
     read: Callable[[str, Any], Any] = field(repr=False)
+    schema: Schema  # The kind in JSON Schema
 
 
-def choice(*allowed: str) -> Kind:
-    """Return the kind of a string out of a few."""
+def choice(*allowed: str, instead: Mapping[str, str] | None = None) -> Kind:
+    """Return the kind of a string out of a few; `instead` has messages for other strings."""
     listed = ", ".join(f'"{each}"' for each in allowed)
 
     def read(name: str, value: Any) -> str:
-        if value not in allowed:
-            raise SlipmodeError(f"{name}: must be one of {listed}; got {shown(value)}")
-        return str(value)
+        if value in allowed:
+            return str(value)
+        usual = f"must be one of {listed}; got {shown(value)}"
+        raise SlipmodeError(f"{name}: {(instead or {}).get(str(value), usual)}")
 
-    return Kind("string", listed, read)
+    return Kind("string", listed, read, {"enum": list(allowed)})
 
 
 def unit_choice(*allowed: str) -> Kind:
     """Return the kind of a unit out of a few, in any spelling."""
-    of_name = choice(*allowed)
+    usual = choice(*allowed)
 
-    def read(name: str, value: Any) -> str:
+    def read(name: str, value: Any) -> Any:
         found = parse_unit(value) if isinstance(value, str) else None
-        usual: str = of_name.read(name, found.name if found else value)
-        return usual
+        return usual.read(name, found.name if found else value)
 
-    return Kind(of_name.words, of_name.allowed, read)
+    return replace(usual, read=read, schema={"type": "string", "examples": list(allowed)})
 
 
 def anything() -> Kind:
     """Return the kind of a value that its reader checks."""
-    return Kind("any value", "", lambda name, value: value)
+    return Kind("any value", "", lambda name, value: value, {})
 
 
 def text() -> Kind:
@@ -87,7 +99,7 @@ def text() -> Kind:
             raise SlipmodeError(f"{name}: must be a string, got {shown(value)}")
         return checked_line(name, value)
 
-    return Kind("string", "", read)
+    return Kind("string", "", read, {"type": "string"})
 
 
 def boolean() -> Kind:
@@ -98,7 +110,7 @@ def boolean() -> Kind:
             raise SlipmodeError(f"{name}: must be true or false, got {shown(value)}")
         return value
 
-    return Kind("boolean", "", read)
+    return Kind("boolean", "", read, {"type": "boolean"})
 
 
 def number(rule: Rule = FINITE) -> Kind:
@@ -118,23 +130,19 @@ def number(rule: Rule = FINITE) -> Kind:
             allowed = ALLOWED
         raise SlipmodeError(f"{name}: must be {allowed}, got {shown(value)}")
 
-    return Kind("number", rule.text, read)
-
-
-def _is_integer(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+    return Kind("number", rule.text, read, {"type": "number"} | rule.schema)
 
 
 def integer(rule: Rule = NON_NEGATIVE) -> Kind:
     """Return the kind of a whole number."""
 
     def read(name: str, value: Any) -> int:
-        fits = _is_integer(value) and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
+        fits = type(value) is int and abs(value) < 2**63  # TOML 1.0 guarantees 64 bits
         if not (fits and rule.holds(value)):
             raise SlipmodeError(f"{name}: must be an integer ({rule.text}), got {shown(value)}")
         return int(value)
 
-    return Kind("integer", rule.text, read)
+    return Kind("integer", rule.text, read, {"type": "integer"} | rule.schema)
 
 
 def integers(rule: Rule = NON_NEGATIVE) -> Kind:
@@ -142,19 +150,19 @@ def integers(rule: Rule = NON_NEGATIVE) -> Kind:
     return _list_of(integer(rule), "list of integers")
 
 
-def pairs_of_integers(of: str) -> Kind:
-    """Return the kind of a list of pairs of whole numbers; `of` says what they are."""
-    pair = _list_of(integer(FINITE), of, lambda n: n == 2)
-    return _list_of(Kind(of, "", pair.read), f"list of {of}")
-
-
-def numbers(rule: Rule = FINITE, length: int | None = None) -> Kind:
+def numbers(rule: Rule = FINITE, length: int | None = None, of: str = "numbers") -> Kind:
     """Return the kind of a list of numbers: `length` of them, or at least one."""
-    words = "list of numbers" if length is None else f"list of {length} numbers"
-    return _list_of(number(rule), words, lambda n: n > 0 if length is None else n == length)
+    words = f"list of {of}" if length is None else f"list of {length} numbers"
+    return _list_of(number(rule), words, length, least=1)
 
 
-def one_or_each(rule: Rule, of: str = "contact") -> Kind:
+def complex_number() -> Kind:
+    """Return the kind of a complex number [re, im]."""
+    pair = numbers(length=2)
+    return replace(pair, read=lambda name, value: complex(*pair.read(name, value)))
+
+
+def one_or_each(rule: Rule = FINITE, of: str = "contact") -> Kind:
     """Return the kind of a number, or a list of one number per contact."""
     return either(number(rule), numbers(rule), f"number, or list of one per {of}")
 
@@ -172,19 +180,25 @@ def script(rule: Rule = FINITE) -> Kind:
         with naming(name):
             return Script.through(points)
 
-    return Kind("number, or breakpoints [[t, value], ...]", rule.text, read)
+    points = {"type": "array", "minItems": 1, "items": pair.schema}
+    words = "number, or breakpoints [[t, value], ...]"
+    return Kind(words, rule.text, read, {"anyOf": [one.schema, points]})
 
 
-def node_dofs(forms: str, lengths: Collection[int]) -> Kind:
-    """Return the kind of a list of DOFs, each a list of nodes that ends with a direction."""
+def rows(words: str, *types: tuple[type, ...], of: Callable[..., Any] = lambda *row: row) -> Kind:
+    """Return the kind of a list of rows such as [node, direction], whose entries have types.
 
-    def read(name: str, row: Any) -> tuple[int | str, ...]:
-        valid = isinstance(row, list) and len(row) in lengths and isinstance(row[-1], str)
-        if not (valid and all(_is_integer(node) for node in row[:-1])):
-            raise SlipmodeError(f"{name.rpartition('[')[0]}: must be {forms}, got {shown(row)}")
-        return tuple(row)
+    `of` makes the value of a row from its entries.
+    """
 
-    return _list_of(Kind(forms, "", read), f"list of {forms}")
+    def read(name: str, row: Any) -> Any:
+        if not (isinstance(row, list) and tuple(map(type, row)) in types):
+            raise SlipmodeError(f"{name.rpartition('[')[0]}: must be {words}, got {shown(row)}")
+        return of(*row)
+
+    lengths = [len(each) for each in types]
+    schema = {"type": "array", "minItems": min(lengths), "maxItems": max(lengths)}
+    return _list_of(Kind(words, "", read, schema), f"list of {words}")
 
 
 def either(single: Kind, several: Kind, words: str) -> Kind:
@@ -193,20 +207,40 @@ def either(single: Kind, several: Kind, words: str) -> Kind:
     def read(name: str, value: Any) -> Any:
         return (several if isinstance(value, list) else single).read(name, value)
 
-    return Kind(words, single.allowed, read)
+    return Kind(words, single.allowed, read, {"anyOf": [single.schema, several.schema]})
 
 
-def _list_of(item: Kind, words: str, fits: Callable[[int], bool] = lambda n: True) -> Kind:
-    """Return the kind of a list of items, read as a tuple, if their number fits."""
+def _list_of(item: Kind, words: str, length: int | None = None, least: int = 0) -> Kind:
+    """Return the kind of a list of items, read as a tuple: `length` of them, or at least some."""
 
     def read(name: str, value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list):
             raise SlipmodeError(f"{name}: must be a {words}, got {shown(value)}")
-        if not fits(len(value)):
+        if len(value) < least or length not in (None, len(value)):
             raise SlipmodeError(f"{name}: must be a {words}, got {len(value)}")
         return tuple(item.read(f"{name}[{i}]", each) for i, each in enumerate(value))
 
-    return Kind(words, item.allowed, read)
+    bounds = {"minItems": least if length is None else length}
+    bounds |= {} if length is None else {"maxItems": length}
+    schema = {"type": "array", "items": item.schema} | bounds
+    return Kind(words, item.allowed, read, schema)
+
+
+# The kind of each type of field; a rule of the field is the argument.
+KINDS: dict[Any, Callable[..., Kind]] = {
+    Any: anything,
+    str: text,
+    bool: boolean,
+    int: integer,
+    float: number,
+    complex: complex_number,
+    Script: script,
+    tuple[int, ...]: integers,
+    tuple[float, ...]: numbers,
+    tuple[float, float]: partial(numbers, length=2),
+    OneOrEach: one_or_each,
+    OneOrMore: lambda: either(integer(), integers(), "integer, or list of integers"),
+}
 
 
 def shown(value: Any) -> str:

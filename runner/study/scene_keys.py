@@ -7,9 +7,7 @@ from typing import Any, cast
 
 from slipmode.rom.errors import SlipmodeError
 from slipmode.runner.scene.keys import SCENE
-from slipmode.runner.scene.toml_table import Key, Section, did_you_mean
-
-Content = dict[str, Any]
+from slipmode.runner.scene.toml_table import Content, Key, Role, Section, did_you_mean
 
 
 def check_key(name: str, path: str, content: Content) -> None:
@@ -40,17 +38,6 @@ def check_key(name: str, path: str, content: Content) -> None:
             raise SlipmodeError(f"{unknown}: a value has no keys")
     if isinstance(part, Section):
         raise SlipmodeError(f"{unknown}: give one of {', '.join(part.by_name)}")
-
-
-def get(content: Content, path: str) -> Any:
-    """Return the value of a key; None if the scene leaves it out."""
-    found: Any = content
-    for part in path.split("."):
-        if isinstance(found, list):
-            found = found[int(part)] if int(part) < len(found) else None
-        else:
-            found = found.get(part) if isinstance(found, dict) else None
-    return found
 
 
 def with_value(content: Content, path: str, value: Any) -> Content:
@@ -86,9 +73,9 @@ def is_load(path: str) -> bool:
     A single breakpoint of a load is not such a key: it may move the range of frequencies.
     """
     key = declared(path)
-    return key.role == "load" and path.endswith(key.name)
+    return key.role is Role.LOAD and path.endswith(key.name)
 
 
 def is_limit(path: str) -> bool:
     """Return whether a key is a limit or preload of contacts, by which a table may scale."""
-    return declared(path).role == "limit"
+    return declared(path).role is Role.LIMIT

@@ -30,11 +30,11 @@ from slipmode.runner.plan.excited import Excited
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import read_scene
 from slipmode.runner.scene.sections import Scene
-from slipmode.runner.scene.structures import MatrixFile, TwoMass
-from slipmode.runner.scene.toml_table import toml_text
+from slipmode.runner.scene.structures import Source
+from slipmode.runner.scene.toml_table import Content, get, toml_text
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Outputs
-from slipmode.runner.study.scene_keys import Content, get, is_limit, is_load, with_value
+from slipmode.runner.study.scene_keys import is_limit, is_load, with_value
 from slipmode.runner.study.shared_limits import on_shared_limits
 
 _log = logging.getLogger("slipmode.study")
@@ -222,7 +222,7 @@ def _combinations(plan: Plan, frequencies: Frequencies) -> tuple[CombinationReso
     return combinations_along(reduced, corners[first], corners[second], transient=True)
 
 
-_last_built: list[tuple[TwoMass | MatrixFile, Structure]] = []
+_last_built: list[tuple[Source, Structure]] = []
 
 
 def _built(scene: Scene) -> Structure | None:
@@ -230,9 +230,8 @@ def _built(scene: Scene) -> Structure | None:
 
     The structure keeps its modes, and consecutive scenes of a study often have the same one.
     """
-    section = scene.structure
-    if not isinstance(section, TwoMass | MatrixFile):
+    if scene.structure is None or scene.disk is not None:
         return None
-    if not (_last_built and _last_built[0][0] == section):
-        _last_built[:] = [(section, section.build())]
+    if not (_last_built and _last_built[0][0] == scene.structure):
+        _last_built[:] = [(scene.structure, scene.build())]
     return _last_built[0][1]

@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from math import isclose, isfinite
 from typing import Any
 
-from slipmode.runner.scene.keys import CONTACT_KEYS
-from slipmode.runner.study.scene_keys import Content, get, with_value
+from slipmode.runner.scene.structure_keys import ContactsTable
+from slipmode.runner.scene.toml_table import Content, Role, get, section_of
+from slipmode.runner.study.scene_keys import with_value
 
 
 def on_shared_limits(content: Content, reference: Content) -> Content:
@@ -40,7 +41,7 @@ def on_shared_limits(content: Content, reference: Content) -> Content:
 def _limits(content: Content) -> Iterator[tuple[str, Any]]:
     """Yield key and value of every limit and preload."""
     groups = content.get("contacts", [])
-    names = [key.name for key in CONTACT_KEYS if key.role == "limit"]
+    names = [key.name for key in section_of(ContactsTable).keys if key.role is Role.LIMIT]
     if "friction" in content and "limit" in content["friction"]:
         yield "friction.limit", content["friction"]["limit"]
     for k, group in enumerate(groups if isinstance(groups, list) else []):

@@ -6,11 +6,11 @@ import copy
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field
+from dataclasses import dataclass, field, replace
 from math import log
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import scipy
@@ -23,25 +23,24 @@ from slipmode.rom.storage.text import read_text
 from slipmode.rom.structure.files import source_files
 from slipmode.runner.scene.scene import load_scene, parse_toml, read_scene
 from slipmode.runner.scene.sections import Scene
-from slipmode.runner.scene.toml_table import Key, Section, Table
+from slipmode.runner.scene.toml_table import (
+    Content,
+    get,
+    refuse_given,
+    refuse_if,
+    required,
+    section_of,
+)
 from slipmode.runner.scene.values import (
     FINITE,
     NON_NEGATIVE,
     POSITIVE,
-    Kind,
-    Rule,
-    anything,
     between,
-    boolean,
     choice,
-    integer,
-    integers,
     number,
-    numbers,
-    text,
 )
 from slipmode.runner.study.sample_outputs import Curve, Outputs
-from slipmode.runner.study.scene_keys import Content, check_key, declared, get, with_value
+from slipmode.runner.study.scene_keys import check_key, declared, with_value
 
 DISTRIBUTIONS = {
     "uniform": ("low", "high"),
@@ -50,55 +49,80 @@ DISTRIBUTIONS = {
     "lognormal": ("median", "sigma"),
 }
 _MANY = 10**7  # samples are kept as columns in memory: 80 MB each at this number
-_AT_LEAST_ONE = Rule(">= 1", lambda value: 1 <= value <= _MANY)
+_AT_LEAST_ONE = replace(between(1, _MANY), text=">= 1")
 
 
-def _key(name: str, kind: Kind, default: Any = None) -> Key:
-    return Key(name, kind, "-", default, "")
+@dataclass(frozen=True, kw_only=True)
+class VaryTable:
+    """A key of the scene that varies: by values, a range, or a distribution."""
+
+    key: str
+    values: Any = None
+    from_: float | None = None
+    to: float | None = None
+    points: Annotated[int | None, _AT_LEAST_ONE] = None
+    spacing: Literal["linear", "log"] = "linear"
+    distribution: Annotated[str | None, choice(*DISTRIBUTIONS)] = None
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    deviation: float | None = None
+    median: float | None = None
+    sigma: float | None = None
 
 
-# fmt: off
-STUDY = Section("", "", (
-    _key("title", text(), ""),
-    _key("scene", text(), MISSING),
-    _key("set", anything(), {}),
-    Section("vary", "", (
-        _key("key", text(), MISSING),
-        _key("values", anything()),
-        _key("from", number(), MISSING),
-        _key("to", number(), MISSING),
-        _key("points", integer(_AT_LEAST_ONE), MISSING),
-        _key("spacing", choice("linear", "log"), "linear"),
-        _key("distribution", choice(*DISTRIBUTIONS)),
-        *(_key(name, number(), MISSING)
-          for name in dict.fromkeys(name for names in DISTRIBUTIONS.values() for name in names)),
-    ), is_array=True),
-    Section("sampling", "", (
-        _key("method", choice("grid", "list", "sobol", "latin-hypercube", "saltelli")),
-        _key("samples", integer(_AT_LEAST_ONE), MISSING),
-        _key("seed", integer(), 0),
-    )),
-    Section("outputs", "", (
-        _key("steady", boolean(), False),
-        _key("resonance", anything()),
-        Section("curve", "", (
-            _key("mode", text(), MISSING),
-            _key("from", number(POSITIVE), MISSING),
-            _key("to", number(POSITIVE), MISSING),
-            _key("points", integer(between(2, _MANY)), MISSING),
-        )),
-        _key("peak", boolean(), False),
-        _key("times", numbers(NON_NEGATIVE)),
-        _key("recording", boolean(), False),
-        _key("dofs", integers(), []),
-    )),
-    Section("choose", "", (
-        _key("key", text(), MISSING),
-        _key("output", text(), MISSING),
-        _key("quantile", number(between(0, 1)), 0.95),
-    )),
-))
-# fmt: on
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """How values are combined: a method, the number of samples of distributions, and a seed."""
+
+    method: Literal["grid", "list", "sobol", "latin-hypercube", "saltelli"] | None = None
+    samples: Annotated[int, _AT_LEAST_ONE] = 1
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurveTable:
+    """A frequency response curve of each sample."""
+
+    mode: str
+    from_: Annotated[float, POSITIVE]
+    to: Annotated[float, POSITIVE]
+    points: Annotated[int, between(2, _MANY)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputsTable:
+    """What is computed of each sample."""
+
+    steady: bool = False
+    resonance: Any = None
+    curve: CurveTable | None = None
+    peak: bool = False
+    times: Annotated[tuple[float, ...], NON_NEGATIVE] = ()
+    recording: bool = False
+    dofs: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Choose:
+    """The rule for the best value of a key: the one with the least quantile of an output."""
+
+    key: str
+    output: str
+    quantile: Annotated[float, between(0, 1)] = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyFile:
+    """The file of a study."""
+
+    title: str = ""
+    scene: str
+    set: Any = None
+    vary: tuple[VaryTable, ...] = ()
+    sampling: Sampling
+    outputs: OutputsTable
+    choose: Choose | None = None
 
 
 @dataclass(frozen=True)
@@ -129,24 +153,6 @@ class Varied:
 
     key: str
     values: tuple[Any, ...] | Distribution
-
-
-@dataclass(frozen=True)
-class Sampling:
-    """How values are combined: a method, the number of samples of distributions, and a seed."""
-
-    method: str
-    samples: int
-    seed: int
-
-
-@dataclass(frozen=True)
-class Choose:
-    """The rule for the best value of a key: the one with the least quantile of an output."""
-
-    key: str
-    output: str
-    quantile: float
 
 
 @dataclass(frozen=True)
@@ -207,34 +213,34 @@ def load_study(path: str | PathLike[str]) -> Study:
 
 
 def _study(text: str, path: Path) -> Study:
-    root = Table(parse_toml(text), STUDY)
-    sampling_table, outputs_table = root["sampling"], root["outputs"]
-    name = root["scene"]
-    file = path.parent / name
-    original = load_scene(file if file.is_file() else name)
+    given = parse_toml(text)
+    file: StudyFile = section_of(StudyFile).read(given)
+    beside = path.parent / file.scene
+    original = load_scene(beside if beside.is_file() else file.scene)
     assert original.path is not None  # `load_scene` sets it
     content, folder = parse_toml(original.text), original.path.parent.resolve()
-    content = _set(root["set"], content)
+    content = _set({} if file.set is None else file.set, content)
     scene = read_scene(content, folder, original.text)
-    tables = root["vary"]
-    if not tables:
-        raise root.error("vary", "nothing varies; give [[vary]] with a key and its values")
-    varied = tuple(_varied(each, f"vary[{k}]", content) for k, each in enumerate(tables))
+    refuse_if(not file.vary, "vary: nothing varies; give [[vary]] with a key and its values")
+    varied = tuple(
+        _varied(each, f"vary[{k}]", given["vary"][k], content) for k, each in enumerate(file.vary)
+    )
     keys = [each.key for each in varied]
     for key in keys:
-        if keys.count(key) > 1:
-            raise root.error("vary", f"{key!r} is varied twice")
-    outputs = _outputs(outputs_table, scene)
+        refuse_if(keys.count(key) > 1, f"vary: {key!r} is varied twice")
+    outputs = _outputs(file.outputs, scene)
+    if file.choose is not None:
+        _check_choose(file.choose, varied, outputs)
     return Study(
-        title=root["title"] or path.stem,
+        title=file.title or path.stem,
         name=path.stem,
         scene=scene,
         content=content,
         folder=folder,
         varied=varied,
-        sampling=_sampling(sampling_table, varied),
+        sampling=_sampling(file.sampling, given, varied),
         outputs=outputs,
-        choose=_choose(root["choose"], varied, outputs) if "choose" in root else None,
+        choose=file.choose,
         text=text,
     )
 
@@ -252,117 +258,119 @@ def _set(values: Any, content: Content) -> Content:
     return content
 
 
-def _varied(table: Table, name: str, content: Content) -> Varied:
-    key = table["key"]
-    check_key(f"{name}.key", key, content)
-    ways = [way for way in ("values", "from", "distribution") if way in table]
-    if len(ways) != 1:
-        raise table.error("values", "give one of values, from (to, points), and distribution")
-    way, own = ways[0], (*ways,)
+def _varied(table: VaryTable, path: str, given: Content, content: Content) -> Varied:
+    check_key(f"{path}.key", table.key, content)
+    ways: list[str] = [way for way in ("values", "from", "distribution") if way in given]
+    one = f"{path}.values: give one of values, from (to, points), and distribution"
+    refuse_if(len(ways) != 1, one)
+    way, own = ways[0], ways
     if way == "from":
-        own += ("to", "points", "spacing")
+        own = [*own, "to", "points"]
     elif way == "distribution":
-        own += DISTRIBUTIONS[table["distribution"]]
-    for other in table:
-        if other not in ("key", *own):
-            raise table.error(other, f"must be left out with {way}; allowed: {', '.join(own)}")
+        own = [*own, *DISTRIBUTIONS[table.distribution or ""]]
+    for key in own:
+        refuse_if(key not in given, f"{path}.{key}: is missing")
+    own = [*own, "spacing"] if way == "from" else own
+    for key in given:
+        reason = f"must be left out with {way}; allowed: {', '.join(own)}"
+        refuse_if(key not in ("key", *own), f"{path}.{key}: {reason}")
     if way == "from":
-        return Varied(key, _range(table, whole=declared(key).kind.words == "integer"))
+        whole = declared(table.key).kind.words == "integer"
+        return Varied(table.key, _range(table, path, whole=whole))
     if way == "distribution":
-        return Varied(key, _distribution(table))
-    values = table["values"]
-    if not isinstance(values, list) or not values:
-        raise table.error("values", "must be a list of at least one value")
-    return Varied(key, tuple(copy.deepcopy(values)))
+        return Varied(table.key, _distribution(table, path))
+    listed = isinstance(table.values, list) and bool(table.values)
+    refuse_if(not listed, f"{path}.values: must be a list of at least one value")
+    return Varied(table.key, tuple(copy.deepcopy(table.values)))
 
 
-def _range(table: Table, *, whole: bool) -> tuple[float, ...]:
-    first, last = table["from"], table["to"]
-    logarithmic = table["spacing"] == "log"
-    if logarithmic and not (first > 0.0 and last > 0.0):
-        raise table.error("spacing", '"log" needs from > 0 and to > 0')
+def _range(table: VaryTable, path: str, *, whole: bool) -> tuple[float, ...]:
+    first, last, points = table.from_, table.to, table.points
+    assert first is not None and last is not None and points is not None  # `_varied` checks it
+    logarithmic = table.spacing == "log"
+    positive = first > 0.0 and last > 0.0
+    refuse_if(logarithmic and not positive, f'{path}.spacing: "log" needs from > 0 and to > 0')
     space = np.geomspace if logarithmic else np.linspace
-    values = space(first, last, table["points"]).tolist()
+    values = space(first, last, points).tolist()
     if not whole:
         return tuple(values)
-    if not all(value.is_integer() for value in values):
-        raise table.error("points", "must give integers, which this key takes")
+    integral = all(value.is_integer() for value in values)
+    refuse_if(not integral, f"{path}.points: must give integers, which this key takes")
     return tuple(int(value) for value in values)
 
 
-def _distribution(table: Table) -> Distribution:
-    name = table["distribution"]
+def _distribution(table: VaryTable, path: str) -> Distribution:
+    name = table.distribution or ""
     first, second = DISTRIBUTIONS[name]
     positive = POSITIVE if name in ("loguniform", "lognormal") else FINITE
-    a = table.read(first, number(positive))
-    b = table.read(second, number(FINITE if second == "high" else POSITIVE))
-    if second == "high" and b <= a:
-        raise table.error(second, f"must be above {first} = {a:g}, got {b:g}")
-    if name == "lognormal" and b > log(1e6):  # hardly meant: times or by a million
-        raise table.error(second, "is the deviation of the logarithm; must be below 13.8")
+    a = number(positive).read(f"{path}.{first}", getattr(table, first))
+    rule = FINITE if second == "high" else POSITIVE
+    b = number(rule).read(f"{path}.{second}", getattr(table, second))
+    above = f"{path}.{second}: must be above {first} = {a:g}, got {b:g}"
+    refuse_if(second == "high" and b <= a, above)
+    # hardly meant: times or by a million
+    size = f"{path}.{second}: is the deviation of the logarithm; must be below 13.8"
+    refuse_if(name == "lognormal" and b > log(1e6), size)
     return Distribution(name, (a, b))
 
 
-def _sampling(table: Table, varied: tuple[Varied, ...]) -> Sampling:
-    random = [each for each in varied if isinstance(each.values, Distribution)]
+def _sampling(table: Sampling, given: Content, varied: tuple[Varied, ...]) -> Sampling:
+    random = [each.key for each in varied if isinstance(each.values, Distribution)]
     lengths = [len(each.values) for each in varied if not isinstance(each.values, Distribution)]
-    method = table["method"] or ("sobol" if random else "grid")
-    if random and method in ("grid", "list"):
-        raise table.error("method", f'"{method}" needs values; {random[0].key} has a distribution')
-    if not random and method not in ("grid", "list"):
-        raise table.error("method", f'"{method}" needs a key with a distribution; or use "grid"')
-    if method == "saltelli" and lengths:
-        raise table.error("method", '"saltelli" needs distributions of all keys')
-    for key in ("samples", "seed"):
-        if key in table and not random:
-            raise table.error(key, "needs a distribution; a grid has all its points")
-    samples = table["samples"] if random else 1
-    if method == "list" and len(set(lengths)) > 1:
-        raise table.error("method", f'"list" needs as many values of each key, got {lengths}')
-    size = float(np.prod([samples, *(lengths[:1] if method == "list" else lengths)], dtype=float))
-    if size > _MANY:
-        raise table.error("samples", f"must be at most 1e7 in all, got {size:g}")
-    return Sampling(method, samples, table["seed"])
+    method = table.method or ("sobol" if random else "grid")
+    of, combines = f'sampling.method: "{method}"', method in ("grid", "list")
+    values = f"{of} needs values; {''.join(random[:1])} has a distribution"
+    refuse_if(bool(random) and combines, values)
+    distribution = f'{of} needs a key with a distribution; or use "grid"'
+    refuse_if(not random and not combines, distribution)
+    refuse_if(method == "saltelli" and bool(lengths), f"{of} needs distributions of all keys")
+    if random:
+        required("sampling.samples", get(given, "sampling.samples"))
+    else:
+        points = "needs a distribution; a grid has all its points"
+        refuse_given(given, "sampling", ("samples", "seed"), points)
+    different = method == "list" and len(set(lengths)) > 1
+    refuse_if(different, f"{of} needs as many values of each key, got {lengths}")
+    factors = [table.samples, *(lengths[:1] if method == "list" else lengths)]
+    size = float(np.prod(factors, dtype=float))
+    refuse_if(size > _MANY, f"sampling.samples: must be at most 1e7 in all, got {size:g}")
+    return replace(table, method=method)
 
 
-def _outputs(table: Table, scene: Scene) -> Outputs:
+def _outputs(table: OutputsTable, scene: Scene) -> Outputs:
     modes = tuple(scene.modes.numbers)
-    resonance = table["resonance"]
-    if resonance is not None and not (
-        isinstance(resonance, list) and resonance and set(map(str, resonance)) <= set(modes)
-    ):
-        raise table.error("resonance", f"must be a list of modes of {', '.join(modes)}")
-    curve = None
-    if "curve" in table:
-        part, unit = table["curve"], scene.units.per_frequency
-        mode = part.read("mode", choice(*modes))
-        curve = Curve(mode, unit * part["from"], unit * part["to"], part["points"])
-    times = table["times"] or ()
-    if times and max(times) > scene.run.duration:
-        raise table.error("times", f"must be at most run.duration = {scene.run.duration:g}")
+    resonance = [] if table.resonance is None else table.resonance
+    valid = isinstance(resonance, list) and set(map(str, resonance)) <= set(modes)
+    valid = valid and bool(resonance or table.resonance is None)
+    refuse_if(not valid, f"outputs.resonance: must be a list of modes of {', '.join(modes)}")
+    curve, unit = table.curve, scene.units.per_frequency
+    range_of_curve = None
+    if curve is not None:
+        choice(*modes).read("outputs.curve.mode", curve.mode)
+        range_of_curve = Curve(curve.mode, unit * curve.from_, unit * curve.to, curve.points)
+    most = f"outputs.times: must be at most run.duration = {scene.run.duration:g}"
+    refuse_if(max(table.times, default=0.0) > scene.run.duration, most)
     outputs = Outputs(
-        steady=table["steady"],
-        resonance=tuple(mode for mode in modes if mode in (resonance or ())),
-        curve=curve,
-        peak=table["peak"],
-        times=times,
-        recording=table["recording"],
-        dofs=table["dofs"],
+        steady=table.steady,
+        resonance=tuple(mode for mode in modes if mode in resonance),
+        curve=range_of_curve,
+        peak=table.peak,
+        times=table.times,
+        recording=table.recording,
+        dofs=table.dofs,
         mistuned=bool(scene.mistuning),
     )
     given = [kind for kind in (*Outputs.KINDS, "dofs") if getattr(outputs, kind)]
-    if outputs.mistuned and given != ["curve"]:
-        raise SlipmodeError(
-            f"outputs: of a mistuned disk must be curve alone, got {', '.join(given) or 'none'}"
-        )
-    if not any(getattr(outputs, kind) for kind in Outputs.KINDS):
-        raise SlipmodeError(f"outputs: is empty; give one of {', '.join(Outputs.KINDS)}")
+    alone = f"outputs: of a mistuned disk must be curve alone, got {', '.join(given) or 'none'}"
+    refuse_if(outputs.mistuned and given != ["curve"], alone)
+    empty = f"outputs: is empty; give one of {', '.join(Outputs.KINDS)}"
+    refuse_if(not any(getattr(outputs, kind) for kind in Outputs.KINDS), empty)
     return outputs
 
 
-def _choose(table: Table, varied: tuple[Varied, ...], outputs: Outputs) -> Choose:
+def _check_choose(choose: Choose, varied: tuple[Varied, ...], outputs: Outputs) -> None:
     listed = [each.key for each in varied if not isinstance(each.values, Distribution)]
-    if not listed:
-        raise table.error("key", "must be a key that is varied by values, but there is none")
-    key = table.read("key", choice(*listed))
-    return Choose(key, table.read("output", choice(*outputs.single_numbers)), table["quantile"])
+    none = "choose.key: must be a key that is varied by values, but there is none"
+    refuse_if(not listed, none)
+    choice(*listed).read("choose.key", choose.key)
+    choice(*outputs.single_numbers).read("choose.output", choose.output)

@@ -11,7 +11,7 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.waves import Waves
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
-from slipmode.runner.scene.sections import Window
+from slipmode.runner.scene.keys import Window
 
 SAMPLES = 512  # of a window: 8 periods at 64 samples a period
 

@@ -281,7 +281,7 @@ def with_window(plan: _Same) -> _Same:
 def _last_periods(scene: Scene, frequency: float) -> Window:
     """Return a window of 20 periods of a frequency [rad/s] at the end of a scene."""
     end = scene.run.duration
-    return Window(max(0.0, end - 20 * 2 * np.pi / frequency), end, 64)
+    return Window((max(0.0, end - 20 * 2 * np.pi / frequency), end), 64)
 
 
 def _compare(

@@ -1,11 +1,16 @@
 """The scene reference: every key that the reader takes, with what the reader says and does."""
 
+import json
+import tomllib
+
 import pytest
 from runs import SCENE
 
 from slipmode.rom import SlipmodeError
-from slipmode.runner import parse_scene
-from slipmode.runner.scene.keys import scene_reference
+from slipmode.runner import parse_scene, shipped_scenes
+from slipmode.runner.cli import main
+from slipmode.runner.commands.scenes import scene_reference
+from slipmode.runner.scene.structure_keys import ELASTIC_LAWS
 
 ELASTIC_WINDOW = "[[elastic]]\nwindow = [30.0, 40.0]\n[output]\nelastic = [0]\n[log]"
 RIGID = SCENE[SCENE.index("[structure]") :].replace("[log]", ELASTIC_WINDOW)
@@ -110,6 +115,7 @@ def test_the_reader_takes_the_key_and_says_what_is_allowed(case, tmp_path):
     assert said.startswith((f"{name}: ", f"{name}[0]: "))
     assert "unknown key" not in said
     assert key.kind.allowed in said
+    assert key.meaning
 
 
 @pytest.mark.parametrize("header", SECTIONS)
@@ -119,3 +125,20 @@ def test_the_reader_takes_no_other_key(header, tmp_path):
     tables = {title.strip("[]").split(".")[0] for title in SECTIONS if title}
     named = {key.name for key in SECTIONS[header].keys}
     assert set(allowed) == named | (tables if header == "" else set())
+
+
+def test_parameters_of_contacts_name_their_laws():
+    for key in SECTIONS["[[contacts]]"].keys[2:]:
+        laws = [name for name, law in ELASTIC_LAWS.items() if key.name in law.__annotations__]
+        assert key.meaning.endswith(f"Laws: `{'`, `'.join(laws)}`.")
+
+
+def test_shipped_scenes_satisfy_the_json_schema(capsys):
+    jsonschema = pytest.importorskip("jsonschema")
+    assert main(["scenes", "--schema"]) == 0
+    check = jsonschema.Draft4Validator(json.loads(capsys.readouterr().out))
+    check.check_schema(check.schema)
+    for path in shipped_scenes().values():
+        check.validate(tomllib.loads(path.read_text()))
+    for old, new in (("step =", "stepp ="), ("step = ", "step = -"), ('"tanh"', '"stick"')):
+        assert old in RIGID and not check.is_valid(tomllib.loads(RIGID.replace(old, new)))

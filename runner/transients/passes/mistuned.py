@@ -10,7 +10,7 @@ from slipmode.rom.laws.elements import joined
 from slipmode.rom.laws.states import contact_states
 from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.recording import channels
-from slipmode.runner.scene.sections import Window
+from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.disk_motion import SAMPLES
 from slipmode.runner.transients.motion import force_along
 from slipmode.runner.transients.passes.loop import Recording

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.plan.shared_tone import SharedTonePlan
-from slipmode.runner.scene.sections import Window
+from slipmode.runner.scene.keys import Window
 from slipmode.runner.transients.energy import ToneBalance
 from slipmode.runner.transients.motion import (
     FastMotion,
@@ -42,7 +42,7 @@ class SampledPass(Pass[AnyPlan]):
 
     def _with_spin_up(self, window: Window) -> Floats:
         times = self._times(window)
-        before = replace(window, start=max(times[0] - self._spin_up, 0.0), end=times[0])
+        before = replace(window, window=(max(times[0] - self._spin_up, 0.0), times[0]))
         return np.append(self._plan.schedule.sample_times(before), times)
 
     def _sampled(self) -> tuple[Floats, Floats]:

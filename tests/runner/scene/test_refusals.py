@@ -146,9 +146,9 @@ def test_a_refusal_is_one_line_that_names_the_key(text, message):
 def test_remedies_are_named():
     assert refusal_of(in_scene("amplitude = 0.15", "amplitud = 1")).endswith("mean amplitude?")
     line = refusal_of(with_contacts(JENKINS + "window = [1, 2]"))
-    assert line.endswith("windows of contact motion are [[contact]]")
+    assert line.endswith("window is a key of [[contact]] and [[elastic]]")
     line = refusal_of(ELASTIC.replace("samples_per_period = 32", "law = 3"))
-    assert line.endswith("contacts are in [[contacts]]")
+    assert line.endswith("law is a key of [friction] and [[contacts]]")
 
 
 NODES = """

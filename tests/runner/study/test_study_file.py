@@ -12,6 +12,7 @@ from slipmode.runner.study.summary.statistics import sensitivity
 VARY = '[[vary]]\nkey = "forcing.A.amplitude"\n'
 ONE = VARY + "values = [0.1]\n"
 STEADY = "[outputs]\nsteady = true\n"
+CHOOSE = '[choose]\nkey = "run.step"\noutput = "steady"\n'
 UNIFORM = VARY + 'distribution = "uniform"\nlow = 0.1\nhigh = 0.2\n'
 
 
@@ -32,7 +33,7 @@ def of_key(key):
         (ONE + "[outputs]\ntimes = [1e9]\n", "outputs.times: must be at most"),
         (VARY + "values = [-0.1]\n" + STEADY, "forcing.A.amplitude: must be >= 0"),
         (ONE + STEADY + "[set]\nrun.step = 1\n", 'quoted, "run.step"'),
-        (UNIFORM + "[sampling]\nsamples = 2\n" + STEADY + "[choose]\n", "choose.key: must be"),
+        (UNIFORM + "[sampling]\nsamples = 2\n" + STEADY + CHOOSE, "choose.key: must be"),
         (of_key("forcing.A.amplitud"), "did you mean amplitude?"),
         (of_key("contacts.0.preload"), "of [[contacts]] there are none"),
         (of_key("run.step.3"), "a value has no keys"),
