@@ -19,7 +19,7 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.runner.recording.record import create_file
 from slipmode.runner.view.drawing import draw_labels, draw_lines
-from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
+from slipmode.runner.view.plots import BLUE, DARK, GREY, Color
 from slipmode.runner.view.viewer import FLUSH_SECONDS, application
 
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.view.labels import GREY, Color
+from slipmode.runner.view.plots import GREY, Color
 
 TIMELINE = "time"
 

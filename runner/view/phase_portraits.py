@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,10 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import DISK, FULL, PHASES, TORUS, Channel
+from slipmode.runner.recording.channels import DISK, PHASES, TORUS, Channel
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
+from slipmode.runner.view.labels import readable
+from slipmode.runner.view.plots import DARK, GREY, Portrait, portraits
 from slipmode.runner.view.samples import (
     DENSE_SAMPLES,
     Extents,
@@ -28,60 +29,39 @@ _REACH = 1.15  # half the length of the axes of a portrait, in units of the larg
 _TOP = 1.65  # upper end of a portrait: a label hangs below its point
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A recorded quantity as the axis of a portrait."""
-
-    topic: str
-    field: str
-    label: str
-    unit: str
+def view_of(portrait: Portrait) -> rrb.View:
+    """Return the view of a portrait: the axes and what is around them."""
+    bounds = rrb.VisualBounds2D(x_range=(-_REACH, _REACH), y_range=(-_TOP, _TOP))
+    return rrb.Spatial2DView(origin=portrait.entity, name=portrait.title, visual_bounds=bounds)
 
 
-@dataclass(frozen=True)
-class Portrait:
-    """One recorded quantity over another."""
+def _has_picture(portrait: Portrait, path: Floats) -> bool:
+    """Return whether values (n, 2) make a picture; a constant frequency makes none."""
+    if not portrait.corner:
+        return len(path) > 0
+    return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
 
-    entity: str  # Where it is logged
-    title: str
-    x: Axis
-    y: Axis  # Upwards
-    one_scale: bool = False  # Whether both axes share a scale, so that angles are true
-    tail: bool = False  # Whether the moving point draws a tail: fast motion
-    # Whether the axes meet in the corner, x from its least value and y from 0
-    corner: bool = False
 
-    def view(self) -> rrb.View:
-        """Return the view of the portrait: the axes and what is around them."""
-        bounds = rrb.VisualBounds2D(x_range=(-_REACH, _REACH), y_range=(-_TOP, _TOP))
-        return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
-
-    def has_picture(self, path: Floats) -> bool:
-        """Return whether values (n, 2) make a picture; a constant frequency makes none."""
-        if not self.corner:
-            return len(path) > 0
-        return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
-
-    def placed(self, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
-        """Return the places of values (n, 2), from -1 to 1, and the marks on the axes."""
-        if self.corner:
-            low, high = path[:, 0].min(), path[:, 0].max()
-            top = path[:, 1].max() or 1.0
-            marks = {
-                (-1.0, -1.0): f"{low:.4g}",
-                (1.0, -1.0): f"{high:.4g} {self.x.unit}",
-                (0.0, _TOP): f"{self.y.label}: 0 to {readable(top, self.y.unit)}",
-            }
-            return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
-        scale = np.abs(path).max(axis=0)
-        if self.one_scale:
-            scale[:] = scale.max()
-        scale[scale == 0.0] = 1.0
-        x, y = (
-            f"{axis.label}: ±{readable(largest, axis.unit)}"
-            for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
-        )
-        return path / scale, {(0.0, -_REACH): x, (0.0, _TOP): y}  # clear of the curves
+def _placed(portrait: Portrait, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
+    """Return the places of values (n, 2), from -1 to 1, and the marks on the axes."""
+    if portrait.corner:
+        low, high = path[:, 0].min(), path[:, 0].max()
+        top = path[:, 1].max() or 1.0
+        marks = {
+            (-1.0, -1.0): f"{low:.4g}",
+            (1.0, -1.0): f"{high:.4g} {portrait.x.unit}",
+            (0.0, _TOP): f"{portrait.y.label}: 0 to {readable(top, portrait.y.unit)}",
+        }
+        return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
+    scale = np.abs(path).max(axis=0)
+    if portrait.one_scale:
+        scale[:] = scale.max()
+    scale[scale == 0.0] = 1.0
+    x, y = (
+        f"{axis.label}: ±{readable(largest, axis.unit)}"
+        for axis, largest in zip((portrait.x, portrait.y), scale.tolist(), strict=True)
+    )
+    return path / scale, {(0.0, -_REACH): x, (0.0, _TOP): y}  # clear of the curves
 
 
 @dataclass(frozen=True)
@@ -91,48 +71,6 @@ class FinalViews:
     entities: tuple[str, ...]
     windows: tuple[Window, ...]
     extents: Extents
-
-
-def portraits(channels: Iterable[Channel]) -> list[Portrait]:
-    """Return the portraits of recorded channels.
-
-    Phase portraits of the modes; their amplitudes over their frequencies, for sweeps; the
-    trajectory of two contacts; hysteresis loops of the first contacts, and their orbits if they
-    slide in two directions.
-    """
-    by_topic = {channel.topic: channel for channel in channels}
-    contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
-
-    def axis(topic: str, field: str, label: str) -> Axis:
-        return Axis(topic, field, label, by_topic[topic].units[field])
-
-    modes = by_topic["/modes"].names if "/modes" in by_topic else ()
-    forcing = by_topic["/forcing"].names if "/forcing" in by_topic else ()
-    planes, responses = [], []
-    for mode in [name.removesuffix("_re") for name in modes if name.endswith("_re")]:
-        x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
-        planes.append(Portrait(f"/phase_plane/{mode}", f"Mode {mode}", x, y, one_scale=True))
-        carrier = f"{mode[0]}_frequency"
-        if f"{mode}_abs" in modes and carrier in forcing:
-            x = axis("/forcing", carrier, "frequency")
-            y = axis("/modes", f"{mode}_abs", f"|{mode}|")
-            title = f"|{mode}| over its frequency"
-            responses.append(Portrait(f"/response/{mode}", title, x, y, corner=True))
-    found = [*planes, *responses]
-    if len(contacts) > 1:
-        x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Portrait("/trajectory", "Contacts", x, y, tail=True))
-    full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
-    for topic in (*contacts[:LOOPS], *full[:LOOPS]):
-        title = f"Hysteresis of contact {topic.split('/')[-1]}"
-        title += ", full order" if topic in full else ""
-        x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
-        found.append(Portrait(f"/loop{topic}", title, x, y, tail=True))
-        if "y" in by_topic[topic].names:
-            title, y = title.replace("Hysteresis", "Orbit"), axis(topic, "y", "y")
-            entity = f"/orbit{topic}"
-            found.append(Portrait(entity, title, x, y, one_scale=True, tail=True))
-    return found
 
 
 class Paths:
@@ -168,10 +106,10 @@ class Paths:
         entities, motion = [], ""
         for portrait in self._portraits:
             time_ns, path = self._path(portrait)
-            if not portrait.has_picture(path):
+            if not _has_picture(portrait, path):
                 continue
             entities.append(portrait.entity)
-            points, marks = portrait.placed(path)
+            points, marks = _placed(portrait, path)
             _draw_axes(stream, portrait, marks)
             # Rerun's second coordinate points down.
             _draw_path(stream, portrait, time_ns, points * (1.0, -1.0))
@@ -242,9 +180,9 @@ def _draw_path(
     stream: rr.RecordingStream, portrait: Portrait, time_ns: NDArray[np.int64], points: Floats
 ) -> None:
     """Draw the whole path thinly, its recent part brightly, and a moving point at its end."""
-    color = ORANGE if portrait.entity.endswith(("B", "1")) else BLUE
     starts = window_starts(time_ns)
     whole = np.split(points, np.unique(starts)[1:])
+    color = portrait.color
     shade, radius = (GREY, 0.6) if portrait.tail else (color, 1.5)
     draw_lines(stream, f"{portrait.entity}/path", whole, shade, radius)
     path = Path(time_ns, points, starts, portrait.tail)

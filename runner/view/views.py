@@ -16,22 +16,19 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
 from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
 from slipmode.runner.view.drawing import TIMELINE, time_column
-from slipmode.runner.view.labels import (
+from slipmode.runner.view.labels import readable_scale, with_room
+from slipmode.runner.view.phase_portraits import FinalViews, view_of
+from slipmode.runner.view.plots import (
     LINES,
-    MOTION_PLOTS,
-    SLOW_PLOTS,
-    Series,
+    Curves,
+    Portrait,
+    curves,
     find_plots,
     is_contact,
-    label,
-    legend,
-    readable_scale,
+    portraits,
     reading,
-    series,
     titled,
-    with_room,
 )
-from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
 from slipmode.runner.view.samples import Extents, Window
 from slipmode.runner.view.spatial import disk_view, torus_view
 
@@ -50,9 +47,9 @@ class Playing:
             raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
-def _entity(channel: Channel, plot: Series) -> str:
-    """Return the entity path of a series."""
-    path = f"{channel.topic}/{plot.quantity}".removesuffix("/")
+def _entity(found: Curves) -> str:
+    """Return the entity path of the curves of a plot."""
+    path = f"{found.channel.topic}/{found.name}".removesuffix("/")
     return "/".join(map(rr.escape_entity_path_part, path.split("/")))
 
 
@@ -61,9 +58,9 @@ def send_series(
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]
-    for plot in series(channel):
-        columns = rr.Scalars.columns(scalars=values[:, plot.columns])
-        stream.send_columns(_entity(channel, plot), index, columns)
+    for found in curves(channel):
+        columns = rr.Scalars.columns(scalars=values[:, found.columns])
+        stream.send_columns(_entity(found), index, columns)
 
 
 def send_event(
@@ -97,24 +94,24 @@ def name_series(
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
         shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
-        for plot in series(channel):
-            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.columns))]
+        for found in curves(channel):
+            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(found.columns))]
+            named = zip(found.columns, found.names, strict=True)
             style = rr.SeriesLines(
-                names=[_name(channel, column, extents) for column in plot.columns],
+                names=[f"{name}{_swing(channel, column, extents)}" for column, name in named],
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
-            stream.log(_entity(channel, plot), style, static=True)
+            stream.log(_entity(found), style, static=True)
 
 
-def _name(channel: Channel, column: int, extents: Extents | None) -> str:
-    """Return the name of a series in a plot of its own unit."""
-    if channel.topic.startswith(OTHER):
-        return legend(channel, column)
-    low, high = extents.of(channel.topic, (column,)) if extents else (0.0, 0.0)
-    swing = f": ±{max(-low, high):.3g}" if 0.0 < 0.5 * high < -low else ""
-    return f"{label(channel, column)}{swing}"
+def _swing(channel: Channel, column: int, extents: Extents | None) -> str:
+    """Return the largest value of an oscillation, for a legend; "" of other curves."""
+    if extents is None or channel.topic.startswith(OTHER):
+        return ""
+    low, high = extents.of(channel.topic, (column,))
+    return f": ±{max(-low, high):.3g}" if 0.0 < 0.5 * high < -low else ""
 
 
 def explain(
@@ -122,10 +119,9 @@ def explain(
 ) -> None:
     """Write the explanations of the views of the channels; `final` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
-    titles += find_plots(channels, (*SLOW_PLOTS, *MOTION_PLOTS))
     titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
     titles += [disk_view.TITLE] if disk_view.has_disk(channels) else []
-    words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
+    words = rr.TextDocument(reading(channels, titles), media_type=rr.MediaType.MARKDOWN)
     stream.log("/reading", words, static=True)
 
 
@@ -155,13 +151,13 @@ def blueprint(
     shown = _shown_portraits(channels, final)
 
     def of_kind(kind: str) -> list[rrb.View]:
-        return [each.view() for each in shown if each.entity.startswith(kind)]
+        return [view_of(each) for each in shown if each.kind == kind]
 
     motion = _motion(channels, final)
-    right, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
+    right, beneath = of_kind("plane"), of_kind("trajectory")
     if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
         right, beneath = [*right, *beneath], []
-    kinds = ("/response", "/loop/contact", f"/loop{FULL}", "/orbit")
+    kinds = ("response", "loop", "full loop", "orbit")
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row) for row in _in_rows((right, *map(of_kind, kinds)))
     ]
@@ -190,26 +186,22 @@ def blueprint(
 
 
 def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.View | rrb.Container]:
-    """Return the plots of slow time; force and frequency, power and energy are tabs."""
-    rows: list[rrb.View | rrb.Container] = []
-    for topic in dict.fromkeys(topic for topic, *_ in SLOW_PLOTS):
-        own = _plots(channels, [each for each in SLOW_PLOTS if each[0] == topic], final)
-        rows += [rrb.Tabs(*own)] if len(own) > 1 and topic != "/modes" else own
-    return rows
+    """Return the plots of slow time."""
+    return _plots(channels, final, fast=False, window=final.extents.times if final else None)
 
 
 def _motion(
     channels: Sequence[Channel], final: FinalViews | None
 ) -> list[rrb.View | rrb.Container]:
     """Return the plots of fast motion; each of several windows has a tab of its own."""
-    windows = final.windows if final else ()
-    if len(windows) < 2:
-        return [*_plots(channels, MOTION_PLOTS, final, windows[0] if windows else None)]
-    tabs = []
-    for window in windows:
-        name = " to ".join(f"{time * 1e-9:.6g}" for time in window) + " s"
-        tabs.append(rrb.Vertical(*_plots(channels, MOTION_PLOTS, final, window), name=name))
-    return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1)]
+    windows: Sequence[Window | None] = final.windows if final else ()
+    whole = final.extents.times if final else None
+    tabs = [_plots(channels, final, fast=True, window=window) for window in windows or (whole,)]
+    if len(tabs) < 2:
+        return tabs[0]
+    names = [" to ".join(f"{time * 1e-9:.6g}" for time in window or ()) for window in windows]
+    parts = [rrb.Vertical(*tab, name=f"{n} s") for tab, n in zip(tabs, names, strict=True)]
+    return [rrb.Tabs(*parts, active_tab=len(parts) - 1)]
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
@@ -231,7 +223,7 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
-            entities = [_entity(channel, plot) for plot in series(channel)]
+            entities = [_entity(found) for found in curves(channel)]
             sources.setdefault(channel.description, []).extend(entities)
     plots = [
         rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
@@ -241,30 +233,26 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
 
 
 def _plots(
-    channels: Sequence[Channel],
-    wanted: Sequence[tuple[str, str, str]],
-    final: FinalViews | None,
-    window: Window | None = None,
-) -> list[rrb.View]:
-    """Return the plots of wanted quantities that are recorded, over a window or the whole time.
+    channels: Sequence[Channel], final: FinalViews | None, *, fast: bool, window: Window | None
+) -> list[rrb.View | rrb.Container]:
+    """Return the plots of what is recorded, over a window or the whole time.
 
     One curve has no legend, because the title names it; a few have it to the right of them.
     """
     boundary = rr.TimeRangeBoundary
-    window = window or (final.extents.times if final else None)
-    plots: list[rrb.View] = []
-    for title, found in find_plots(channels, wanted).items():
-        several = 1 < sum(len(plot.columns) for _, plot in found) <= _MOST_NAMED
+    places: dict[str, list[rrb.View]] = {}
+    for plot, found in find_plots(channels, fast=fast):
+        several = 1 < sum(len(each.columns) for each in found) <= _MOST_NAMED
         times = with_room(*window) if window and several else window or ()
         ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
-        parts = [(each.topic, plot.columns) for each, plot in found]
+        parts = [(each.channel.topic, each.columns) for each in found]
         scale = readable_scale(*final.extents.over(parts)) if final else None
         view = rrb.TimeSeriesView(
-            name=titled(title, found),
-            contents=[_entity(channel, plot) for channel, plot in found],
+            name=titled(plot, found),
+            contents=[_entity(each) for each in found],
             axis_x=rrb.TimeAxis(view_range=rr.TimeRange(*ends)),
             axis_y=rrb.ScalarAxis(range=scale) if scale else None,
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=several),
         )
-        plots.append(view)
-    return plots
+        places.setdefault(plot.tab or f"{plot.topic}/{plot.name}", []).append(view)
+    return [rrb.Tabs(*views) if len(views) > 1 else views[0] for views in places.values()]

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import DISK, Channel
 from slipmode.runner.view.drawing import draw_labels, draw_lines, time_column
-from slipmode.runner.view.labels import BLUE, DARK, GREY, ORANGE, RED, readable
+from slipmode.runner.view.labels import readable
+from slipmode.runner.view.plots import BLUE, DARK, STATE_COLORS
 
 TITLE = "Disk: every sector"
 _REST, _SWING, _CONTACTS = 1.0, 0.3, 0.55  # radii
@@ -57,7 +58,7 @@ def draw(stream: rr.RecordingStream, time_ns: NDArray[np.int64], rows: Floats, u
     places = _CONTACTS * _directions(np.arange(sectors) + 0.5, sectors)
     points = rr.Points2D.from_fields(positions=places, radii=rr.Radius.ui_points(4.0))
     stream.log(f"{DISK}/contacts", points, static=True)
-    packed = [(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in (GREY, ORANGE, RED)]
+    packed = [(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in STATE_COLORS.values()]
     colors = np.array(packed, dtype=np.uint32)[rows[:, sectors:].astype(int)]
     columns = rr.Points2D.columns(colors=colors.ravel()).partition([sectors] * len(rows))
     stream.send_columns(f"{DISK}/contacts", index, columns)

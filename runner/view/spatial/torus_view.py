@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
 from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.labels import BLUE, DARK, ORANGE, readable
+from slipmode.runner.view.labels import readable
+from slipmode.runner.view.plots import BLUE, DARK, ORANGE
 
 TITLE = "Contact 0 over the phases of both carriers"
 
