@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from slipmode.fmu import Steppable
-from slipmode.rom import Model, SlipmodeError
+from slipmode.rom import Model, SlipmodeError, Structure
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
 from slipmode.runner.plan.plan import Plan
@@ -175,7 +178,8 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
 
-    details = describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {})
+    details = describe_run(scene.text, model) | _moved(plan)
+    details |= {"fmu": Path(fmu).name} if fmu else {}
     header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
@@ -199,7 +203,7 @@ def run(
             pass_ = SlowPass(plan, recorder, raise_if_interrupted, model, component)
         pass_.run(progress)
     if mcap:
-        write_layout(mcap, _channels(plan), plan.scene.units)
+        write_layout(mcap, header, _channels(plan))
     return Recording(
         plan=plan,
         model=model,
@@ -235,6 +239,30 @@ def open_recorder(
         Recorder(sinks).close()
         raise
     return Recorder(sinks)
+
+
+def _moved(plan: AnyPlan) -> dict[str, str]:
+    """Return what the modes of a plan move, for the header of a recording."""
+    if isinstance(plan, MistunedPlan):
+        return {}
+    reduced, known = plan.excited.reduced, tuple[float, ...]()
+    structure: Structure | None
+    names: Sequence[str]
+    if isinstance(plan, Plan):
+        structure, names, known = plan.known_structure, plan.excited.modes, plan.amplitude
+    else:
+        structure, names = plan.structure, reduced.mode_names
+    shapes, contacts = np.abs(reduced.mode_shapes), np.zeros((1, len(names)))
+    if structure is not None:
+        contacts = np.abs(np.asarray(structure.directions.T @ reduced.mode_shapes))
+        if structure.labels is not None:  # rotations are no displacements
+            shapes[structure.labels.direction > 3] = 0.0
+    largest = [*known, *np.zeros(len(names))]
+    columns = zip(names, shapes.T, contacts.T, largest, strict=False)
+    return {
+        f"mode_{name}": channels.Moved(x.max(), int(x.argmax()), c.max(), a).describe()
+        for name, x, c, a in columns
+    }
 
 
 def _channels(plan: AnyPlan) -> list[channels.Channel]:

@@ -5,34 +5,30 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from slipmode.rom.slow.units import SI, Units
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, Channel
-from slipmode.runner.view.labels import in_units
+from slipmode.runner.recording.record import Header
+from slipmode.runner.view.labels import Shown, shown_channels
 from slipmode.runner.view.plots import Axis, Portrait, find_plots, legend, portraits, titled
 
 _Panel = tuple[str, dict[str, Any]]
 
 
-def write_layout(mcap: Path, channels: Sequence[Channel], units: Units = SI) -> None:
+def write_layout(mcap: Path, header: Header, channels: Sequence[Channel]) -> None:
     """Write ``two-mode.foxglove.json`` next to ``two-mode.mcap``.
 
-    Plots are in `units`, the file is in SI units. Foxglove opens the layout by its menu of
-    layouts, Import from file. Raises OSError if it cannot be written.
+    Plots are in the units of `shown_channels`, the file is in SI units. Foxglove opens the layout
+    by its menu of layouts, Import from file. Raises OSError if it cannot be written.
     """
     with replacing(mcap.with_suffix(".foxglove.json")) as file:
-        file.write(json.dumps(layout(channels, units), indent=1).encode())
+        file.write(json.dumps(layout(header, channels), indent=1).encode())
 
 
-def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
+def layout(header: Header, channels: Sequence[Channel]) -> dict[str, Any]:
     """Return the layout: slow time to the left, fast motion, loops and events to the right."""
-    shown = [in_units(channel, units) for channel in channels]
-    scaled = _Scaled(
-        [channel for channel, _ in shown],
-        {channel.topic: factors.tolist() for channel, factors in shown},
-    )
+    scaled = _Scaled({each.channel.topic: each for each in shown_channels(channels, header)})
     slow, motion = scaled.plots(fast=False), scaled.plots(fast=True)
     loops = [scaled.loop(each) for each in portraits(scaled.channels) if each.kind == "loop"]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
@@ -47,11 +43,12 @@ def layout(channels: Sequence[Channel], units: Units = SI) -> dict[str, Any]:
     }
 
 
-class _Scaled(NamedTuple):
-    """Channels in the units that are shown, and factors of their recorded values."""
+class _Scaled:
+    """Channels in the units that are shown."""
 
-    channels: list[Channel]
-    factors: dict[str, list[float]]
+    def __init__(self, shown: dict[str, Shown]) -> None:
+        self._shown = shown
+        self.channels = [each.channel for each in shown.values()]
 
     def plots(self, *, fast: bool) -> list[_Panel]:
         """Return the panels of slow time, or of fast motion."""
@@ -73,13 +70,13 @@ class _Scaled(NamedTuple):
         return name, config | {"xAxisVal": "custom", "xAxisPath": x | {"enabled": True}}
 
     def _axis(self, axis: Axis) -> dict[str, str]:
-        (channel,) = (each for each in self.channels if each.topic == axis.topic)
+        channel = self._shown[axis.topic].channel
         return self._path(channel, channel.names.index(axis.field), axis.label)
 
     def _path(self, channel: Channel, column: int, name: str) -> dict[str, str]:
         """Return a field in the units that are shown, with its name in the legend."""
-        factor = self.factors[channel.topic][column]
-        value = f"{channel.topic}.{channel.names[column]}"
+        _, source, columns, factors = self._shown[channel.topic]
+        value, factor = f"{source.topic}.{source.names[columns[column]]}", factors[column].item()
         value += f".@mul({factor!r})" if factor != 1.0 else ""
         return {"value": value, "label": legend(channel, column, name)}
 

@@ -3,51 +3,106 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import floor, log10
+from typing import NamedTuple
 
 import numpy as np
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
-from slipmode.runner.recording.channels import Channel, Field
+from slipmode.runner.recording.channels import OTHER, Channel, Field, Moved
+from slipmode.runner.recording.record import Header
+from slipmode.runner.view.plots import DISPLACEMENT, is_contact
 
 # A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
 # 25 pixels apart.
 _LABELLED = 4.4
+_BASE = {"mm": (1e-3, "m"), "um": (1e-6, "m")}
 _MARGIN = 1.05  # of a scale, relative to the largest value
 
 
 def readable(value: float, unit: str) -> str:
-    """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
-    size = abs(value)
+    """Return a value with its unit, to three digits: 174 µm for 0.174 mm, but 0.25 m."""
+    size, base = _BASE.get(unit, (1.0, unit))
+    value, size = value * size, abs(value * size)
     # a prefix of kg^0.5 m would be ambiguous
-    if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
+    if base in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
         power = 3 * floor(log10(float(f"{size:.3g}")) / 3)
         power = min(max(power, -9), 9)
         prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
-        return f"{value / 10.0**power:.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"
+        return f"{value / 10.0**power:.3g} {prefix}{base}"
+    return f"{value:.3g} {base}"
 
 
-def units_of(scene_text: str) -> Units:
-    """Return the [units] of a scene; SI units if it has none, or if there is no scene."""
+class Shown(NamedTuple):
+    """A channel as views show it, and how its values follow from a recorded channel."""
+
+    channel: Channel
+    source: Channel
+    columns: tuple[int, ...]  # Of the source
+    factors: Floats  # Of their values
+
+
+def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
+    """Return the channels of a recording in the units of its views.
+
+    The units are [units] of the scene; those that it leaves out are Hz, and mm or um. After the
+    modal amplitudes come the displacements of the DOFs that the modes move most, if the header
+    has them.
+    """
+    modes = [channel for channel in channels if channel.topic == "/modes"]
+    names = [name.removesuffix("_abs") for each in modes for name in each.names]
+    found = {name: Moved.parse(header.run.get(f"mode_{name}", "")) for name in names}
+    moved = {name: each for name, each in found.items() if each}
+    shown = []
+    for channel in channels:
+        reach = sum(
+            2.0 * each.amplitude * (each.contacts if is_contact(channel) else each.shape)
+            for each in moved.values()
+        )
+        shown.append(_in_units(channel, _units_of(header.scene_text, reach)))
+        if channel.topic == "/modes" and moved:
+            shown.append(_displacement(channel, moved, header.scene_text))
+    return shown
+
+
+def _units_of(scene_text: str, reach: float) -> Units:
+    """Return the units for displacements up to `reach` [m], or 0 if that is not known."""
+    usual = {"frequency": "Hz", "displacement": "um" if 0.0 < reach < 1e-4 else "mm"}
     try:
-        return Units(**tomllib.loads(scene_text).get("units", {}))
+        return Units(**usual | tomllib.loads(scene_text).get("units", {}))
     except (tomllib.TOMLDecodeError, TypeError, SlipmodeError):
         return SI  # a scene of another version, or another program
 
 
-def in_units(channel: Channel, units: Units) -> tuple[Channel, Floats]:
-    """Return a channel with the units in which views show it, and factors of its values."""
-    shown = {
+def _in_units(channel: Channel, units: Units) -> Shown:
+    per = {
         "rad/s": (units.frequency, float(units.of_frequency(1.0))),
         "m": (units.displacement, float(units.of_displacement(1.0))),
     }
-    found = [shown.get(field.unit, (field.unit, 1.0)) for field in channel.fields]
+    if channel.topic.startswith(OTHER):
+        per = {}
+    found = [per.get(field.unit, (field.unit, 1.0)) for field in channel.fields]
     fields = [Field(name, unit) for name, (unit, _) in zip(channel.names, found, strict=True)]
-    return replace(channel, fields=tuple(fields)), np.array([factor for _, factor in found])
+    factors = np.array([factor for _, factor in found])
+    return Shown(replace(channel, fields=tuple(fields)), channel, (*range(len(found)),), factors)
+
+
+def _displacement(modes: Channel, moved: Mapping[str, Moved], scene_text: str) -> Shown:
+    """Return the amplitudes of displacements, 2 |phi a|."""
+    columns, fields, factors = [], [], []
+    for mode, each in moved.items():
+        on_tone = [m.shape * m.amplitude for name, m in moved.items() if name[0] == mode[0]]
+        units = _units_of(scene_text, 2.0 * max(on_tone))
+        columns.append(modes.names.index(f"{mode}_abs"))
+        fields.append(Field(f"{mode} at DOF {each.dof}", units.displacement))
+        factors.append(2.0 * float(units.of_displacement(each.shape)))
+    words = "Displacement amplitude of each mode at the DOF that it moves most"
+    channel = Channel(DISPLACEMENT, tuple(fields), words)
+    return Shown(channel, modes, tuple(columns), np.array(factors))
 
 
 def readable_scale(low: float, high: float) -> tuple[float, float] | None:

@@ -18,6 +18,7 @@ BLUE, ORANGE, GREEN, RED = (76, 159, 230), (240, 145, 60), (110, 190, 110), (224
 LINES = (BLUE, ORANGE, GREEN, (205, 110, 190), (200, 190, 90))  # of a plot
 GREY, DARK = (145, 153, 165), (75, 80, 90)  # grey is readable on black and on white, as the others
 STATE_COLORS = {"grey": GREY, "orange": ORANGE, "red": RED}  # of stuck, slipping, open contacts
+DISPLACEMENT = "/displacement"  # topic of modal amplitudes as displacements of a DOF
 LOOPS = 3  # hysteresis loops of the first contacts: more would be too small to read
 
 
@@ -63,11 +64,16 @@ _BALANCE = {
 
 PLOTS = (
     Plot(
-        "amplitude_A", "Modal amplitude", "/modes", "A*_abs", "|{0}|",
+        "A", "Displacement", DISPLACEMENT, "A*", tab="A",
+        words="**Displacement**: amplitude of a mode in slow time, at the DOF that it moves most.",
+    ),
+    Plot(
+        "amplitude_A", "Modal amplitude", "/modes", "A*_abs", "|{0}|", "A",
         words="**|A|, |B|**: amplitudes of the modes in slow time. The displacement of a DOF is "
         "`2 Re(phi A exp(i theta))`, so that a mass-normalised mode moves by twice its amplitude.",
     ),
-    Plot("amplitude_B", "Modal amplitude", "/modes", "B*_abs", "|{0}|"),
+    Plot("B", "Displacement", DISPLACEMENT, "B*", tab="B"),
+    Plot("amplitude_B", "Modal amplitude", "/modes", "B*_abs", "|{0}|", "B"),
     Plot(
         "amplitude", "Blade amplitudes", "/blades", "*_amplitude", "blade {1}",
         words="**Blade amplitudes**: the amplitude of one DOF of every blade of a mistuned disk "
@@ -93,7 +99,8 @@ PLOTS = (
     Plot("normal_force", "Normal force", "/contact", "N", "contact {contact}", fast=True),
     Plot("gap", "Gap", "/contact", "gap", "contact {contact}", fast=True),
     Plot(
-        "state", "0 stuck, 1 slipping, 2 open", "/contact", "state", "contact {contact}", fast=True,
+        "state", "0 stuck, 1 slipping, 2 open", "/contact", "state", "contact {contact}",
+        fast=True,
         words="**State**: 0 while a contact sticks, 1 while it slips, 2 while it is open.",
     ),
 )  # fmt: skip
@@ -199,18 +206,22 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     def axis(topic: str, field: str, label: str) -> Axis:
         return Axis(topic, field, label, by_topic[topic].units[field])
 
-    modes = by_topic["/modes"].names if "/modes" in by_topic else ()
-    forcing = by_topic["/forcing"].names if "/forcing" in by_topic else ()
+    def names(topic: str) -> tuple[str, ...]:
+        return by_topic[topic].names if topic in by_topic else ()
+
+    modes = names("/modes")
     planes, responses = [], []
     for mode in [name.removesuffix("_re") for name in modes if name.endswith("_re")]:
         x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
         place, color = f"/phase_plane/{mode}", ORANGE if mode.startswith("B") else BLUE
         planes.append(Portrait("plane", place, f"Mode {mode}", x, y, one_scale=True, color=color))
         carrier = f"{mode[0]}_frequency"
-        if f"{mode}_abs" in modes and carrier in forcing:
+        if f"{mode}_abs" in modes and carrier in names("/forcing"):
             x = axis("/forcing", carrier, "frequency")
             y = axis("/modes", f"{mode}_abs", f"|{mode}|")
-            place, title = f"/response/{mode}", f"|{mode}| over its frequency"
+            for name in names(DISPLACEMENT):
+                y = axis(DISPLACEMENT, name, name) if name.startswith(f"{mode} ") else y
+            place, title = f"/response/{mode}", f"Mode {mode} over its frequency"
             responses.append(Portrait("response", place, title, x, y, color=color, corner=True))
     found = [*planes, *responses]
     if len(contacts) > 1:
@@ -232,10 +243,10 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
 
 
 _WORDS = {
-    "Mode ": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
+    "Mode A": "**Mode A, Mode B**: complex amplitudes in their planes. The angle is the phase "
     "against the forcing; a steady state is a point.",
-    "over its frequency": "**|A| over its frequency**: amplitude against forcing frequency as the "
-    "sweep went on. It lags behind the steady response curve where the sweep is quick.",
+    "over its frequency": "**Mode A over its frequency**: amplitude against forcing frequency as "
+    "the sweep went on. It lags behind the steady response curve where the sweep is quick.",
     "Hysteresis": "**Hysteresis**: friction force against displacement of a contact. The area of "
     "a loop is the energy it takes out in a cycle; steep sides are sticking, level ones sliding.",
     "Orbit": "**Orbit**: displacement of a contact in its plane.",
