@@ -15,11 +15,11 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import OTHER, Channel, Field, Moved
 from slipmode.runner.recording.record import Header
-from slipmode.runner.view.plots import DISPLACEMENT, is_contact
+from slipmode.runner.view.plots import DISPLACEMENT
 
 # A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
-# 25 pixels apart.
-_LABELLED = 4.4
+# 17 pixels apart.
+_LABELLED = 6.5
 _BASE = {"mm": (1e-3, "m"), "um": (1e-6, "m")}
 _MARGIN = 1.05  # of a scale, relative to the largest value
 
@@ -49,7 +49,7 @@ class Shown(NamedTuple):
 def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
     """Return the channels of a recording in the units of its views.
 
-    The units are [units] of the scene; those that it leaves out are Hz, and mm or um. After the
+    The units are [units] of the scene; those that it leaves out are Hz, and um, mm or m. After the
     modal amplitudes come the displacements of the DOFs that the modes move most, if the header
     has them.
     """
@@ -60,7 +60,7 @@ def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
     shown = []
     for channel in channels:
         reach = sum(
-            2.0 * each.amplitude * (each.contacts if is_contact(channel) else each.shape)
+            2.0 * each.amplitude * (each.shape if channel.topic == "/elastic" else each.contacts)
             for each in moved.values()
         )
         shown.append(_in_units(channel, _units_of(header.scene_text, reach)))
@@ -71,7 +71,8 @@ def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
 
 def _units_of(scene_text: str, reach: float) -> Units:
     """Return the units for displacements up to `reach` [m], or 0 if that is not known."""
-    usual = {"frequency": "Hz", "displacement": "um" if 0.0 < reach < 1e-4 else "mm"}
+    length = "um" if 0.0 < reach < 1e-4 else "mm" if reach < 1.0 else "m"
+    usual = {"frequency": "Hz", "displacement": length}
     try:
         return Units(**usual | tomllib.loads(scene_text).get("units", {}))
     except (tomllib.TOMLDecodeError, TypeError, SlipmodeError):

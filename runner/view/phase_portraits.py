@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import DISK, PHASES, TORUS, Channel
-from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.labels import readable
-from slipmode.runner.view.plots import DARK, GREY, Portrait, portraits
+from slipmode.runner.view.charts import Axis, Box, box_view, span
+from slipmode.runner.view.drawing import Path, draw_lines, draw_moving_point
+from slipmode.runner.view.plots import GREY, Portrait, portraits
 from slipmode.runner.view.samples import (
     DENSE_SAMPLES,
     Extents,
@@ -25,14 +25,16 @@ from slipmode.runner.view.samples import (
 )
 from slipmode.runner.view.spatial import disk_view, torus_view
 
-_REACH = 1.15  # half the length of the axes of a portrait, in units of the largest value
-_TOP = 1.65  # upper end of a portrait: a label hangs below its point
+_ROW = 0.26  # height of a line of text in a portrait, relative to its box
 
 
 def view_of(portrait: Portrait) -> rrb.View:
-    """Return the view of a portrait: the axes and what is around them."""
-    bounds = rrb.VisualBounds2D(x_range=(-_REACH, _REACH), y_range=(-_TOP, _TOP))
-    return rrb.Spatial2DView(origin=portrait.entity, name=portrait.title, visual_bounds=bounds)
+    """Return the view of a portrait."""
+    return box_view(portrait.entity, portrait.title, _aspect(portrait), _ROW)
+
+
+def _aspect(portrait: Portrait) -> float:
+    return 1.0 if portrait.one_scale else 1.6
 
 
 def _has_picture(portrait: Portrait, path: Floats) -> bool:
@@ -42,26 +44,16 @@ def _has_picture(portrait: Portrait, path: Floats) -> bool:
     return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
 
 
-def _placed(portrait: Portrait, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
-    """Return the places of values (n, 2), from -1 to 1, and the marks on the axes."""
+def _box(portrait: Portrait, path: Floats) -> Box:
+    """Return the box around values (n, 2)."""
+    x, y = (Axis(f"{each.label} [{each.unit}]") for each in (portrait.x, portrait.y))
     if portrait.corner:
-        low, high = path[:, 0].min(), path[:, 0].max()
-        top = path[:, 1].max() or 1.0
-        marks = {
-            (-1.0, -1.0): f"{low:.4g}",
-            (1.0, -1.0): f"{high:.4g} {portrait.x.unit}",
-            (0.0, _TOP): f"{portrait.y.label}: 0 to {readable(top, portrait.y.unit)}",
-        }
-        return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
-    scale = np.abs(path).max(axis=0)
-    if portrait.one_scale:
-        scale[:] = scale.max()
-    scale[scale == 0.0] = 1.0
-    x, y = (
-        f"{axis.label}: ±{readable(largest, axis.unit)}"
-        for axis, largest in zip((portrait.x, portrait.y), scale.tolist(), strict=True)
-    )
-    return path / scale, {(0.0, -_REACH): x, (0.0, _TOP): y}  # clear of the curves
+        xs, ys = span(x, [path[:, 0]], False), span(y, [path[:, 1]], True)
+    else:
+        most = np.abs(path).max(axis=0)
+        largest = np.full(2, most.max()) if portrait.one_scale else most
+        xs, ys = ((-1.05 * end, 1.05 * end) for end in np.where(largest, largest, 1.0).tolist())
+    return Box(x, y, xs, ys, _aspect(portrait), _ROW)
 
 
 @dataclass(frozen=True)
@@ -109,10 +101,9 @@ class Paths:
             if not _has_picture(portrait, path):
                 continue
             entities.append(portrait.entity)
-            points, marks = _placed(portrait, path)
-            _draw_axes(stream, portrait, marks)
-            # Rerun's second coordinate points down.
-            _draw_path(stream, portrait, time_ns, points * (1.0, -1.0))
+            box = _box(portrait, path)
+            box.draw(stream, portrait.entity)
+            _draw_path(stream, portrait, time_ns, box.place(*path.T))
             if portrait.tail:
                 motion = portrait.x.topic
         self._draw_torus(stream)
@@ -162,18 +153,6 @@ class Paths:
             for axis, kept in zip((portrait.x, portrait.y), samples, strict=True)
         ]
         return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
-
-
-def _draw_axes(
-    stream: rr.RecordingStream, portrait: Portrait, marks: dict[tuple[float, float], str]
-) -> None:
-    at = 1.0 if portrait.corner else 0.0
-    low = -1.0 if portrait.corner else -_REACH
-    ends = [[(low, at), (_REACH, at)], [(-at, -low), (-at, -_REACH)]]
-    draw_lines(stream, f"{portrait.entity}/axes", ends, DARK, 0.5)
-    draw_labels(
-        stream, portrait.entity, {(x, -y): text for (x, y), text in marks.items()}, GREY, 2.5
-    )
 
 
 def _draw_path(

@@ -91,13 +91,16 @@ PLOTS = (
     Plot("energy", "Dissipated energy", "/energy", "dissipated_energy", tab="energy"),
     Plot("displacement", "Elastic displacement", "/elastic", "x_*", "DOF {1}", fast=True),
     Plot(
-        "displacement", "Contact displacement", "/contact", "x y x_n", "{name} contact {contact}",
-        fast=True,
+        "displacement", "Contact displacement", "/contact", "x y", "{name} contact {contact}",
+        "contact", fast=True,
     ),
+    Plot("normal_displacement", "Normal displacement", "/contact", "x_n", "contact {contact}",
+         "contact", fast=True),
+    Plot("gap", "Gap", "/contact", "gap", "contact {contact}", "contact", fast=True),
     Plot("friction_force", "Friction force", "/contact", "f f_y", "{name} contact {contact}",
+         "forces", fast=True),
+    Plot("normal_force", "Normal force", "/contact", "N", "contact {contact}", "forces",
          fast=True),
-    Plot("normal_force", "Normal force", "/contact", "N", "contact {contact}", fast=True),
-    Plot("gap", "Gap", "/contact", "gap", "contact {contact}", fast=True),
     Plot(
         "state", "0 stuck, 1 slipping, 2 open", "/contact", "state", "contact {contact}",
         fast=True,
@@ -225,7 +228,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
             responses.append(Portrait("response", place, title, x, y, color=color, corner=True))
     found = [*planes, *responses]
     if len(contacts) > 1:
-        x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
+        x, y = (axis(topic, "x", f"x of contact {topic.split('/')[-1]}") for topic in contacts[:2])
         found.append(Portrait("trajectory", "/trajectory", "Contacts", x, y, tail=True))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
     for topic in (*contacts[:LOOPS], *full[:LOOPS]):

@@ -237,14 +237,16 @@ def _plots(
 ) -> list[rrb.View | rrb.Container]:
     """Return the plots of what is recorded, over a window or the whole time.
 
-    One curve has no legend, because the title names it; a few have it to the right of them.
+    One curve has no legend, because the title names it. A few have one to the right of them, for
+    which all plots have room, so that they end at the same time.
     """
     boundary = rr.TimeRangeBoundary
     places: dict[str, list[rrb.View]] = {}
-    for plot, found in find_plots(channels, fast=fast):
-        several = 1 < sum(len(each.columns) for each in found) <= _MOST_NAMED
-        times = with_room(*window) if window and several else window or ()
-        ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
+    listed = find_plots(channels, fast=fast)
+    legends = [1 < sum(len(each.columns) for each in found) <= _MOST_NAMED for _, found in listed]
+    times = with_room(*window) if window and any(legends) else window or ()
+    ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
+    for (plot, found), several in zip(listed, legends, strict=True):
         parts = [(each.channel.topic, each.columns) for each in found]
         scale = readable_scale(*final.extents.over(parts)) if final else None
         view = rrb.TimeSeriesView(
