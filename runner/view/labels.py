@@ -20,21 +20,19 @@ from slipmode.runner.view.plots import DISPLACEMENT
 # A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
 # 17 pixels apart.
 _LABELLED = 6.5
-_BASE = {"mm": (1e-3, "m"), "um": (1e-6, "m")}
 _MARGIN = 1.05  # of a scale, relative to the largest value
 
 
 def readable(value: float, unit: str) -> str:
-    """Return a value with its unit, to three digits: 174 µm for 0.174 mm, but 0.25 m."""
-    size, base = _BASE.get(unit, (1.0, unit))
-    value, size = value * size, abs(value * size)
+    """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
+    size = abs(value)
     # a prefix of kg^0.5 m would be ambiguous
-    if base in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
+    if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
         power = 3 * floor(log10(float(f"{size:.3g}")) / 3)
         power = min(max(power, -9), 9)
         prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
-        return f"{value / 10.0**power:.3g} {prefix}{base}"
-    return f"{value:.3g} {base}"
+        return f"{value / 10.0**power:.3g} {prefix}{unit}"
+    return f"{value:.3g} {unit}"
 
 
 class Shown(NamedTuple):

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import DISK, PHASES, TORUS, Channel
+from slipmode.runner.recording.channels import BLADES, DISK, NANOSECONDS, PHASES, TORUS, Channel
 from slipmode.runner.view.charts import Axis, Box, box_view, span
 from slipmode.runner.view.drawing import Path, draw_lines, draw_moving_point
 from slipmode.runner.view.plots import GREY, Portrait, portraits
@@ -23,7 +23,7 @@ from slipmode.runner.view.samples import (
     Window,
     window_starts,
 )
-from slipmode.runner.view.spatial import disk_view, torus_view
+from slipmode.runner.view.spatial import blade_map, disk_view, torus_view
 
 _ROW = 0.26  # height of a line of text in a portrait, relative to its box
 
@@ -86,6 +86,8 @@ class Paths:
             self._samples |= {topic: Latest() for topic in (PHASES, TORUS)}
         if disk_view.has_disk(channels):
             self._samples[DISK] = Latest()
+        if blade_map.has_blades(channels):
+            self._samples[BLADES] = Thinned()
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel if some view needs them."""
@@ -108,6 +110,7 @@ class Paths:
                 motion = portrait.x.topic
         self._draw_torus(stream)
         self._draw_disk(stream)
+        self._draw_blades(stream)
         shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
@@ -141,6 +144,13 @@ class Paths:
             last = window_starts(time_ns)[-1]
             unit = self._channels[DISK].fields[0].unit
             disk_view.draw(stream, time_ns[last:], rows[last:, 1:], unit)
+
+    def _draw_blades(self, stream: rr.RecordingStream) -> None:
+        """Draw the amplitudes of all blades over time."""
+        rows = self._samples[BLADES].rows() if BLADES in self._samples else np.empty((0, 0))
+        if len(rows):
+            unit = self._channels[BLADES].fields[0].unit
+            blade_map.draw(stream, rows[:, 0] / NANOSECONDS, rows[:, 1:], unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Return times and points (n, 2) of the samples that both axes have."""

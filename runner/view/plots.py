@@ -77,7 +77,7 @@ PLOTS = (
     Plot(
         "amplitude", "Blade amplitudes", "/blades", "*_amplitude", "blade {1}",
         words="**Blade amplitudes**: the amplitude of one DOF of every blade of a mistuned disk "
-        "in slow time. Blades that lie far above the others hold the energy.",
+        "in slow time. Few blades with amplitudes far above the others hold the energy.",
     ),
     Plot("force", "Force amplitude", "/forcing", "*_force", "mode {0}", "forcing"),
     Plot("frequency", "Forcing frequency", "/forcing", "*_frequency", "mode {0}", "forcing"),

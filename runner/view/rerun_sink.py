@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level
-from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Channel
+from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Channel, Event
 from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import shown_channels
@@ -56,6 +56,7 @@ class RerunSink(Sink):
         described = header.title, header.scene_text, dict(header.run), [*self._recorded], playing
         self._stream = rr.RecordingStream(application(*described))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
+        self._events: list[Event] = []
         self._closed = False
         self._unflushed = 0
         # Rerun reports no errno of its own; the file stays open for its lock
@@ -96,6 +97,7 @@ class RerunSink(Sink):
         if self._closed:
             return
         time_ns = nanoseconds(EVENTS, np.array([time]))
+        self._events.append(Event(time, level, message))
         views.send_event(self._stream, time_ns, level, message)
 
     def close(self) -> None:
@@ -110,6 +112,7 @@ class RerunSink(Sink):
         filled = [channel for topic, channel in shown.items() if topic in self._filled]
         views.name_series(self._stream, filled, final.extents)
         views.explain(self._stream, filled, final)
+        views.list_events(self._stream, self._events)
         self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()
         self._end()

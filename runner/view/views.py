@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level, SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
+from slipmode.runner.recording.channels import BLADES, EVENTS, FULL, OTHER, Channel, Event
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import readable_scale, with_room
 from slipmode.runner.view.phase_portraits import FinalViews, view_of
@@ -30,8 +30,10 @@ from slipmode.runner.view.plots import (
     titled,
 )
 from slipmode.runner.view.samples import Extents, Window
-from slipmode.runner.view.spatial import disk_view, torus_view
+from slipmode.runner.view.spatial import blade_map, disk_view, torus_view
 
+_ALL_EVENTS = f"{EVENTS}/all"
+_MOST_EVENTS = 200  # in one text
 _MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most
 
 
@@ -71,6 +73,18 @@ def send_event(
     shown = "WARN" if level == "warning" else level.upper()
     columns = rr.TextLog.columns(text=[text], level=[shown])
     stream.send_columns(EVENTS, [time_column(time_ns)], columns)
+
+
+def list_events(stream: rr.RecordingStream, events: Sequence[Event]) -> None:
+    """Write all events as one text, whose long lines are wrapped."""
+    lines = [
+        f"{each.time:.6g} s: {f'**{each.level}**: ' * (each.level != 'info')}{each.message}"
+        for each in events[-_MOST_EVENTS:]
+    ]
+    if len(events) > _MOST_EVENTS:
+        lines.insert(0, f"The first {len(events) - _MOST_EVENTS} events are in {EVENTS}.")
+    text = rr.TextDocument("\n\n".join(lines), media_type=rr.MediaType.MARKDOWN)
+    stream.log(_ALL_EVENTS, text, static=True)
 
 
 def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
@@ -172,7 +186,7 @@ def blueprint(
         (6, rows),
     ]
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
-    layout: rrb.Container = _texts(channels)
+    layout: rrb.Container = _texts(channels, final)
     if filled:
         shares, contents = zip(*filled, strict=True)
         plots = rrb.Horizontal(*contents, column_shares=shares)
@@ -186,8 +200,11 @@ def blueprint(
 
 
 def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.View | rrb.Container]:
-    """Return the plots of slow time."""
-    return _plots(channels, final, fast=False, window=final.extents.times if final else None)
+    """Return the plots of slow time; amplitudes of blades as a map, once they are complete."""
+    maps = [blade_map.view()] if final and blade_map.has_blades(channels) else []
+    others = [each for each in channels if not maps or each.topic != BLADES]
+    window = final.extents.times if final else None
+    return [*maps, *_plots(others, final, fast=False, window=window)]
 
 
 def _motion(
@@ -204,11 +221,13 @@ def _motion(
     return [rrb.Tabs(*parts, active_tab=len(parts) - 1)]
 
 
-def _texts(channels: Sequence[Channel]) -> rrb.Container:
-    """Return the events, and tabs of the explanations and the scene."""
+def _texts(channels: Sequence[Channel], final: FinalViews | None) -> rrb.Container:
+    """Return the events, in full once they are complete, and tabs of explanations and scene."""
     # a column of times would be too narrow: lines begin with their times
     columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
-    events = rrb.TextLogView(origin=EVENTS, name="Events", columns=columns)
+    events: rrb.View = rrb.TextLogView(origin=EVENTS, name="Events", columns=columns)
+    if final is not None:
+        events = rrb.TextDocumentView(origin=_ALL_EVENTS, name="Events")
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(

@@ -2,4 +2,5 @@
 
 torus_view.py  motion of a contact over the phases of both carriers
 disk_view.py   every sector of a bladed disk
+blade_map.py   amplitudes of all blades over time
 """

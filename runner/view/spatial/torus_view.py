@@ -27,7 +27,7 @@ def has_torus(channels: Sequence[Channel]) -> bool:
 
 def view() -> rrb.Spatial3DView:
     """Return the view of the surface, from above a corner."""
-    eye, target = (0.5 * tau - 3.0, 0.5 * tau - 6.0, 6.4), (0.5 * tau, 0.5 * tau, -0.4)
+    eye, target = (0.5 * tau - 4.2, 0.5 * tau - 8.4, 7.6), (0.5 * tau, 0.5 * tau, -0.9)
     controls = rrb.EyeControls3D(position=eye, look_target=target, eye_up=(0, 0, 1))
     no_grid = rrb.LineGrid3D(visible=False)
     return rrb.Spatial3DView(origin=TORUS, name=TITLE, line_grid=no_grid, eye_controls=controls)
