@@ -10,8 +10,8 @@ from typing import Any
 from slipmode.rom.storage.files import replacing
 from slipmode.runner.recording.channels import EVENTS, Channel
 from slipmode.runner.recording.record import Header
-from slipmode.runner.view.labels import Shown, shown_channels
-from slipmode.runner.view.plots import Axis, Portrait, find_plots, legend, portraits, titled
+from slipmode.runner.view.labels import shown_channels
+from slipmode.runner.view.plots import Portrait, find_plots, legend, portraits, titled
 
 _Panel = tuple[str, dict[str, Any]]
 
@@ -28,9 +28,38 @@ def write_layout(mcap: Path, header: Header, channels: Sequence[Channel]) -> Non
 
 def layout(header: Header, channels: Sequence[Channel]) -> dict[str, Any]:
     """Return the layout: slow time to the left, fast motion, loops and events to the right."""
-    scaled = _Scaled({each.channel.topic: each for each in shown_channels(channels, header)})
-    slow, motion = scaled.plots(fast=False), scaled.plots(fast=True)
-    loops = [scaled.loop(each) for each in portraits(scaled.channels) if each.kind == "loop"]
+    shown = {each.channel.topic: each for each in shown_channels(channels, header)}
+    listed = [each.channel for each in shown.values()]
+
+    def path(topic: str, column: int, name: str) -> dict[str, str]:
+        """Return a field in the units that are shown, with its name in the legend."""
+        channel, source, columns, factors = shown[topic]
+        value, factor = f"{source.topic}.{source.names[columns[column]]}", factors[column].item()
+        value += f".@mul({factor!r})" if factor != 1.0 else ""
+        return {"value": value, "label": legend(channel, column, name)}
+
+    def plots(*, fast: bool) -> list[_Panel]:
+        panels = []
+        for plot, found in find_plots(listed, fast=fast):
+            paths = [
+                path(each.channel.topic, column, name)
+                for each in found
+                for column, name in zip(each.columns, each.names, strict=True)
+            ]
+            name = f"{plot.topic[1:]}-{plot.name}"
+            panels.append(_plot(name, titled(plot, found), paths, synced=not fast))
+        return panels
+
+    def loop(portrait: Portrait) -> _Panel:
+        x, force = (
+            path(axis.topic, shown[axis.topic].channel.names.index(axis.field), axis.label)
+            for axis in (portrait.x, portrait.y)
+        )
+        name, config = _plot(portrait.title.replace(" ", "-"), portrait.title, [force])
+        return name, config | {"xAxisVal": "custom", "xAxisPath": x | {"enabled": True}}
+
+    slow, motion = plots(fast=False), plots(fast=True)
+    loops = [loop(each) for each in portraits(listed) if each.kind == "loop"]
     log: _Panel = ("RosOut!events", {"topicToRender": EVENTS, "foxglovePanelTitle": "Events"})
     columns = [column for column in (slow, motion, [*loops, log]) if column]
     stacks = [_split([*dict(column)], "column") for column in columns]
@@ -41,44 +70,6 @@ def layout(header: Header, channels: Sequence[Channel]) -> dict[str, Any]:
         "playbackConfig": {"speed": 1},
         "layout": _split(stacks, "row"),
     }
-
-
-class _Scaled:
-    """Channels in the units that are shown."""
-
-    def __init__(self, shown: dict[str, Shown]) -> None:
-        self._shown = shown
-        self.channels = [each.channel for each in shown.values()]
-
-    def plots(self, *, fast: bool) -> list[_Panel]:
-        """Return the panels of slow time, or of fast motion."""
-        panels = []
-        for plot, found in find_plots(self.channels, fast=fast):
-            paths = [
-                self._path(each.channel, column, name)
-                for each in found
-                for column, name in zip(each.columns, each.names, strict=True)
-            ]
-            name = f"{plot.topic[1:]}-{plot.name}"
-            panels.append(_plot(name, titled(plot, found), paths, synced=not fast))
-        return panels
-
-    def loop(self, portrait: Portrait) -> _Panel:
-        """Return the panel of a hysteresis loop."""
-        x, force = self._axis(portrait.x), self._axis(portrait.y)
-        name, config = _plot(portrait.title.replace(" ", "-"), portrait.title, [force])
-        return name, config | {"xAxisVal": "custom", "xAxisPath": x | {"enabled": True}}
-
-    def _axis(self, axis: Axis) -> dict[str, str]:
-        channel = self._shown[axis.topic].channel
-        return self._path(channel, channel.names.index(axis.field), axis.label)
-
-    def _path(self, channel: Channel, column: int, name: str) -> dict[str, str]:
-        """Return a field in the units that are shown, with its name in the legend."""
-        _, source, columns, factors = self._shown[channel.topic]
-        value, factor = f"{source.topic}.{source.names[columns[column]]}", factors[column].item()
-        value += f".@mul({factor!r})" if factor != 1.0 else ""
-        return {"value": value, "label": legend(channel, column, name)}
 
 
 def _plot(name: str, title: str, paths: list[dict[str, str]], *, synced: bool = False) -> _Panel:

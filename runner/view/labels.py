@@ -5,7 +5,6 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import floor, log10
 from typing import NamedTuple
 
 import numpy as np
@@ -17,22 +16,7 @@ from slipmode.runner.recording.channels import OTHER, Channel, Field, Moved
 from slipmode.runner.recording.record import Header
 from slipmode.runner.view.plots import DISPLACEMENT
 
-# A plot is about 110 pixels high. Rerun labels the multiples of a power of ten that are at least
-# 17 pixels apart.
-_LABELLED = 6.5
 _MARGIN = 1.05  # of a scale, relative to the largest value
-
-
-def readable(value: float, unit: str) -> str:
-    """Return a value with its unit, to three digits: 174 µm for 0.000174 m, but 0.25 m."""
-    size = abs(value)
-    # a prefix of kg^0.5 m would be ambiguous
-    if unit in ("m", "m/s", "N", "W", "J") and size > 0.0 and not 0.1 <= size < 1000.0:
-        power = 3 * floor(log10(float(f"{size:.3g}")) / 3)
-        power = min(max(power, -9), 9)
-        prefix = ("n", "µ", "m", "", "k", "M", "G")[power // 3 + 3]
-        return f"{value / 10.0**power:.3g} {prefix}{unit}"
-    return f"{value:.3g} {unit}"
 
 
 class Shown(NamedTuple):
@@ -57,10 +41,8 @@ def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
     moved = {name: each for name, each in found.items() if each}
     shown = []
     for channel in channels:
-        reach = sum(
-            2.0 * each.amplitude * (each.shape if channel.topic == "/elastic" else each.contacts)
-            for each in moved.values()
-        )
+        sizes = [m.shape if channel.topic == "/elastic" else m.contacts for m in moved.values()]
+        reach = 2.0 * sum(m.amplitude * x for m, x in zip(moved.values(), sizes, strict=True))
         shown.append(_in_units(channel, _units_of(header.scene_text, reach)))
         if channel.topic == "/modes" and moved:
             shown.append(_displacement(channel, moved, header.scene_text))
@@ -105,7 +87,7 @@ def _displacement(modes: Channel, moved: Mapping[str, Moved], scene_text: str) -
 
 
 def readable_scale(low: float, high: float) -> tuple[float, float] | None:
-    """Return the ends of a scale with at least two labels for values from `low` to `high`.
+    """Return the ends of a scale with zero for values from `low` to `high`.
 
     None for values that are all of one sign and far from zero: a viewer fits these better.
     """
@@ -113,15 +95,4 @@ def readable_scale(low: float, high: float) -> tuple[float, float] | None:
         return None
     if low > 0.8 * high or high < 0.8 * low:
         return None
-    low, high = _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)
-    unit = 10.0 ** floor(log10(max(high, -low)))
-    if high - low > _LABELLED * unit:  # zero would have the only label: as far as the next power
-        largest = _MARGIN * 10.0 * unit
-        low = -largest if -low > 0.6 * largest else low
-        high = largest if low == 0.0 or high > 0.6 * largest else high
-    return low, high
-
-
-def with_room(start: int, end: int) -> tuple[int, int]:
-    """Return the times [ns] of a plot whose legend stands to the right of its curves."""
-    return start, end + (end - start) // 2
+    return _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import BLADES, DISK, NANOSECONDS, PHASES, TORUS, Channel
+from slipmode.runner.recording.channels import Channel
 from slipmode.runner.view.charts import Axis, Box, box_view, span
 from slipmode.runner.view.drawing import Path, draw_lines, draw_moving_point
 from slipmode.runner.view.plots import GREY, Portrait, portraits
@@ -23,7 +23,7 @@ from slipmode.runner.view.samples import (
     Window,
     window_starts,
 )
-from slipmode.runner.view.spatial import blade_map, disk_view, torus_view
+from slipmode.runner.view.spatial.drawings import drawings
 
 _ROW = 0.26  # height of a line of text in a portrait, relative to its box
 
@@ -44,9 +44,10 @@ def _has_picture(portrait: Portrait, path: Floats) -> bool:
     return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
 
 
-def _box(portrait: Portrait, path: Floats) -> Box:
-    """Return the box around values (n, 2)."""
-    x, y = (Axis(f"{each.label} [{each.unit}]") for each in (portrait.x, portrait.y))
+def _box(portrait: Portrait, path: Floats, units: Sequence[str]) -> Box:
+    """Return the box around values (n, 2) in units."""
+    names = portrait.x.label, portrait.y.label
+    x, y = (Axis(f"{name} [{unit}]") for name, unit in zip(names, units, strict=True))
     if portrait.corner:
         xs, ys = span(x, [path[:, 0]], False), span(y, [path[:, 1]], True)
     else:
@@ -82,12 +83,9 @@ class Paths:
         }
         if "/elastic" in self._channels:
             self._samples["/elastic"] = Latest()
-        if torus_view.has_torus(channels):
-            self._samples |= {topic: Latest() for topic in (PHASES, TORUS)}
-        if disk_view.has_disk(channels):
-            self._samples[DISK] = Latest()
-        if blade_map.has_blades(channels):
-            self._samples[BLADES] = Thinned()
+        self._drawings = drawings(channels)
+        for drawing in self._drawings:
+            self._samples |= {topic: drawing.kept() for topic in drawing.topics}
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel if some view needs them."""
@@ -103,54 +101,21 @@ class Paths:
             if not _has_picture(portrait, path):
                 continue
             entities.append(portrait.entity)
-            box = _box(portrait, path)
+            axes = portrait.x, portrait.y
+            units = [self._channels[axis.topic].units[axis.field] for axis in axes]
+            box = _box(portrait, path, units)
             box.draw(stream, portrait.entity)
             _draw_path(stream, portrait, time_ns, box.place(*path.T))
             if portrait.tail:
                 motion = portrait.x.topic
-        self._draw_torus(stream)
-        self._draw_disk(stream)
-        self._draw_blades(stream)
+        for drawing in self._drawings:
+            rows = [self._samples[topic].rows() for topic in drawing.topics]
+            if all(map(len, rows)):
+                drawing.draw(stream, [self._channels[topic] for topic in drawing.topics], rows)
         shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
         if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
             windows = shown.windows()
         return FinalViews(tuple(entities), tuple(windows), self._extents)
-
-    def _draw_torus(self, stream: rr.RecordingStream) -> None:
-        """Draw contact motion over both phases, of the last window."""
-        if TORUS not in self._samples:
-            return
-        torus, phases, motion = (
-            self._samples[topic].rows() for topic in (TORUS, PHASES, "/contact/0")
-        )
-        if not (len(torus) and len(phases) and len(motion)):
-            return
-        count = min(len(phases), len(motion))
-        phases, motion = phases[-count:], motion[-count:]
-        last = window_starts(motion[:, 0].astype(np.int64))[-1]
-        phases, motion = phases[last:, 1:], motion[last:]
-        field = self._channels["/contact/0"].names.index("x")
-        x, unit = motion[:, 1 + field], self._channels["/contact/0"].fields[field].unit
-        latest = torus[torus[:, 0] == torus[-1, 0], 1:]
-        points = np.column_stack((phases, x))
-        path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), tail=True)
-        torus_view.draw(stream, latest, path, unit)
-
-    def _draw_disk(self, stream: rr.RecordingStream) -> None:
-        """Draw the sectors in the last window."""
-        rows = self._samples[DISK].rows() if DISK in self._samples else np.empty((0, 0))
-        if len(rows):
-            time_ns = rows[:, 0].astype(np.int64)
-            last = window_starts(time_ns)[-1]
-            unit = self._channels[DISK].fields[0].unit
-            disk_view.draw(stream, time_ns[last:], rows[last:, 1:], unit)
-
-    def _draw_blades(self, stream: rr.RecordingStream) -> None:
-        """Draw the amplitudes of all blades over time."""
-        rows = self._samples[BLADES].rows() if BLADES in self._samples else np.empty((0, 0))
-        if len(rows):
-            unit = self._channels[BLADES].fields[0].unit
-            blade_map.draw(stream, rows[:, 0] / NANOSECONDS, rows[:, 1:], unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Return times and points (n, 2) of the samples that both axes have."""

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level
-from slipmode.runner.recording.channels import EVENTS, NANOSECONDS, Channel, Event
-from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file, nanoseconds
+from slipmode.runner.recording.channels import NANOSECONDS, Channel, Event
+from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import shown_channels
 from slipmode.runner.view.phase_portraits import Paths
@@ -85,20 +85,15 @@ class RerunSink(Sink):
             before = envelope.thinned
             self._send(channel, *envelope.extend(time_ns, rows))
             if envelope.thinned and not before:
-                self.event(
-                    float(time_ns[-1]) / NANOSECONDS,
-                    "info",
-                    f"{channel.topic} has become long: from here on these views show its extremes "
-                    "only",
-                )
+                words = f"{channel.topic} has become long: its extremes alone are shown from here"
+                self.event(float(time_ns[-1]) / NANOSECONDS, "info", words)
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
         if self._closed:
             return
-        time_ns = nanoseconds(EVENTS, np.array([time]))
         self._events.append(Event(time, level, message))
-        views.send_event(self._stream, time_ns, level, message)
+        views.send_event(self._stream, self._events)
 
     def close(self) -> None:
         """Draw portraits and surfaces, whose extent is known only now, and complete the file."""
@@ -110,9 +105,7 @@ class RerunSink(Sink):
                 self._send(shown[topic], *rest)
         final = self._paths.draw(self._stream)
         filled = [channel for topic, channel in shown.items() if topic in self._filled]
-        views.name_series(self._stream, filled, final.extents)
         views.explain(self._stream, filled, final)
-        views.list_events(self._stream, self._events)
         self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()
         self._end()

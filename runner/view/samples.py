@@ -86,17 +86,12 @@ class Extents:
         low, high = self._found.get(topic, (rows[0], rows[0]))
         self._found[topic] = np.fmin(low, rows.min(axis=0)), np.fmax(high, rows.max(axis=0))
 
-    def of(self, topic: str, columns: Sequence[int]) -> Span:
-        """Return the least and largest value in columns of a channel; zeros without samples."""
-        if topic not in self._found:
-            return 0.0, 0.0
-        low, high = (ends[list(columns)] for ends in self._found[topic])
-        return float(np.min(low)), float(np.max(high))
-
     def over(self, parts: Iterable[tuple[str, Sequence[int]]]) -> Span:
-        """Return the least and largest value in columns of several channels."""
-        low, high = zip(*(self.of(topic, columns) for topic, columns in parts), strict=True)
-        return min(low), max(high)
+        """Return the least and largest value in columns of several channels; 0 without samples."""
+        found = [(self._found[topic], columns) for topic, columns in parts if topic in self._found]
+        low = min((float(low[list(columns)].min()) for (low, _), columns in found), default=0.0)
+        high = max((float(high[list(columns)].max()) for (_, high), columns in found), default=0.0)
+        return low, high
 
 
 class Latest:

@@ -13,10 +13,10 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import Level, SlipmodeError
-from slipmode.runner.recording.channels import BLADES, EVENTS, FULL, OTHER, Channel, Event
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording.channels import EVENTS, FULL, NANOSECONDS, OTHER, Channel, Event
 from slipmode.runner.view.drawing import TIMELINE, time_column
-from slipmode.runner.view.labels import readable_scale, with_room
+from slipmode.runner.view.labels import readable_scale
 from slipmode.runner.view.phase_portraits import FinalViews, view_of
 from slipmode.runner.view.plots import (
     LINES,
@@ -29,11 +29,11 @@ from slipmode.runner.view.plots import (
     reading,
     titled,
 )
-from slipmode.runner.view.samples import Extents, Window
-from slipmode.runner.view.spatial import blade_map, disk_view, torus_view
+from slipmode.runner.view.samples import Window
+from slipmode.runner.view.spatial.drawings import drawings
 
-_ALL_EVENTS = f"{EVENTS}/all"
-_MOST_EVENTS = 200  # in one text
+_LISTED_EVENTS = "/listed_events"
+_MOST_EVENTS = 500  # in one text: more are in the text log alone
 _MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most
 
 
@@ -65,43 +65,37 @@ def send_series(
         stream.send_columns(_entity(found), index, columns)
 
 
-def send_event(
-    stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
-) -> None:
-    """Append a line to the text log; it begins with its time."""
-    text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
-    shown = "WARN" if level == "warning" else level.upper()
-    columns = rr.TextLog.columns(text=[text], level=[shown])
-    stream.send_columns(EVENTS, [time_column(time_ns)], columns)
+def send_event(stream: rr.RecordingStream, events: Sequence[Event]) -> None:
+    """Append the last event to the text log, and to the text that wraps long lines."""
+    last = events[-1]
+    level = "WARN" if last.level == "warning" else last.level.upper()
+    columns = rr.TextLog.columns(text=[_line(last)], level=[level])
+    time = np.array([round(last.time * NANOSECONDS)])
+    stream.send_columns(EVENTS, [time_column(time)], columns)
+    if len(events) <= _MOST_EVENTS:
+        _write(stream, _LISTED_EVENTS, "\n\n".join(map(_line, events)))
 
 
-def list_events(stream: rr.RecordingStream, events: Sequence[Event]) -> None:
-    """Write all events as one text, whose long lines are wrapped."""
-    lines = [
-        f"{each.time:.6g} s: {f'**{each.level}**: ' * (each.level != 'info')}{each.message}"
-        for each in events[-_MOST_EVENTS:]
-    ]
-    if len(events) > _MOST_EVENTS:
-        lines.insert(0, f"The first {len(events) - _MOST_EVENTS} events are in {EVENTS}.")
-    text = rr.TextDocument("\n\n".join(lines), media_type=rr.MediaType.MARKDOWN)
-    stream.log(_ALL_EVENTS, text, static=True)
+def _line(event: Event) -> str:
+    level = "" if event.level == "info" else f"**{event.level}**: "
+    return f"{event.time:.6g} s: {level}{event.message}"
 
 
-def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
-    """Write what does not change: legends with units, and the scene, if there is one."""
-    listed = list(channels)
-    name_series(stream, listed)
-    explain(stream, listed)
-    if not scene_text:
-        return
-    document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
-    stream.log("/scene", document, static=True)
+def describe(stream: rr.RecordingStream, channels: Sequence[Channel], scene_text: str) -> None:
+    """Write what does not change: legends with units, explanations, and the scene if there is."""
+    _name_series(stream, channels)
+    explain(stream, channels)
+    if scene_text:
+        _write(stream, "/scene", f"```toml\n{scene_text}\n```")
 
 
-def name_series(
-    stream: rr.RecordingStream, listed: Sequence[Channel], extents: Extents | None = None
-) -> None:
-    """Write names, colours and widths of all series; oscillating ones with their largest value."""
+def _write(stream: rr.RecordingStream, entity: str, markdown: str) -> None:
+    text = rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
+    stream.log(entity, text, static=True)
+
+
+def _name_series(stream: rr.RecordingStream, listed: Sequence[Channel]) -> None:
+    """Write names, colours and widths of all series."""
     compared = any(channel.topic.startswith(FULL) for channel in listed)
     for channel in listed:
         # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
@@ -110,9 +104,8 @@ def name_series(
         shift += 2 * channel.topic.startswith(FULL)
         for found in curves(channel):
             colors = [LINES[(shift + j) % len(LINES)] for j in range(len(found.columns))]
-            named = zip(found.columns, found.names, strict=True)
             style = rr.SeriesLines(
-                names=[f"{name}{_swing(channel, column, extents)}" for column, name in named],
+                names=found.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
@@ -120,23 +113,13 @@ def name_series(
             stream.log(_entity(found), style, static=True)
 
 
-def _swing(channel: Channel, column: int, extents: Extents | None) -> str:
-    """Return the largest value of an oscillation, for a legend; "" of other curves."""
-    if extents is None or channel.topic.startswith(OTHER):
-        return ""
-    low, high = extents.of(channel.topic, (column,))
-    return f": ±{max(-low, high):.3g}" if 0.0 < 0.5 * high < -low else ""
-
-
 def explain(
     stream: rr.RecordingStream, channels: Sequence[Channel], final: FinalViews | None = None
 ) -> None:
     """Write the explanations of the views of the channels; `final` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
-    titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
-    titles += [disk_view.TITLE] if disk_view.has_disk(channels) else []
-    words = rr.TextDocument(reading(channels, titles), media_type=rr.MediaType.MARKDOWN)
-    stream.log("/reading", words, static=True)
+    titles += [drawing.title for drawing in drawings(channels)]
+    _write(stream, "/reading", reading(channels, titles))
 
 
 def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
@@ -175,10 +158,7 @@ def blueprint(
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row) for row in _in_rows((right, *map(of_kind, kinds)))
     ]
-    if torus_view.has_torus(channels):
-        rows.append(torus_view.view())
-    if disk_view.has_disk(channels):
-        rows.append(disk_view.view())
+    rows += [each.view() for each in drawings(channels) if not each.slow]
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
         (6, _slow(channels, final)),
@@ -186,7 +166,7 @@ def blueprint(
         (6, rows),
     ]
     filled = [(share, rrb.Vertical(*views)) for share, views in columns if views]
-    layout: rrb.Container = _texts(channels, final)
+    layout: rrb.Container = _texts(channels)
     if filled:
         shares, contents = zip(*filled, strict=True)
         plots = rrb.Horizontal(*contents, column_shares=shares)
@@ -201,10 +181,11 @@ def blueprint(
 
 def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.View | rrb.Container]:
     """Return the plots of slow time; amplitudes of blades as a map, once they are complete."""
-    maps = [blade_map.view()] if final and blade_map.has_blades(channels) else []
-    others = [each for each in channels if not maps or each.topic != BLADES]
+    maps = [each for each in drawings(channels) if each.slow and final]
+    others = [each for each in channels if not any(each.topic in map_.topics for map_ in maps)]
     window = final.extents.times if final else None
-    return [*maps, *_plots(others, final, fast=False, window=window)]
+    plots = _plots(others, final, fast=False, window=window)
+    return [*(map_.view() for map_ in maps), *plots]
 
 
 def _motion(
@@ -221,13 +202,9 @@ def _motion(
     return [rrb.Tabs(*parts, active_tab=len(parts) - 1)]
 
 
-def _texts(channels: Sequence[Channel], final: FinalViews | None) -> rrb.Container:
-    """Return the events, in full once they are complete, and tabs of explanations and scene."""
-    # a column of times would be too narrow: lines begin with their times
-    columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
-    events: rrb.View = rrb.TextLogView(origin=EVENTS, name="Events", columns=columns)
-    if final is not None:
-        events = rrb.TextDocumentView(origin=_ALL_EVENTS, name="Events")
+def _texts(channels: Sequence[Channel]) -> rrb.Container:
+    """Return the events, and tabs of the explanations and the scene."""
+    events = rrb.TextDocumentView(origin=_LISTED_EVENTS, name="Events")
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(
@@ -263,8 +240,11 @@ def _plots(
     places: dict[str, list[rrb.View]] = {}
     listed = find_plots(channels, fast=fast)
     legends = [1 < sum(len(each.columns) for each in found) <= _MOST_NAMED for _, found in listed]
-    times = with_room(*window) if window and any(legends) else window or ()
-    ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
+    ends = [boundary.infinite()] * 2
+    if window:
+        start, end = window
+        room = (end - start) // 2 if any(legends) else 0
+        ends = [boundary.absolute(nanos=time) for time in (start, end + room)]
     for (plot, found), several in zip(listed, legends, strict=True):
         parts = [(each.channel.topic, each.columns) for each in found]
         scale = readable_scale(*final.extents.over(parts)) if final else None
