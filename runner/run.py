@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from slipmode.fmu import Steppable
-from slipmode.rom import Model, SlipmodeError, Structure
+from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
+from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.recording import channels
@@ -178,7 +176,9 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
 
-    details = describe_run(scene.text, model) | _moved(plan)
+    moved = {} if isinstance(plan, MistunedPlan) else moved_by(plan)
+    details = describe_run(scene.text, model)
+    details |= {f"mode_{name}": each.describe() for name, each in moved.items()}
     details |= {"fmu": Path(fmu).name} if fmu else {}
     header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
@@ -239,30 +239,6 @@ def open_recorder(
         Recorder(sinks).close()
         raise
     return Recorder(sinks)
-
-
-def _moved(plan: AnyPlan) -> dict[str, str]:
-    """Return what the modes of a plan move, for the header of a recording."""
-    if isinstance(plan, MistunedPlan):
-        return {}
-    reduced, known = plan.excited.reduced, tuple[float, ...]()
-    structure: Structure | None
-    names: Sequence[str]
-    if isinstance(plan, Plan):
-        structure, names, known = plan.known_structure, plan.excited.modes, plan.amplitude
-    else:
-        structure, names = plan.structure, reduced.mode_names
-    shapes, contacts = np.abs(reduced.mode_shapes), np.zeros((1, len(names)))
-    if structure is not None:
-        contacts = np.abs(np.asarray(structure.directions.T @ reduced.mode_shapes))
-        if structure.labels is not None:  # rotations are no displacements
-            shapes[structure.labels.direction > 3] = 0.0
-    largest = [*known, *np.zeros(len(names))]
-    columns = zip(names, shapes.T, contacts.T, largest, strict=False)
-    return {
-        f"mode_{name}": channels.Moved(x.max(), int(x.argmax()), c.max(), a).describe()
-        for name, x, c, a in columns
-    }
 
 
 def _channels(plan: AnyPlan) -> list[channels.Channel]:

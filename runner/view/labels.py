@@ -43,14 +43,17 @@ def shown_channels(channels: Sequence[Channel], header: Header) -> list[Shown]:
     for channel in channels:
         sizes = [m.shape if channel.topic == "/elastic" else m.contacts for m in moved.values()]
         reach = 2.0 * sum(m.amplitude * x for m, x in zip(moved.values(), sizes, strict=True))
-        shown.append(_in_units(channel, _units_of(header.scene_text, reach)))
+        shown.append(_in_units(channel, units_of(header.scene_text, reach)))
         if channel.topic == "/modes" and moved:
             shown.append(_displacement(channel, moved, header.scene_text))
     return shown
 
 
-def _units_of(scene_text: str, reach: float) -> Units:
-    """Return the units for displacements up to `reach` [m], or 0 if that is not known."""
+def units_of(scene_text: str, reach: float) -> Units:
+    """Return the units of a scene's views; those that [units] leaves out suit displacements.
+
+    `reach` is the largest expected displacement [m], or 0 if it is not known.
+    """
     length = "um" if 0.0 < reach < 1e-4 else "mm" if reach < 1.0 else "m"
     usual = {"frequency": "Hz", "displacement": length}
     try:
@@ -77,7 +80,7 @@ def _displacement(modes: Channel, moved: Mapping[str, Moved], scene_text: str) -
     columns, fields, factors = [], [], []
     for mode, each in moved.items():
         on_tone = [m.shape * m.amplitude for name, m in moved.items() if name[0] == mode[0]]
-        units = _units_of(scene_text, 2.0 * max(on_tone))
+        units = units_of(scene_text, 2.0 * max(on_tone))
         columns.append(modes.names.index(f"{mode}_abs"))
         fields.append(Field(f"{mode} at DOF {each.dof}", units.displacement))
         factors.append(2.0 * float(units.of_displacement(each.shape)))
