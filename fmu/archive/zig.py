@@ -94,7 +94,7 @@ def _compile(sources: Mapping[str, Path], target: Target) -> bytes:
         def compile_one(source: Path) -> str:
             face = source.is_relative_to(INCLUDE_FOLDERS[0])
             own = FACE_OPTIONS if face else ()
-            made = f"{source.stem}.o"
+            made = f"{source.parent.name}-{source.stem}.o"  # several folders have an inputs.c
             _zig(target, folder, "-c", *_options(target), *own, *include, str(source), "-o", made)
             return made
 
