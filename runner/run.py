@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -30,9 +31,10 @@ from slipmode.runner.recording.record import (
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.transients.disk_motion import shown_dof
 from slipmode.runner.transients.hybrid import stepper
+from slipmode.runner.transients.mistuned_pass import MistunedPass
 from slipmode.runner.transients.motion import contact_channels
 from slipmode.runner.transients.passes import IntegratedPass, Pass, SlowPass
-from slipmode.runner.transients.tone_pass import MistunedPass, SharedTonePass
+from slipmode.runner.transients.tone_pass import SharedTonePass
 from slipmode.runner.view.foxglove import write_layout
 from slipmode.runner.view.viewer import Viewer
 
@@ -247,20 +249,18 @@ def _channels(plan: AnyPlan) -> list[channels.Channel]:
         return plan.channels
     scene = plan.scene
     if isinstance(plan, SharedTonePlan):
-        reduced = plan.model.reduced
-        listed = [channels.modes(reduced.mode_names), channels.forcing(("A",))]
-        carriers = 1
+        modes: Sequence[str] = plan.model.reduced.mode_names
     else:
-        reduced, modes = plan.excited.contacts[0], plan.excited.modes
-        listed = [channels.modes(modes), channels.forcing(modes), channels.energy()]
-        carriers = len(modes)
+        modes = plan.excited.modes
+    reduced, tones = plan.excited.contacts[0], plan.excited.modes
+    listed = [channels.modes(modes), channels.forcing(tones), channels.energy()]
     if scene.contact:
         listed += contact_channels(reduced)
         if reduced.contacts is not None:
             listed.append(channels.contact_share(len(reduced.contacts.element)))
-        if carriers == 2:
+        if len(tones) == 2:
             listed.append(channels.phases())
-        if carriers == 2 and scene.tabulated and scene.disk is None:
+        if len(tones) == 2 and scene.tabulated and scene.disk is None:
             listed.append(channels.torus())
     if scene.output.elastic:
         listed.append(channels.elastic(scene.output.elastic))

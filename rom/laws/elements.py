@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
 
 import numpy as np
@@ -56,6 +57,19 @@ class Elements:
         """Diagonal matrix of 1 / reference (N_c, N_c) [m/N]; 0 for contacts open at rest."""
         k = self.reference
         return np.diag(np.divide(1.0, k, out=np.zeros_like(k), where=k > 0.0))
+
+    def march(self, displacement: Floats) -> tuple[Floats, Floats]:
+        """Return the forces along displacements (n, N_c) from rest, and the memory at their end.
+
+        The memory is the internal forces of the elements [N].
+        """
+        law, contacts = ctypes.byref(self.kernel()), displacement.shape[1]
+        memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
+        force = np.empty(displacement.shape)
+        for x, f in zip(kernel.contiguous(displacement), force, strict=True):
+            status = kernel.lib.sm_elastic_force(law, contacts, x, memory, f)
+            kernel.check(status, "forces on the contacts")
+        return force, memory
 
     def kernel(self) -> kernel.Structure:
         """Return the elements as the core reads them."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
+from slipmode.rom.arrays import Floats
 from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.short_repr import frozen
 
@@ -59,32 +59,6 @@ def contact_states(
         state[:, k] = np.where(pressed <= 0.0, OPEN, np.where(slips, SLIPPING, STUCK))
         normal_force[:, k], gap[:, k] = N, np.maximum(-pressed, 0.0) / stiffness
     return ContactStates(state, normal_force, gap)
-
-
-def harmonic_force(elements: Elements, displacement: Complexes) -> Floats:
-    """Return the forces of sliding contacts in harmonic motion, (n, N_c) [N].
-
-    From each reversal on, a slider sticks until its displacement has changed by twice the limit
-    per stiffness.
-
-    Parameters
-    ----------
-    elements : Elements
-        Of N_c contacts that slide and do not lift off.
-    displacement : (n, N_c) complex ndarray
-        c exp(i theta) at instants theta of x = 2 Re(c exp(i theta)), steady for a period [m].
-    """
-    force = np.zeros(displacement.shape)
-    for element in elements.element:
-        column = element["column"][0]
-        size, phase = 2.0 * np.abs(displacement[:, column]), np.angle(displacement[:, column])
-        moved = size * (1.0 - np.cos(phase % np.pi))  # since the last reversal
-        way = np.where(phase < 0.0, -1.0, 1.0)
-        own = element["first_slider"] + np.arange(element["sliders"])
-        for limit, stiffness in elements.slider[own]:
-            largest = np.minimum(limit, stiffness * size)
-            force[:, column] += way * np.maximum(largest - stiffness * moved, -largest)
-    return force
 
 
 def stored_energy(elements: Elements, displacement: Floats, force: Floats) -> Floats:

@@ -74,7 +74,7 @@ def scene_response_curve(
     progress : bool
         Shows progress bars on work longer than a second.
     """
-    if scene.modes.others:
+    if scene.modes.tones:
         return _tone_curve(plan_shared_tone(scene), vary, span)
     forcing = SceneForcing.of(scene, progress=progress)
     excited, at_edge = forcing.plan.excited, 0.97  # of a table's range: the curve may be cut off
@@ -137,14 +137,19 @@ def scene_response_curve(
 def _tone_curve(
     plan: SharedTonePlan, vary: Varied | None, span: Sequence[ArrayLike] | None
 ) -> rom.ToneCurve:
-    force, phase = plan.schedule.at_ends(("force_A", "phase_A"), slice(-1, None))[0]
+    reduced, tones = plan.model.reduced, plan.excited.modes
+    vary = vary or "frequency_A"
     if span is None:
-        natural = plan.model.reduced.frequency
+        if not vary.startswith("frequency_"):
+            raise SlipmodeError(f"span: is missing; give the first and last value of {vary}")
+        natural = reduced.frequency[reduced.on_tones[tones.index(vary[-1])]]
         span = [0.95 * natural.min(), 1.05 * natural.max()]
-    forces = [force * pattern for pattern in plan.excited.force_patterns]
-    return rom.response_curve(
-        plan.model, plan.model.carrier, forces, vary or "frequency_A", span, phase
+    frequency, size, phase = (
+        plan.schedule.at_ends([f"{name}_{tone}" for tone in tones], slice(-1, None))[0]
+        for name in ("frequency", "force", "phase")
     )
+    forces = [f * pattern for f, pattern in zip(size, plan.excited.force_patterns, strict=True)]
+    return rom.response_curve(plan.model, frequency, forces, vary, span, phase)
 
 
 def scene_backbone(

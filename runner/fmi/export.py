@@ -65,7 +65,7 @@ def export_fmu(
     if not isinstance(scene, Scene):
         scene = load_scene(scene)
     plan: Plan | SharedTonePlan
-    if scene.modes.others:
+    if scene.modes.tones:
         plan, fixed = plan_shared_tone(scene), "modes that share a tone have no table to extend"
     else:
         plan = make_plan(scene.in_slow_time(), progress=progress)

@@ -2,7 +2,7 @@
 
 plan.py              make_plan: every decision with its reason. Start here.
 mistuned.py          plan_scene, for any scene; the plan of a mistuned disk
-shared_tone.py       the plan of several modes on one tone; tone_plan.py: what both have in common
+shared_tone.py       the plan of several modes on a tone; scene_plan.py: what all plans have
 excited.py           the modes that move, and the forces on them
 amplitude_range.py   a dry run on a coarse table: how far the amplitudes go
 transients.py        stretches at full order

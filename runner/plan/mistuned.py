@@ -13,11 +13,12 @@ from slipmode.rom.arrays import Floats
 from slipmode.rom.cyclic.mistuned.internal_resonance import resonance_findings
 from slipmode.rom.errors import ValidityWarning, naming
 from slipmode.rom.laws.contacts import Elastic
-from slipmode.rom.short_repr import frozen
+from slipmode.rom.short_repr import frozen, percentage
+from slipmode.rom.slow.tone.tone_flow import SPAN
 from slipmode.rom.validity import Finding
 from slipmode.runner.plan.plan import Plan, make_plan
+from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.plan.shared_tone import SharedTonePlan, plan_shared_tone
-from slipmode.runner.plan.tone_plan import TonePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.scene.contacts import law_of
 from slipmode.runner.scene.schedule import Schedule, make_schedule
@@ -30,7 +31,7 @@ _FREQUENCIES = 64  # at which internal resonances are sought
 
 
 @frozen
-class MistunedPlan(TonePlan):
+class MistunedPlan(ScenePlan):
     """Hold a scene with a mistuned disk and all modelling decisions about it.
 
     Attributes
@@ -55,6 +56,12 @@ class MistunedPlan(TonePlan):
     def engine_order(self) -> int:
         """Engine order of the force."""
         return cast(int, self.scene.forcing["A"].engine_order)
+
+    @property
+    def frequency_range(self) -> tuple[float, float]:
+        """Smallest and largest forcing frequency [rad/s]."""
+        low, high = self.schedule.frequency_range(("A",))
+        return float(low[0]), float(high[0])
 
     @property
     def summary(self) -> str:
@@ -98,8 +105,8 @@ def plan_scene(scene: Scene, *, progress: bool = False) -> AnyPlan:
     Returns
     -------
     Plan, SharedTonePlan or MistunedPlan
-        Decisions about the scene: with one or two modes or waves, with several modes on one tone,
-        or with a mistuned disk.
+        Decisions about the scene: with one or two modes or waves, with several modes on a tone, or
+        with a mistuned disk.
 
     Raises
     ------
@@ -108,7 +115,7 @@ def plan_scene(scene: Scene, *, progress: bool = False) -> AnyPlan:
     """
     if scene.mistuning:
         return _plan_mistuned(scene)
-    if scene.modes.others:
+    if scene.modes.tones:
         return plan_shared_tone(scene)
     return make_plan(scene, progress=progress)
 
@@ -133,9 +140,21 @@ def _plan_mistuned(scene: Scene) -> MistunedPlan:
     with naming("structure"):
         disk = MistunedDisk(structure, law, scene.mistuning, highest)
     plan = MistunedPlan(scene, schedule, disk, force)
-    plan.check_range("forcing.A.engine_order * rotor_speed")
+    _check_range(plan)
     plan.decisions.extend(_decisions(plan))
     return plan
+
+
+def _check_range(plan: MistunedPlan) -> None:
+    """Refuse frequencies that leave the span of one flow."""
+    low, high = plan.frequency_range
+    if high - low > SPAN * (high + low):
+        units = plan.scene.units
+        ends = " to ".join(f"{units.of_frequency(each):.6g}" for each in (low, high))
+        raise SlipmodeError(
+            f"forcing.A.engine_order * rotor_speed: must stay within {percentage(SPAN)} of the "
+            f"middle of its range, got {ends} {units.frequency}; use one scene per resonance"
+        )
 
 
 def _decisions(plan: MistunedPlan) -> list[Finding]:

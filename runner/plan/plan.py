@@ -29,10 +29,10 @@ from slipmode.rom.representable import round_up
 from slipmode.rom.short_repr import percentage
 from slipmode.rom.table.quasi_static import check_force_patterns
 from slipmode.rom.validity import Finding, frictionless_findings
-from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.amplitude_range import DryRun, dry_run, run_on_saved_model
 from slipmode.runner.plan.checks import check_assumptions, check_frequencies, check_time_scales
 from slipmode.runner.plan.excited import Excited
+from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.plan.transients import Intervals, plan_transients
 from slipmode.runner.plan.waves import wave_decisions, waves_of
 from slipmode.runner.recording.channels import MODES, Mode
@@ -44,7 +44,7 @@ from slipmode.runner.scene.structures import Disk
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(ScenePlan):
     """Hold a scene and all modelling decisions about it, with their reasons.
 
     Attributes
@@ -93,11 +93,6 @@ class Plan:
             If the scene has a saved model, or a disk of one sector.
         """
         return self.scene.build() if self.known_structure is None else self.known_structure
-
-    @property
-    def warnings(self) -> list[str]:
-        """Decisions that are warnings, one line each."""
-        return [command_words(each.line()) for each in self.decisions if each.level != "info"]
 
     @property
     def detuning(self) -> float:

@@ -60,12 +60,12 @@ def kept_reduction(
     law: Elastic | None,
     aerodynamics: Sequence[complex] | None,
     *,
-    shares_tone: bool = False,
+    tones: tuple[int, ...] = (),
     progress: bool = False,
 ) -> Reduced:
     """Return `rom.reduce` without its warnings, from disk if the structure is large."""
     options: dict[str, Any] = {"law": law, "aerodynamics": aerodynamics, "progress": progress}
-    options["tones"] = (0,) * len(modes) if shares_tone else None
+    options["tones"] = tones or None
     if structure.n_dofs < LARGE:
         return reduce(structure, modes, formulation, warned=False, **options)
     elements = None if law is None else law.elements(structure.n_contacts)
@@ -82,13 +82,13 @@ def kept_reduction(
             modes=chosen,
             contacts=elements,
             structure=structure,
-            tone_numbers=(0,) * len(modes) if shares_tone else (),
+            tone_numbers=tones,
             **cast(Any, stored),
         )
 
     record = None if law is None else record_of(law)
     coefficients = None if aerodynamics is None else [[c.real, c.imag] for c in aerodynamics]
-    key = _key(structure, "reduction", list(modes), formulation, record, coefficients, shares_tone)
+    key = _key(structure, "reduction", list(modes), formulation, record, coefficients, tones)
     return _kept(key, compute, read)
 
 

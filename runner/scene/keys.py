@@ -187,8 +187,9 @@ SCENE = Section("", "At the top of the file, before any table.", (
         Key("A", either(integer(), integers(), "integer, or list of integers"), "-", MISSING,
             "Number of the first mode, or of several modes within 15 % that `[forcing.A]` moves "
             "together: A, A2, A3, ... in recordings."),
-        Key("B", integer(), "-", None,
-            "Number of the second mode, different from A. Default: a model with one mode."),
+        Key("B", either(integer(), integers(), "integer, or list of integers"), "-", None,
+            "Number of the second mode, different from A, or of several modes that `[forcing.B]` "
+            "moves together: B, B2, ... Default: a model with the modes A."),
         Key("ratio", number(POSITIVE), "-", None,
             "Frequency of mode B relative to that of mode A, for instance 3, if a harmonic of the "
             "contacts drives mode B (internal resonance). There is no `[forcing.B]` then. "
@@ -208,7 +209,7 @@ SCENE = Section("", "At the top of the file, before any table.", (
             Key("vector", numbers(), "-", None, "Force on every DOF per unit of `amplitude`."),
             Key("quadrature", either(integer(), numbers(), "integer, or list of numbers"), "-",
                 None, "DOF, or force on every DOF per unit of `amplitude`, a quarter of a period "
-                "later, so that the force rotates. With several modes A."),
+                "later, so that the force rotates. With several modes on a tone."),
             Key("amplitude",
                 script(Rule(">= 0 (use phase to reverse the force)", NON_NEGATIVE.holds)),
                 "N", MISSING, "Force amplitude over time.", "load"),

@@ -166,8 +166,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     structure = read_structure(tables["structure"], folder) if saved is None else None
     mistuning: tuple[float, ...] = ()
     if isinstance(structure, LumpedDisk | SectorFile):
-        if modes.others:
-            raise tables["modes"].error("A", "must be one mode with structure.sectors")
+        if modes.tones:
+            raise tables["modes"].error("A", "and B must be one mode with structure.sectors")
         _check_disk(root, model)
         if mistuned:
             _check_mistuned(root, forcing)
@@ -179,8 +179,8 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
     elif modes.nodal_diameters is not None:
         reason = "must be left out, because structure has no sectors"
         raise tables["modes"].error("nodal_diameters", reason)
-    elif modes.others:
-        _check_shared_tone(root, model)
+    elif modes.tones:
+        _check_shared_tone(root, modes, model)
     elif modes.A == modes.B:
         raise tables["modes"].error("B", "must be another mode than A")
     limit_scale = tables["limits"]["scale"]
@@ -215,17 +215,24 @@ def read_scene(content: Mapping[str, Any], folder: str | PathLike[str], text: st
 
 
 def _modes(table: Table) -> Modes:
-    """Read the section [modes]; several modes A share a tone."""
-    values = table.values()
-    numbers = values["A"] if isinstance(values["A"], tuple) else (values["A"],)
-    if not numbers or len(set(numbers)) < len(numbers):
-        raise table.error("A", "must be one mode or several different ones")
-    if len(numbers) > 1 and values["B"] is not None:
-        raise table.error("B", "must be left out, because several modes share tone A")
-    first, *others = numbers
-    modes = Modes(**(values | {"A": first, "others": tuple(others)}))
+    """Read the section [modes]; several modes share a tone."""
+    values, tones = table.values(), list[tuple[int, ...]]()
+    for name in MODES:
+        numbers = values[name]
+        if numbers is None:
+            continue
+        tones.append(numbers if isinstance(numbers, tuple) else (numbers,))
+        if not tones[-1] or len(set(tones[-1])) < len(tones[-1]):
+            raise table.error(name, "must be one mode or several different ones")
+        values[name] = tones[-1][0]
+    shared = any(len(each) > 1 for each in tones)
+    if shared and len({*sum(tones, ())}) < len(sum(tones, ())):
+        raise table.error("B", "must be other modes than A")
+    modes = Modes(**values, tones=tuple(tones) if shared else ())
     if modes.ratio is None:
         return modes
+    if shared:
+        raise table.error("ratio", "must be left out, because several modes share a tone")
     with naming("modes"):
         return replace(modes, ratio=checked_ratio(float(modes.ratio), len(modes.numbers)))
 
@@ -261,9 +268,9 @@ def _check_elastic(root: Table, model: ModelOptions, where: str) -> None:
             raise root["model"].error(key, f"{instead} {where}")
 
 
-def _check_shared_tone(root: Table, model: ModelOptions) -> None:
+def _check_shared_tone(root: Table, modes: Modes, model: ModelOptions) -> None:
     """Refuse what scenes with several modes on one tone do not have."""
-    where = "with several modes on tone A"
+    where = "with several modes on a tone"
     _check_elastic(root, model, where)
     for name in ("aerodynamics", "initial"):
         if name in root:
@@ -271,6 +278,9 @@ def _check_shared_tone(root: Table, model: ModelOptions) -> None:
     for key in ("amplitude", "formulation"):
         if key in root["model"]:
             raise root["model"].error(key, f"must be left out {where}")
+    for name in modes.numbers:
+        if name not in root["forcing"]:
+            raise root["forcing"].error(name, f"is missing; {where} each tone has a force")
 
 
 def _check_mistuned(root: Table, forcing: Mapping[str, Forcing]) -> None:
@@ -345,8 +355,8 @@ def _forcing(table: Table, modes: Modes, duration: float, units: Units) -> dict[
         raise table.error("B", "must be left out, because mode B follows mode A (modes.ratio)")
     forcing = {mode: _forcing_of(mode, table[mode], units) for mode in present}
     for mode, each in forcing.items():
-        if each.quadrature is not None and not modes.others:
-            reason = "needs several modes on tone A; the motion of one mode does not rotate"
+        if each.quadrature is not None and not modes.tones:
+            reason = "needs several modes on a tone; the motion of one mode does not rotate"
             raise table[mode].error("quadrature", reason)
     if len(forcing) == 2 and _frequencies_meet(forcing["A"], forcing["B"], duration):
         raise SlipmodeError(meeting_refusal("forcing.A.frequency, forcing.B.frequency"))

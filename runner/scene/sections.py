@@ -92,20 +92,16 @@ def _force_vector(table: str, force: Mapping[int, float] | Sequence[float], n: i
 class Modes:
     """Numbers of the retained modes with stuck contacts, ascending from 0; B is optional.
 
-    Of sectors they are counted for each nodal diameter. `others` share the tone of mode A. With a
-    ratio, B is on the tone of A and has this multiple of its frequency.
+    Of sectors they are counted for each nodal diameter. With a ratio, B is on the tone of A and
+    has this multiple of its frequency. If several modes share a tone, `tones` has the numbers of
+    those on each tone; A and B are the first of them.
     """
 
     A: int
     B: int | None = None
     ratio: Fraction | None = None
     nodal_diameters: tuple[int, ...] | None = None
-    others: tuple[int, ...] = ()
-
-    @property
-    def on_tone(self) -> tuple[int, ...]:
-        """Numbers of the modes on tone A."""
-        return (self.A, *self.others)
+    tones: tuple[tuple[int, ...], ...] = ()
 
     @property
     def numbers(self) -> dict[Mode, int]:
@@ -291,7 +287,7 @@ class Scene:
 
         Without a table it is integrated at full order, or many amplitudes share one tone.
         """
-        return self.model.table != "none" and not self.mistuning and not self.modes.others
+        return self.model.table != "none" and not self.mistuning and not self.modes.tones
 
     @property
     def switches(self) -> bool:
@@ -317,9 +313,9 @@ class Scene:
         SlipmodeError
             If the disk is mistuned, or several modes share a tone.
         """
-        if self.modes.others:
+        if self.modes.tones:
             raise SlipmodeError(
-                "modes.A: this needs one mode on each tone; give one mode, or use slipmode plan "
+                "modes: this needs one mode on each tone; give one mode, or use slipmode plan "
                 "(runner.plan_scene), run, curve, validate or fmu, rom.steady, or fmu.Component"
             )
         if self.mistuning:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slipmode.rom import Model
+from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.reduction.reduced import coupling_factor
@@ -64,6 +64,36 @@ class SlowBalance:
         if table.values.shape[-1] > 2 * table.modes:  # powers of the contacts are tabulated
             power -= scale[:, 0] ** 2 * terms[:, -1].real
         return np.asarray(power)
+
+
+class ToneBalance:
+    """The energy balance of several modes on one or two tones."""
+
+    def __init__(self, reduced: Reduced) -> None:
+        self._natural, self._tones = reduced.frequency, list(reduced.tone_numbers)
+        self._before: tuple[Floats, Complexes, Floats] | None = None  # the last point
+
+    def rows(self, time: Floats, power: Floats, amplitude: Complexes, tone: Floats) -> Floats:
+        """Return the rows of ``/energy`` at communication points, which continue the call before.
+
+        The stored power is the rate of the energy of the modes, see `full_order_balance`, and
+        structural damping dissipates what remains of the input. `power` (points, 3) has the
+        powers and the energy that a component states, `amplitude` (points, modes) is a_j, `tone`
+        (points, tones) has the forcing frequencies [rad/s].
+        """
+        if not len(time):
+            return np.empty((0, 5))
+        first = self._before is None
+        now, a, energy = self._before or (time[:1] - 1.0, amplitude[:1], np.zeros(1))
+        span = np.diff(time, prepend=now)
+        rate = np.diff(amplitude, axis=0, prepend=a) / span[:, np.newaxis]
+        velocity = rate + 1j * tone[:, self._tones] * amplitude
+        energies = np.sum(np.abs(velocity) ** 2 + np.abs(self._natural * amplitude) ** 2, axis=1)
+        stored = np.diff(energies, prepend=energies[:1] if first else energy) / span
+        self._before = time[-1:], amplitude[-1:], energies[-1:]
+        structural = power[:, 0] - power[:, 1] - stored
+        structural[0] *= not first  # nothing has moved
+        return np.column_stack((power, structural, power[:, 0] - power[:, 1] - structural))
 
 
 def full_order_balance(natural: Floats, frequency: Floats, slow: SlowPart) -> Floats:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from slipmode.rom import Model, Reduced, kernel
+from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
 from slipmode.rom.full import Excitation, FullMotion, State, aeroelastic
 from slipmode.rom.full.integration import Integrator
@@ -36,24 +35,24 @@ def excitation_of(modes: Sequence[str], patterns: np.ndarray, schedule: Schedule
     A complex pattern is two forces: Re(pattern exp(i theta)).
     """
     quantities = {"amplitude": "force", "frequency": "frequency", "phase": "phase"}
-    rotates = np.iscomplexobj(patterns)
+    rotates = bool(np.imag(patterns).any())
     every = [*modes, *modes] if rotates else modes
     scripted = {
         f"{name}{rate}": schedule.inputs([f"{quantity}{rate}_{m}" for m in every])
         for name, quantity in quantities.items()
         for rate in ("", "_rate")
     }
+    patterns = np.vstack((patterns.real, patterns.imag)) if rotates else patterns.real
     if rotates:
-        patterns = np.vstack((patterns.real, patterns.imag))
         scripted["phase"][:, len(modes) :] += 0.5 * np.pi
     return Excitation(patterns=patterns, start=schedule.time(slice(schedule.steps)), **scripted)
 
 
 def initial_state(plan: Plan | SharedTonePlan, excitation: Excitation) -> State:
     """Return the state of the structure at the start of a scene."""
-    a = np.array(plan.excited.initial, dtype=complex)
-    shapes = plan.excited.reduced.mode_shapes
-    rate = 1j * excitation.frequency[0] * a
+    a, reduced = np.array(plan.excited.initial, dtype=complex), plan.excited.reduced
+    shapes, tones = reduced.mode_shapes, list(reduced.tone_numbers) or slice(a.size)
+    rate = 1j * excitation.frequency[0][tones] * a
     return State(0.0, displacement=shapes @ (2 * a.real), velocity=shapes @ (2 * rate.real))
 
 
@@ -155,19 +154,8 @@ class FullOrder:
         state = self.projection.state(State(end, x[-1], velocity, motion.force[-1]))
         if model.reduced.contacts is None:
             return state
-        memory = _memory(model.reduced.contacts.kernel(), motion.displacement)
+        _, memory = model.reduced.contacts.march(motion.displacement)
         return replace(state, contact_force=None, contact_memory=memory)
-
-
-def _memory(elastic: kernel.Structure, x_c: Floats) -> Floats:
-    """Return the internal forces of elastic contacts after displacements (n, N_c)."""
-    contacts, law = x_c.shape[1], ctypes.byref(elastic)
-    memory = np.zeros(int(kernel.lib.sm_elastic_memory(law)))
-    force = np.empty(contacts)
-    for row in kernel.contiguous(x_c):
-        status = kernel.lib.sm_elastic_force(law, contacts, row, memory, force)
-        kernel.check(status, "forces on the contacts")
-    return memory
 
 
 class Stretch:

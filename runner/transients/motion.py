@@ -9,7 +9,7 @@ import numpy as np
 from slipmode.fmu import Steppable
 from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.laws.elements import SLIDERS
+from slipmode.rom.laws.elements import SLIDERS, Elements
 from slipmode.rom.laws.states import STATES, contact_states
 from slipmode.rom.reduction.force_response import AppliedForces, phasor
 from slipmode.rom.short_repr import frozen
@@ -22,6 +22,9 @@ from slipmode.runner.plan.plan import Plan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.schedule import Schedule
+
+# Shares of states are then within 0.3 % (tests/runner/scene/test_shared_tone.py).
+_STEPS_PER_SAMPLE = 8
 
 POWERS = ("input_power", "dissipated_power", "dissipated_energy")  # outputs of components
 
@@ -114,6 +117,19 @@ def record_contacts(
     return states.shares()
 
 
+def force_along(elements: Elements, time: Floats, displacement: Floats) -> Floats:
+    """Return the forces of contacts that move from rest, (n, N_c).
+
+    Between the samples `displacement` (n, N_c), at `time` (n,), contacts take several steps.
+    """
+    from scipy.interpolate import CubicSpline  # takes long to import
+
+    samples = np.arange(time.size * _STEPS_PER_SAMPLE - _STEPS_PER_SAMPLE + 1) / _STEPS_PER_SAMPLE
+    fine = np.interp(samples, np.arange(time.size), time)
+    force, _ = elements.march(CubicSpline(time, displacement)(fine))
+    return force[::_STEPS_PER_SAMPLE]
+
+
 def _tangents(element: np.void) -> int:
     """Return the number of tangential directions; 0 for a law without a normal."""
     return 0 if element["law"] == SLIDERS else int(element["tangents"])
@@ -138,10 +154,12 @@ class OutputColumns:
     power: list[int]  # `POWERS`
 
     @classmethod
-    def of(cls, names: Sequence[str], modes: Sequence[str]) -> OutputColumns:
-        """Return the columns of outputs with these names."""
+    def of(
+        cls, names: Sequence[str], modes: Sequence[str], tones: Sequence[str] = ()
+    ) -> OutputColumns:
+        """Return the columns of outputs with these names; by default each mode has a tone."""
         parts = [f"{mode}_{part}" for mode in modes for part in ("re", "im")]
-        wanted = parts, [f"theta_{mode}" for mode in modes], POWERS
+        wanted = parts, [f"theta_{tone}" for tone in tones or modes], POWERS
         return cls(*([list(names).index(name) for name in each] for each in wanted))
 
     def amplitudes(self, outputs: Floats) -> Complexes:

@@ -21,7 +21,7 @@ from slipmode.rom.slow.transient import said_error
 from slipmode.rom.validity import Finding
 from slipmode.runner.commands.command_words import command_words
 from slipmode.runner.plan.plan import Plan
-from slipmode.runner.plan.tone_plan import TonePlan
+from slipmode.runner.plan.scene_plan import ScenePlan
 from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.scene import Window
@@ -54,7 +54,7 @@ _FRICTION_ESTIMATES = 4096  # in a run, about: of the error by friction, some ms
 _log = logging.getLogger("slipmode.run")
 
 
-AnyPlan = TypeVar("AnyPlan", bound=Plan | TonePlan)
+AnyPlan = TypeVar("AnyPlan", bound=ScenePlan)
 # Fast motion at times, the factor on limits and preloads, and the phases of the carriers.
 MotionAt = Callable[[Floats], tuple[FastMotion, Floats | float, Floats]]
 

@@ -1,194 +1,154 @@
-"""A pass of amplitudes on one tone through a scene, with its recording."""
+"""Passes of several modes on one or two tones through a scene, with their recordings."""
 
 from __future__ import annotations
 
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slipmode.rom.arrays import Complexes, Floats
-from slipmode.rom.laws.states import contact_states, harmonic_force
+from slipmode.fmu import Steppable, StoppedError
+from slipmode.rom.arrays import Floats
+from slipmode.rom.slow.motion import SPIN_UP_PERIODS
 from slipmode.runner.plan.mistuned import MistunedPlan
 from slipmode.runner.plan.shared_tone import SharedTonePlan
-from slipmode.runner.plan.tone_plan import TonePlan
-from slipmode.runner.recording import channels
 from slipmode.runner.recording.record import Recorder
 from slipmode.runner.scene.sections import Window
-from slipmode.runner.transients.disk_motion import SAMPLES
-from slipmode.runner.transients.motion import FastMotion, record_amplitudes, record_findings
+from slipmode.runner.transients.energy import ToneBalance
+from slipmode.runner.transients.motion import (
+    FastMotion,
+    OutputColumns,
+    force_along,
+    output_row,
+    record_amplitudes,
+    record_findings,
+)
 from slipmode.runner.transients.passes import Pass
 
 _STEPS_PER_BLOCK = 256  # between recordings: less than a second of work with 24 sectors
-_INPUTS = ("frequency_A", "force_A", "phase_A")
+_SAME = 2e-9  # Of a step: communication points of a schedule that are closer are one point
 
-AnyTonePlan = TypeVar("AnyTonePlan", bound=TonePlan)
+AnyTonePlan = TypeVar("AnyTonePlan", bound=SharedTonePlan | MistunedPlan)
 
 
 class TonePass(Pass[AnyTonePlan]):
-    """Steps of a tone through slow time, to communication points and samples of windows."""
+    """Steps of a component to communication points and to the samples of windows.
+
+    The samples begin some periods before a window, so that the forces of its contacts follow from
+    their motion.
+    """
 
     def __init__(
-        self, plan: AnyTonePlan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+        self,
+        plan: AnyTonePlan,
+        recorder: Recorder,
+        raise_if_interrupted: Callable[[], None],
+        component: Steppable,
     ) -> None:
         super().__init__(plan, recorder, raise_if_interrupted)
-        self._flow = plan.flow()
-        times = [self._times(each) for each in self._windows]
-        # windows may touch
-        self._sample_times = np.unique(np.concatenate(times)) if times else np.zeros(0)
-        self._sampled: dict[float, Complexes] = {}
+        self._component, schedule = component, plan.schedule
+        tones = list(plan.scene.forcing)
+        slowest = float(schedule.frequency_range(tones)[0].min())
+        self._spin_up = SPIN_UP_PERIODS * 2.0 * np.pi / slowest
+        sampled = [self._with_spin_up(window) for window in self._windows]
+        self._fine = replace(schedule, points=tuple(np.concatenate([[], *sampled]).tolist()))
+        self._is_point = np.zeros(self._fine.steps + 1, dtype=bool)
+        self._is_point[self._numbers(self._fine.time(), schedule.time())] = True
+        self._recorded = 0  # communication points
+        self._time, self._rows = np.empty(0), np.empty((0, len(component.output_names)))
 
     @abstractmethod
-    def _row(self) -> Floats:
-        """Return what is recorded at a communication point."""
-
-    @abstractmethod
-    def _record_rows(self, first: int, rows: Floats) -> None:
-        """Record the rows of communication points from number `first` on."""
-
-    @abstractmethod
-    def _harmonics(self) -> Complexes:
-        """Return the present harmonics of what is sampled in windows."""
+    def _record(self, rows: Floats) -> None:
+        """Record slow channels of communication points from number `_recorded` on."""
 
     def _times(self, window: Window) -> Floats:
         """Return the times of the samples in a window."""
         return self._plan.schedule.sample_times(window)
 
+    def _with_spin_up(self, window: Window) -> Floats:
+        times = self._times(window)
+        before = replace(window, start=max(times[0] - self._spin_up, 0.0), end=times[0])
+        return np.append(self._plan.schedule.sample_times(before), times)
+
+    def _numbers(self, points: Floats, times: Floats) -> NDArray[np.intp]:
+        """Return which points have these times."""
+        return np.searchsorted(points, times - _SAME * self._plan.scene.run.step)
+
     def _advance(self) -> Iterator[int]:
-        """Integrate and record blocks of steps; yield the number of steps each time."""
-        plan, schedule = self._plan, self._plan.schedule
+        plan, fine, component = self._plan, self._fine, self._component
         self._recorder.event(0.0, "info", f"{plan.scene.title}: {plan.summary}")
         record_findings(self._recorder, plan.decisions)
-        for first in range(0, schedule.steps, _STEPS_PER_BLOCK):
+        start = fine.inputs(component.input_names, slice(1))[0].tolist()
+        component.set_inputs(**dict(zip(component.input_names, start, strict=True)))
+        self._keep(output_row(component), 0)
+        for first in range(0, fine.steps, _STEPS_PER_BLOCK):
+            block = slice(first, min(first + _STEPS_PER_BLOCK, fine.steps))
+            inputs = fine.inputs(component.input_names, block)
             self._raise_if_interrupted()
-            block = slice(first, min(first + _STEPS_PER_BLOCK, schedule.steps))
-            points = schedule.time(slice(first, block.stop + 1))
-            starts, ends = schedule.inputs(_INPUTS, block), schedule.at_ends(_INPUTS, block)
-            if first == 0:
-                self._set(starts[0])
-                self._record_rows(0, self._row()[np.newaxis])
-                self._sample(0.0)
-            rows: list[Floats] = []
-            started = time.perf_counter()
+            started, before = time.perf_counter(), self._recorded
             try:
-                for k in range(len(starts)):
-                    self._set(starts[k])
-                    self._step(points[k : k + 2], np.stack((starts[k], ends[k])))
-                    rows.append(self._row())
+                rows = component.run(fine.durations(block), inputs)
+            except StoppedError as stop:
+                self._keep(stop.outputs, first + 1)
+                raise
             finally:
                 self.seconds += time.perf_counter() - started
-                if rows:
-                    self._record_rows(first + 1, np.array(rows))
-                self._record_windows(float(points[len(rows)]))
-            yield block.stop - first
+            self._keep(rows, first + 1)
+            yield self._recorded - before
 
-    def _set(self, inputs: Floats) -> None:
-        """Let the inputs jump, if they do by more than rounding."""
-        flow = self._flow
-        if not np.allclose((flow.frequency, flow.magnitude, flow.phase), inputs, 1e-12, 0.0):
-            self._go(0.0, inputs)
-
-    def _go(self, duration: float, inputs: Floats) -> None:
-        frequency, magnitude, phase = inputs.tolist()
-        self._flow.step(duration, frequency=frequency, magnitude=magnitude, phase=phase)
-
-    def _step(self, ends: Floats, inputs: Floats) -> None:
-        """Go from one time to another, with the samples that lie between, or at the end.
-
-        `inputs` (2, 3) are the inputs at both times, straight lines in between.
-        """
-        wanted, now = self._sample_times, ends[0]
-        inside = wanted[(wanted > ends[0]) & (wanted < ends[1])]
-        for until in (*inside.tolist(), float(ends[1])):
-            self._go(until - now, np.array([np.interp(until, ends, each) for each in inputs.T]))
-            self._sample(until)
-            now = until
-
-    def _sample(self, now: float) -> None:
-        """Keep the harmonics, times exp(i theta), and the carrier, if they are wanted now."""
-        if now in self._sample_times:
-            turned = self._harmonics() * np.exp(1j * self._flow.angle)
-            carrier = self._flow.frequency + 1j * self._flow.angle
-            self._sampled[now] = np.append(turned, carrier)
-
-    def _samples(self, times: Floats) -> tuple[Complexes, Floats, Floats]:
-        """Return harmonics (n, signals), frequencies and angles (n,) at times."""
-        rows = np.array([self._sampled[each] for each in times.tolist()])
-        return rows[:, :-1], rows[:, -1].real, rows[:, -1].imag
-
-    def _record_windows(self, reached: float) -> None:
-        super()._record_windows(reached)
-        needed = self._windows[0].start if self._windows else np.inf
-        self._sampled = {now: row for now, row in self._sampled.items() if now >= needed}
+    def _keep(self, rows: Floats, first: int) -> None:
+        """Record communication points among points from number `first` on, and windows."""
+        points = slice(first, first + len(rows))
+        recorded = rows[self._is_point[points]]
+        self._record(recorded)
+        self._recorded += len(recorded)
+        self._time = np.append(self._time, self._fine.time(points))
+        self._rows = np.vstack((self._rows, rows))
+        self._record_windows(float(self._time[-1]))
+        window = self._times(self._windows[0])[0] if self._windows else np.inf
+        kept = self._time >= window - self._spin_up
+        self._time, self._rows = self._time[kept], self._rows[kept]
 
 
 class SharedTonePass(TonePass[SharedTonePlan]):
     """A pass of several modes."""
 
-    def _row(self) -> Floats:
-        return self._flow.modal_amplitude()[: self._plan.model.modes].view(float)
+    def __init__(
+        self, plan: SharedTonePlan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+    ) -> None:
+        super().__init__(plan, recorder, raise_if_interrupted, plan.component())
+        names, modes = self._component.output_names, plan.model.reduced.mode_names
+        self._columns = OutputColumns.of(names, modes, plan.excited.modes)
+        self._balance = ToneBalance(plan.model.reduced)
 
-    def _record_rows(self, first: int, rows: Floats) -> None:
-        record_amplitudes(self._plan.schedule, ("A",), self._recorder, first, rows)
-
-    def _harmonics(self) -> Complexes:
-        """Return the harmonics of output.elastic, contacts and modes."""
-        dofs = list(self._plan.scene.output.elastic)
-        moved = self._flow.displacement()[dofs] if dofs else np.zeros(0)
-        modal = self._flow.modal_amplitude()[: self._plan.model.modes]
-        return np.concatenate((moved, self._flow.contact_displacement(), modal))
+    def _record(self, rows: Floats) -> None:
+        schedule, tones, first = self._plan.schedule, self._plan.excited.modes, self._recorded
+        points, amplitude = slice(first, first + len(rows)), self._columns.amplitudes(rows)
+        record_amplitudes(schedule, tones, self._recorder, first, amplitude.view(float))
+        time = schedule.time(points)
+        frequency = schedule.at_points([f"frequency_{name}" for name in tones], points)
+        energy = self._balance.rows(time, rows[:, self._columns.power], amplitude, frequency)
+        self._recorder.write("/energy", time, energy)
 
     def _record_window(self, window: Window) -> None:
-        self._record_motion(window, self._plan.model.reduced, self._motion)
-
-    def _motion(self, times: Floats) -> tuple[FastMotion, Floats | float, Floats]:
-        turned, frequency, angle = self._samples(times)
-        reduced, dofs = self._plan.model.reduced, len(self._plan.scene.output.elastic)
+        reduced, rows = self._plan.model.reduced, self._rows
         assert reduced.contacts is not None
-        moved, contacts, modal = np.split(turned, [dofs, dofs + reduced.n_contacts], axis=1)
-        motion = FastMotion(
-            time=times,
-            displacement=2.0 * contacts.real,
-            velocity=-2.0 * frequency[:, np.newaxis] * contacts.imag,
-            force=harmonic_force(reduced.contacts, contacts),
-            modal=2.0 * modal.real,
-            elastic=2.0 * moved.real,
-        )
-        return motion, 1.0, angle[:, np.newaxis]
+        names, dofs = self._component.output_names, self._plan.scene.output.elastic
+        contacts = range(reduced.n_contacts)
+        x, v = ([names.index(f"contact_{i}_{part}") for i in contacts] for part in "xv")
+        elastic = [names.index(f"x_{dof}") for dof in dofs]
+        angle = rows[:, self._columns.angle]
+        carrier = np.exp(1j * angle)[:, reduced.tone_numbers]
+        modal = 2.0 * (self._columns.amplitudes(rows) * carrier).real
+        force = force_along(reduced.contacts, self._time, rows[:, x])
+        columns = rows[:, x], rows[:, v], force, modal, rows[:, elastic]
 
+        def motion_at(times: Floats) -> tuple[FastMotion, float, Floats]:
+            at = self._numbers(self._time, times)
+            return FastMotion(times, *(each[at] for each in columns)), 1.0, angle[at]
 
-class MistunedPass(TonePass[MistunedPlan]):
-    """A pass of a mistuned disk."""
-
-    def _row(self) -> Floats:
-        return self._flow.amplitude(self._plan.dof)
-
-    def _record_rows(self, first: int, rows: Floats) -> None:
-        schedule, points = self._plan.schedule, slice(first, first + len(rows))
-        at = schedule.time(points)
-        self._recorder.write(channels.BLADES, at, rows)
-        inputs = schedule.at_points(["force_A", "frequency_A", "phase_A"], points)
-        self._recorder.write("/forcing", at, inputs)
-
-    def _times(self, window: Window) -> Floats:
-        return super()._times(window)[-SAMPLES:]
-
-    def _harmonics(self) -> Complexes:
-        """Return the harmonics of the recorded DOF of every blade, then of all contacts."""
-        moved = self._flow.displacement()[:, self._plan.dof]
-        return np.concatenate((moved, self._flow.contact_displacement()))
-
-    def _record_window(self, window: Window) -> None:
-        """Record one DOF, and the state of the first contact, of every sector."""
-        disk, times = self._plan.disk.structure, self._times(window)
-        sectors, contacts = disk.sectors, disk.n_contacts
-        turned, *_ = self._samples(times)
-        # each contact of a sector is one of the elements, at sectors times as many instants
-        c = turned[:, sectors:].reshape(-1, contacts)
-        elements = self._plan.disk.law.elements(contacts)
-        states = contact_states(elements, 2.0 * c.real, harmonic_force(elements, c)).state[:, 0]
-        rows = np.hstack((2.0 * turned[:, :sectors].real, states.reshape(-1, sectors)))
-        self._recorder.write(channels.DISK, times, rows)
-        self.samples += len(rows)
+        self._record_motion(window, reduced, motion_at)

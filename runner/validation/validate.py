@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from slipmode.rom import Model
+from slipmode.rom import Model, Reduced
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.full import (
@@ -46,6 +46,7 @@ from slipmode.runner.transients.motion import (
     record_contacts,
     slow_trajectory,
 )
+from slipmode.runner.transients.passes import MotionAt
 from slipmode.runner.transients.tone_pass import SharedTonePass
 from slipmode.runner.validation.all_sectors import blades_in_full, check_one_wave, sector_in_full
 
@@ -205,7 +206,13 @@ def _validate_blades(scene: Scene, output: str | PathLike[str], *, progress: boo
 
 def _planned(scene: Scene, *, progress: bool) -> WholePlan:
     """Return the plan of a scene whose structure can be integrated in full."""
-    if scene.modes.others:
+    if scene.modes.tones:
+        rotates = next((name for name, each in scene.forcing.items() if each.quadrature), None)
+        if rotates and len(scene.forcing) == 2:
+            raise SlipmodeError(
+                f"forcing.{rotates}.quadrature: must be left out, because the reference has one "
+                "force that does not rotate on each of two tones"
+            )
         return plan_shared_tone(scene)
     structure = scene.build() if scene.disk is None else None
     plan = make_plan(scene, structure=structure, progress=progress)
@@ -238,7 +245,7 @@ def integrated_motion(plan: Plan) -> tuple[FastMotion, float]:
 
 
 def motion_on_tone(plan: SharedTonePlan) -> FastMotion:
-    """Return the motion of several modes on one tone in every window."""
+    """Return the motion of several modes on a tone in every window."""
     kept = _KeptMotion(plan, Recorder(()), lambda: None)
     kept.run(progress=False)
     names = [each.name for each in fields(FastMotion)]
@@ -253,9 +260,9 @@ class _KeptMotion(SharedTonePass):
         super().__init__(*arguments)
         self.motions: list[FastMotion] = []
 
-    def _record_window(self, window: Window) -> None:
+    def _record_motion(self, window: Window, reduced: Reduced, motion_at: MotionAt) -> None:
         if window in self._plan.scene.contact:
-            self.motions.append(self._motion(self._times(window))[0])
+            self.motions.append(motion_at(self._times(window))[0])
 
 
 def _sample_times(plan: Plan) -> Floats:

@@ -86,14 +86,15 @@ WRONG_BLADES = [
 ]
 WRONG_TONES = [
     ([("[1, 2]", "[1, 1]")], "modes.A: must be one mode or several different ones"),
-    ([("[1, 2]", "[1, 2]\nB = 3")], "modes.B: must be left out, because several modes share"),
-    ([("[1, 2]", "[0, 1]")], "modes.A: tones: mode 0 at 710.89 rad/s and mode 1 at"),
+    ([("[1, 2]", "[1, 2]\nB = 3")], "forcing.B: is missing; with several modes on a tone each"),
+    ([("[1, 2]", "[1, 2]\nB = [2, 3]")], "modes.B: must be other modes than A"),
+    ([("[1, 2]", "[0, 1]")], "modes: tones: mode 0 at 710.89 rad/s and mode 1 at"),
     ([("[run]", "[initial]\nA = [0.0, 1e-5]\n[run]")], "initial: must be left out with several"),
     ([("[run]", "[limits]\nscale = 2.0\n[run]")], "limits: must be left out with several modes"),
     ([("[run]", '[model]\ntable = "none"\n[run]')], 'model.table: must be "whole" with several'),
-    ([("[0, 268]", "[0, 200]")], "forcing.A.frequency: must stay within 10 % of the middle"),
+    ([("[0, 268]", "[0, 200]")], "forcing.A.frequency: must stay within 10 % of 276.701 Hz"),
     ([("quadrature = 8", "quadrature = 36")], "forcing.A.quadrature: force: DOF 36 is out of"),
-    ([("A = [1, 2]", "A = 1")], "forcing.A.quadrature: needs several modes on tone A"),
+    ([("A = [1, 2]", "A = 1")], "forcing.A.quadrature: needs several modes on a tone"),
     ([("elastic = [10, 13]", "elastic = [36]")], "output.elastic: DOF 36 is out of range"),
 ]
 

@@ -1,0 +1,112 @@
+"""A pass of a mistuned disk through a scene, with its recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slipmode.fmu.inputs import rate_of
+from slipmode.rom.arrays import Floats
+from slipmode.rom.laws.states import contact_states
+from slipmode.runner.plan.mistuned import MistunedPlan
+from slipmode.runner.recording import channels
+from slipmode.runner.recording.record import Recorder
+from slipmode.runner.scene.sections import Window
+from slipmode.runner.transients.disk_motion import SAMPLES
+from slipmode.runner.transients.motion import force_along
+from slipmode.runner.transients.tone_pass import TonePass
+
+_INPUTS = ("frequency_A", "force_A", "phase_A")
+
+
+class MistunedComponent:
+    """The slow flow of a mistuned disk, stepped as `fmu.Component` is.
+
+    Its outputs are the amplitudes of a DOF of all blades [m], the displacements of this DOF [m],
+    and those of all contacts, sector by sector [m].
+    """
+
+    def __init__(self, plan: MistunedPlan) -> None:
+        disk = plan.disk.structure
+        self._flow, self._dof = plan.flow(), plan.dof
+        self.input_names = (*_INPUTS, *map(rate_of, _INPUTS))
+        blades, contacts = range(disk.sectors), range(disk.sectors * disk.n_contacts)
+        self.output_names = (
+            *(f"blade_{j}_amplitude" for j in blades),
+            *(f"x_{j}" for j in blades),
+            *(f"contact_{i}_x" for i in contacts),
+        )
+
+    def set_inputs(self, **values: float) -> None:
+        """Let inputs jump to values by name, see `Steppable`; rates act in steps alone."""
+        now = dict(zip(_INPUTS, self._inputs, strict=True))
+        self._go(0.0, [values.get(name, now[name]) for name in _INPUTS])
+
+    def do_step(self, time: float, duration: float) -> None:
+        """Advance with constant inputs, see `Steppable`."""
+        self._go(duration, self._inputs)
+
+    def outputs(self) -> dict[str, float]:
+        """Return the outputs at the present time, see `Steppable`."""
+        return dict(zip(self.output_names, self._row().tolist(), strict=True))
+
+    def run(self, durations: Floats, inputs: Floats) -> Floats:
+        """Return the outputs after each step, see `Steppable`."""
+        rows = np.empty((len(durations), len(self.output_names)))
+        starts, rates = np.split(inputs, 2, axis=1)
+        ends = starts + rates * durations[:, np.newaxis]
+        for k, duration in enumerate(durations.tolist()):
+            if not np.allclose(self._inputs, starts[k], 1e-12, 0.0):  # more than rounding
+                self._go(0.0, starts[k].tolist())
+            self._go(duration, ends[k].tolist())
+            rows[k] = self._row()
+        return rows
+
+    @property
+    def _inputs(self) -> list[float]:
+        flow = self._flow
+        return [flow.frequency, flow.magnitude, flow.phase]
+
+    def _go(self, duration: float, inputs: list[float]) -> None:
+        frequency, magnitude, phase = inputs
+        self._flow.step(duration, frequency=frequency, magnitude=magnitude, phase=phase)
+
+    def _row(self) -> Floats:
+        moved = self._flow.displacement()[:, self._dof]
+        harmonics = np.concatenate((moved, self._flow.contact_displacement()))
+        turned = harmonics * np.exp(1j * self._flow.angle)
+        return np.concatenate((2.0 * np.abs(moved), 2.0 * turned.real))
+
+
+class MistunedPass(TonePass[MistunedPlan]):
+    """A pass of a mistuned disk."""
+
+    def __init__(
+        self, plan: MistunedPlan, recorder: Recorder, raise_if_interrupted: Callable[[], None]
+    ) -> None:
+        super().__init__(plan, recorder, raise_if_interrupted, MistunedComponent(plan))
+
+    def _times(self, window: Window) -> Floats:
+        return super()._times(window)[-SAMPLES:]
+
+    def _record(self, rows: Floats) -> None:
+        schedule, first = self._plan.schedule, self._recorded
+        points = slice(first, first + len(rows))
+        time, names = schedule.time(points), ("force_A", "frequency_A", "phase_A")
+        self._recorder.write(channels.BLADES, time, rows[:, : self._plan.disk.structure.sectors])
+        self._recorder.write("/forcing", time, schedule.at_points(names, points))
+
+    def _record_window(self, window: Window) -> None:
+        """Record one DOF, and the state of the first contact, of every sector."""
+        disk, times = self._plan.disk.structure, self._times(window)
+        at = self._numbers(self._time, times)
+        elements = self._plan.disk.law.elements(disk.n_contacts)
+        _, moved, contacts = np.split(self._rows, [disk.sectors, 2 * disk.sectors], axis=1)
+        states = []
+        for x in np.split(contacts, disk.sectors, axis=1):
+            force = force_along(elements, self._time, x)
+            states.append(contact_states(elements, x[at], force[at]).state[:, 0])
+        rows = np.column_stack((moved[at], *states))
+        self._recorder.write(channels.DISK, times, rows)
+        self.samples += len(rows)
