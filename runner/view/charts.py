@@ -69,14 +69,13 @@ class Box:
     ) -> None:
         """Draw the scales, and names with their colours beside the box."""
         lines = [[(self.aspect, 0.0), (0.0, 0.0), (0.0, -1.0)]]
-        labels: dict[tuple[float, ...], str] = {}  # each hangs below its place
-        row = self.row
+        row, labels = self.row, dict[tuple[float, ...], str]()  # each hangs below its place
         x_ticks, x_name = _ticks(self.x, self.xs)
+        y_ticks, y_name = _ticks(self.y, self.ys)
         for value, text in x_ticks:
             at = self.aspect * float(_part(np.array(value), self.xs, self.x.log))
             lines.append([(at, 0.0), (at, 0.02)])
             labels[at, 0.06] = text
-        y_ticks, y_name = _ticks(self.y, self.ys)
         for value, text in y_ticks:
             at = -float(_part(np.array(value), self.ys, self.y.log))
             lines.append([(-0.015, at), (0.0, at)])
@@ -203,7 +202,7 @@ def _ticks(axis: Axis, span: Span) -> tuple[list[tuple[float, str]], str]:
         return [(v, f"{v:.4g}") for v in inside[:: len(inside) // 12 + 1]], axis.label
     least = (high - low) / 4
     unit = 10.0 ** floor(log10(least))
-    step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.999)
+    step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.8)
     first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
     power = floor(log10(max(-low, high)))
     scale = 1.0 if -2 <= power < 5 else 10.0 ** (3 * (power // 3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import ceil, log10
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,6 @@ from slipmode.rom.slow.units import SI, Units
 from slipmode.runner.recording.channels import OTHER, Channel, Field, Moved
 from slipmode.runner.recording.record import Header
 from slipmode.runner.view.plots import DISPLACEMENT
-
-_MARGIN = 1.05  # of a scale, relative to the largest value
 
 
 class Shown(NamedTuple):
@@ -94,8 +93,12 @@ def readable_scale(low: float, high: float) -> tuple[float, float] | None:
 
     None for values that are all of one sign and far from zero: a viewer fits these better.
     """
-    if not np.isfinite((low, high)).all() or low == high == 0.0:
+    if low >= 0.8 * high or high <= 0.8 * low:
         return None
-    if low > 0.8 * high or high < 0.8 * low:
-        return None
-    return _MARGIN * min(low, 0.0), _MARGIN * max(high, 0.0)
+    return _end(min(low, 0.0)), _end(max(high, 0.0))
+
+
+def _end(value: float) -> float:
+    """Return the end of a scale; the next power of ten, if near, is on it for its label."""
+    power = 10.0 ** ceil(log10(abs(value) or 1.0))
+    return 1.05 * float(np.sign(value)) * (power if abs(value) > 0.7 * power else abs(value))

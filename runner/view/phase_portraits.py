@@ -15,14 +15,7 @@ from slipmode.runner.recording.channels import Channel
 from slipmode.runner.view.charts import Axis, Box, box_view, span
 from slipmode.runner.view.drawing import Path, draw_lines, draw_moving_point
 from slipmode.runner.view.plots import GREY, Portrait, portraits
-from slipmode.runner.view.samples import (
-    DENSE_SAMPLES,
-    Extents,
-    Latest,
-    Thinned,
-    Window,
-    window_starts,
-)
+from slipmode.runner.view.samples import Extents, Latest, Thinned, Window, window_starts
 from slipmode.runner.view.spatial.drawings import drawings
 
 _ROW = 0.26  # height of a line of text in a portrait, relative to its box
@@ -34,25 +27,24 @@ def view_of(portrait: Portrait) -> rrb.View:
 
 
 def _aspect(portrait: Portrait) -> float:
-    return 1.0 if portrait.one_scale else 1.6
+    return 1.0 if portrait.kind in ("plane", "orbit") else 1.6
 
 
 def _has_picture(portrait: Portrait, path: Floats) -> bool:
     """Return whether values (n, 2) make a picture; a constant frequency makes none."""
-    if not portrait.corner:
-        return len(path) > 0
-    return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
+    moves = len(path) > 0 and np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max()
+    return bool(moves) if portrait.kind == "response" else len(path) > 0
 
 
 def _box(portrait: Portrait, path: Floats, units: Sequence[str]) -> Box:
     """Return the box around values (n, 2) in units."""
     names = portrait.x.label, portrait.y.label
     x, y = (Axis(f"{name} [{unit}]") for name, unit in zip(names, units, strict=True))
-    if portrait.corner:
+    if portrait.kind == "response":
         xs, ys = span(x, [path[:, 0]], False), span(y, [path[:, 1]], True)
     else:
         most = np.abs(path).max(axis=0)
-        largest = np.full(2, most.max()) if portrait.one_scale else most
+        largest = np.full(2, most.max()) if _aspect(portrait) == 1.0 else most
         xs, ys = ((-1.05 * end, 1.05 * end) for end in np.where(largest, largest, 1.0).tolist())
     return Box(x, y, xs, ys, _aspect(portrait), _ROW)
 
@@ -77,7 +69,7 @@ class Paths:
         self._portraits, self._extents = portraits(channels), Extents()
         self._channels = {channel.topic: channel for channel in channels}
         self._samples: dict[str, Thinned | Latest] = {
-            axis.topic: Latest() if portrait.tail else Thinned()
+            axis.topic: Latest() if portrait.fast else Thinned()
             for portrait in self._portraits
             for axis in (portrait.x, portrait.y)
         }
@@ -106,15 +98,14 @@ class Paths:
             box = _box(portrait, path, units)
             box.draw(stream, portrait.entity)
             _draw_path(stream, portrait, time_ns, box.place(*path.T))
-            if portrait.tail:
+            if portrait.fast:
                 motion = portrait.x.topic
         for drawing in self._drawings:
             rows = [self._samples[topic].rows() for topic in drawing.topics]
             if all(map(len, rows)):
                 drawing.draw(stream, [self._channels[topic] for topic in drawing.topics], rows)
-        shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
-        if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
-            windows = shown.windows()
+        shown = self._samples.get(motion or "/elastic")
+        windows = shown.windows() if isinstance(shown, Latest) else []
         return FinalViews(tuple(entities), tuple(windows), self._extents)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
@@ -137,7 +128,7 @@ def _draw_path(
     starts = window_starts(time_ns)
     whole = np.split(points, np.unique(starts)[1:])
     color = portrait.color
-    shade, radius = (GREY, 0.6) if portrait.tail else (color, 1.5)
+    shade, radius = (GREY, 0.6) if portrait.fast else (color, 1.5)
     draw_lines(stream, f"{portrait.entity}/path", whole, shade, radius)
-    path = Path(time_ns, points, starts, portrait.tail)
+    path = Path(time_ns, points, starts, portrait.fast)
     draw_moving_point(stream, portrait.entity, path, color, GREY)

@@ -142,16 +142,17 @@ class Axis(NamedTuple):
 class Portrait:
     """One recorded quantity over another."""
 
-    kind: str  # Those of one kind stand together
+    kind: str  # "plane" (of a mode), "response", "trajectory", "loop", "full loop" or "orbit"
     entity: str  # Where it is logged
     title: str
     x: Axis
     y: Axis  # Upwards
-    one_scale: bool = False  # Whether both axes share a scale, so that angles are true
-    tail: bool = False  # Whether the moving point draws a tail: fast motion
     color: Color = BLUE
-    # Whether the axes meet in the corner, x from its least value and y from 0
-    corner: bool = False
+
+    @property
+    def fast(self) -> bool:
+        """Whether it shows the motion within a cycle."""
+        return self.kind not in ("plane", "response")
 
 
 def portraits(channels: Iterable[Channel]) -> list[Portrait]:
@@ -172,7 +173,7 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
     for mode in [name.removesuffix("_re") for name in modes if name.endswith("_re")]:
         x, y = (Axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
         place, color = f"/phase_plane/{mode}", ORANGE if mode.startswith("B") else BLUE
-        planes.append(Portrait("plane", place, f"Mode {mode}", x, y, one_scale=True, color=color))
+        planes.append(Portrait("plane", place, f"Mode {mode}", x, y, color))
         carrier = f"{mode[0]}_frequency"
         if f"{mode}_abs" in modes and carrier in names("/forcing"):
             x = Axis("/forcing", carrier, "frequency")
@@ -180,11 +181,11 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
             for name in names(DISPLACEMENT):
                 y = Axis(DISPLACEMENT, name, name) if name.startswith(f"{mode} ") else y
             place, title = f"/response/{mode}", f"Mode {mode} over its frequency"
-            responses.append(Portrait("response", place, title, x, y, color=color, corner=True))
+            responses.append(Portrait("response", place, title, x, y, color))
     found = [*planes, *responses]
     if len(contacts) > 1:
         x, y = (Axis(topic, "x", f"x of contact {topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Portrait("trajectory", "/trajectory", "Contacts", x, y, tail=True))
+        found.append(Portrait("trajectory", "/trajectory", "Contacts", x, y))
     full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
     for topic in (*contacts[:LOOPS], *full[:LOOPS]):
         number = topic.split("/")[-1]
@@ -192,38 +193,28 @@ def portraits(channels: Iterable[Channel]) -> list[Portrait]:
         kind, color = "full loop" if topic in full else "loop", LINES[int(number) % len(LINES)]
         x, y = Axis(topic, "x", "x"), Axis(topic, "f", "f")
         place, title = f"/loop{topic}", f"Hysteresis {where}"
-        found.append(Portrait(kind, place, title, x, y, tail=True, color=color))
+        found.append(Portrait(kind, place, title, x, y, color))
         if "y" in by_topic[topic].names:
             y, title = Axis(topic, "y", "y"), f"Orbit {where}"
-            shape = {"one_scale": True, "tail": True}
-            found.append(Portrait("orbit", f"/orbit{topic}", title, x, y, color=color, **shape))
+            found.append(Portrait("orbit", f"/orbit{topic}", title, x, y, color))
     return found
 
 
 _WORDS = {  # in Markdown, by a part of the title
     "Displacement": "amplitude of a mode in slow time, at the DOF that it moves most.",
     "Modal amplitude": "|A| in slow time: a DOF moves as `2 Re(phi A exp(i theta))`.",
-    "Blade amplitudes": "of one DOF of every blade of a mistuned disk in slow time. Few blades "
-    "with amplitudes far above the others hold the energy.",
-    "Power balance": "the input of the forces is the sum of what the contacts dissipate, what "
-    "structural damping dissipates, and what the modes store.",
-    "0 stuck": "the state of each contact.",
+    "Blade amplitudes": "of one DOF of each blade. Blades far above the others hold the energy.",
+    "Power balance": "input = dissipated by contacts + structural damping + stored in modes.",
     "Mode A": "complex amplitude in its plane. The angle is the phase against the forcing; a "
     "steady state is a point.",
     "over its frequency": "amplitude against forcing frequency as the sweep went on. It lags "
     "behind the steady response curve where the sweep is quick.",
     "Hysteresis": "friction force against displacement of a contact. The area of a loop is the "
     "energy it takes out in a cycle; steep sides are sticking, level ones sliding.",
-    "Orbit": "displacement of a contact in its plane.",
-    "Contacts": "displacement of one contact against that of another.",
-    "over the phases": "while amplitudes stand still, the motion of a contact depends on two "
-    "angles alone, the phases of both forcings. The height of the surface is its displacement "
-    "there, the colour its friction force: orange slides one way, blue the other, grey is without "
-    "force. The white point is the motion itself: it crosses the square again and again, and "
-    "comes back at the opposite edge.",
+    "over the phases": "displacement (height) and friction force (colour) of a contact against "
+    "the phases of both forcings, while amplitudes stand still. The white point is its motion.",
     "Disk": "the displacement of one DOF in every sector, drawn outwards, at the end of the last "
-    "window. Points between the blades are the contacts: grey while they stick, orange while they "
-    "slip, red while they are open.",
+    "window. Points are the contacts: grey while stuck, orange while slipping, red while open.",
 }
 
 
@@ -234,7 +225,6 @@ def reading(channels: Sequence[Channel], drawings: Sequence[str]) -> str:
     found = {part: next((each for each in titles if part in each), None) for part in _WORDS}
     lines = [f"**{title}**: {_WORDS[part]}" for part, title in found.items() if title]
     use = (
-        "Time runs below: drag it or press space. Drag in a plot to move it, scroll to zoom, "
-        "double-click to see all of it."
+        "Drag the time below, or press space. Drag a plot, scroll to zoom, double-click to reset."
     )
     return "\n\n".join([*lines, use])

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level
-from slipmode.runner.recording.channels import NANOSECONDS, Channel, Event
+from slipmode.runner.recording.channels import Channel, Event
 from slipmode.runner.recording.record import Header, Sink, checked_batch, create_file
 from slipmode.runner.view import views
 from slipmode.runner.view.labels import shown_channels
@@ -81,12 +81,7 @@ class RerunSink(Sink):
             self._paths.extend(channel.topic, time_ns, rows)
             if len(rows):
                 self._filled.add(channel.topic)
-            envelope = self._envelopes[channel.topic]
-            before = envelope.thinned
-            self._send(channel, *envelope.extend(time_ns, rows))
-            if envelope.thinned and not before:
-                words = f"{channel.topic} has become long: its extremes alone are shown from here"
-                self.event(float(time_ns[-1]) / NANOSECONDS, "info", words)
+            self._send(channel, *self._envelopes[channel.topic].extend(time_ns, rows))
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""

@@ -14,21 +14,11 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, NANOSECONDS, OTHER, Channel, Event
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Event
+from slipmode.runner.view import plots
 from slipmode.runner.view.drawing import TIMELINE, time_column
 from slipmode.runner.view.labels import readable_scale
 from slipmode.runner.view.phase_portraits import FinalViews, view_of
-from slipmode.runner.view.plots import (
-    LINES,
-    Curves,
-    Portrait,
-    curves,
-    find_plots,
-    is_contact,
-    portraits,
-    reading,
-    titled,
-)
 from slipmode.runner.view.samples import Window
 from slipmode.runner.view.spatial.drawings import drawings
 
@@ -49,7 +39,7 @@ class Playing:
             raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
-def _entity(found: Curves) -> str:
+def _entity(found: plots.Curves) -> str:
     """Return the entity path of the curves of a plot."""
     path = f"{found.channel.topic}/{found.name}".removesuffix("/")
     return "/".join(map(rr.escape_entity_path_part, path.split("/")))
@@ -60,7 +50,7 @@ def send_series(
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]
-    for found in curves(channel):
+    for found in plots.curves(channel):
         columns = rr.Scalars.columns(scalars=values[:, found.columns])
         stream.send_columns(_entity(found), index, columns)
 
@@ -69,9 +59,8 @@ def send_event(stream: rr.RecordingStream, events: Sequence[Event]) -> None:
     """Append the last event to the text log, and to the text that wraps long lines."""
     last = events[-1]
     level = "WARN" if last.level == "warning" else last.level.upper()
-    columns = rr.TextLog.columns(text=[_line(last)], level=[level])
-    time = np.array([round(last.time * NANOSECONDS)])
-    stream.send_columns(EVENTS, [time_column(time)], columns)
+    stream.set_time(TIMELINE, duration=last.time)
+    stream.log(EVENTS, rr.TextLog(_line(last), level=level))
     if len(events) <= _MOST_EVENTS:
         _write(stream, _LISTED_EVENTS, "\n\n".join(map(_line, events)))
 
@@ -100,10 +89,11 @@ def _name_series(stream: rr.RecordingStream, listed: Sequence[Channel]) -> None:
     for channel in listed:
         # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
-        shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
+        shift = int(channel.topic.split("/")[-1]) if plots.is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
-        for found in curves(channel):
-            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(found.columns))]
+        for found in plots.curves(channel):
+            count = len(found.columns)
+            colors = [plots.LINES[(shift + j) % len(plots.LINES)] for j in range(count)]
             style = rr.SeriesLines(
                 names=found.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
@@ -119,14 +109,16 @@ def explain(
     """Write the explanations of the views of the channels; `final` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
     titles += [drawing.title for drawing in drawings(channels)]
-    _write(stream, "/reading", reading(channels, titles))
+    _write(stream, "/reading", plots.reading(channels, titles))
 
 
-def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
+def _shown_portraits(
+    channels: Sequence[Channel], final: FinalViews | None
+) -> list[plots.Portrait]:
     return [
         portrait
-        for portrait in portraits(channels)
-        if (not portrait.corner if final is None else portrait.entity in final.entities)
+        for portrait in plots.portraits(channels)
+        if (portrait.kind != "response" if final is None else portrait.entity in final.entities)
     ]
 
 
@@ -169,8 +161,8 @@ def blueprint(
     layout: rrb.Container = _texts(channels)
     if filled:
         shares, contents = zip(*filled, strict=True)
-        plots = rrb.Horizontal(*contents, column_shares=shares)
-        layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
+        columns_ = rrb.Horizontal(*contents, column_shares=shares)
+        layout = rrb.Vertical(columns_, layout, row_shares=(5, 1))
     plays: dict[str, Any] = {}
     if playing is not None:
         loop = "all" if playing.loop else "off"
@@ -184,8 +176,8 @@ def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.Vie
     maps = [each for each in drawings(channels) if each.slow and final]
     others = [each for each in channels if not any(each.topic in map_.topics for map_ in maps)]
     window = final.extents.times if final else None
-    plots = _plots(others, final, fast=False, window=window)
-    return [*(map_.view() for map_ in maps), *plots]
+    slow = _plots(others, final, fast=False, window=window)
+    return [*(map_.view() for map_ in maps), *slow]
 
 
 def _motion(
@@ -219,13 +211,13 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
-            entities = [_entity(found) for found in curves(channel)]
+            entities = [_entity(found) for found in plots.curves(channel)]
             sources.setdefault(channel.description, []).extend(entities)
-    plots = [
+    views = [
         rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
         for source, entities in sources.items()
     ]
-    return [rrb.Grid(*plots)] if plots else []
+    return [rrb.Grid(*views)] if views else []
 
 
 def _plots(
@@ -238,7 +230,7 @@ def _plots(
     """
     boundary = rr.TimeRangeBoundary
     places: dict[str, list[rrb.View]] = {}
-    listed = find_plots(channels, fast=fast)
+    listed = plots.find_plots(channels, fast=fast)
     legends = [1 < sum(len(each.columns) for each in found) <= _MOST_NAMED for _, found in listed]
     ends = [boundary.infinite()] * 2
     if window:
@@ -249,7 +241,7 @@ def _plots(
         parts = [(each.channel.topic, each.columns) for each in found]
         scale = readable_scale(*final.extents.over(parts)) if final else None
         view = rrb.TimeSeriesView(
-            name=titled(plot, found),
+            name=plots.titled(plot, found),
             contents=[_entity(each) for each in found],
             axis_x=rrb.TimeAxis(view_range=rr.TimeRange(*ends)),
             axis_y=rrb.ScalarAxis(range=scale) if scale else None,

@@ -78,11 +78,8 @@ def _draw(stream: rr.RecordingStream, channels: Sequence[Channel], rows: Sequenc
     back = np.diff(places[:, :2], axis=0, prepend=places[:1, :2]) < -0.5 * tau
     edges = np.maximum.accumulate(np.where(back.any(axis=1), np.arange(len(back)), 0))
     raised = places * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
-    path, white = (
-        Path(motion[last:, 0].astype(np.int64), raised, edges, tail=True),
-        (230, 230, 230),
-    )
-    draw_moving_point(stream, TORUS, path, white, white)
+    path = Path(motion[last:, 0].astype(np.int64), raised, edges, tail=True)
+    draw_moving_point(stream, TORUS, path, _WHITE, _WHITE)
     low = -1.3 * top  # the floor, below the surface
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * tau
     floor = np.column_stack((corners, np.full(5, low)))
