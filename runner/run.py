@@ -15,6 +15,7 @@ from slipmode.rom import Model, SlipmodeError
 from slipmode.rom.short_repr import short_list
 from slipmode.runner.interrupts import interrupts_held_back
 from slipmode.runner.plan.mistuned import AnyPlan, MistunedPlan, plan_scene
+from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan
 from slipmode.runner.plan.shared_tone import SharedTonePlan
 from slipmode.runner.recording import channels
@@ -178,7 +179,10 @@ def run(
     if mcap or rrd:
         folder.mkdir(parents=True, exist_ok=True)
 
-    details = describe_run(scene.text, model) | ({"fmu": Path(fmu).name} if fmu else {})
+    moved = {} if isinstance(plan, MistunedPlan) else moved_by(plan)
+    details = describe_run(scene.text, model)
+    details |= {f"mode_{name}": each.describe() for name, each in moved.items()}
+    details |= {"fmu": Path(fmu).name} if fmu else {}
     header = Header(scene.title, scene.text, details, scene.name)
     with ExitStack() as stack:
         raise_if_interrupted = stack.enter_context(interrupts_held_back())
@@ -203,7 +207,7 @@ def run(
             pass_ = SlowPass(plan, recording, component, model)
         pass_.run(progress)
     if mcap:
-        write_layout(mcap, _channels(plan), plan.scene.units)
+        write_layout(mcap, header, _channels(plan))
     return Recording(
         plan=plan,
         model=model,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -23,12 +24,16 @@ from slipmode.runner.curves.scene_curves import (
     scene_response_curve,
 )
 from slipmode.runner.pictures import check_pictures, page_figure
+from slipmode.runner.plan.moved import displacement_shapes
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.view.labels import units_of
+
+_Curve = rom.ResponseCurve | rom.ToneCurve | rom.Backbone | rom.PerformanceCurve
 
 
 def commands() -> dict[str, Command]:
     """Return the commands for curves."""
-    of_dof = "the amplitude of a DOF, contacts included, in the scene's [units]"
+    of_dof = "the DOF whose amplitude is shown, in the scene's [units] (the one that moves most)"
     common = Argument("--dof", type=int, help=of_dof), SCENE, OUTPUT
     mode = Argument("--mode", choices=["A", "B"], help="one that is forced (the first)")
     vary = "a frequency, or a factor on the scene's forces or limits (first mode's frequency)"
@@ -63,15 +68,14 @@ def _curve(options: Namespace) -> int:
     if span is not None and (options.vary or "frequency").startswith("frequency"):
         span = [end * scene.units.per_frequency for end in span]
     curve = scene_response_curve(scene, options.vary, span, progress=True)
-    shown = _shown(options, scene)
+    shown = _shown(options, scene, curve)
     name, along, points = _points(curve, shown)
-    unit = Shown(options.dof, scene.units).unit
     peaks = []
     for mode, size in points.items():
         top = int(size.argmax())
         where = f" at {name} = {along[top]:.4g}" if 0 < top < size.size - 1 else ""
-        peaks.append(f"|{mode}| up to {size.max():.3g} {unit}{where}")
-    files = _write(options, "curve", curve, scene, "; ".join(peaks))
+        peaks.append(f"|{mode}| up to {size.max():.3g} {shown.units.displacement}{where}")
+    files = _write(options, "curve", curve, scene, f"DOF {shown.dof}: {'; '.join(peaks)}")
 
     def listed(row: Iterable[float]) -> str:
         named = zip(points, row, strict=True)
@@ -119,10 +123,10 @@ def _design(options: Namespace) -> int:
     check_pictures()
     scene = load_scene(options.scene)
     curve = scene_performance(scene, options.mode, progress=True)
-    shown = _shown(options, scene)
+    shown = _shown(options, scene, curve)
     limit, peak = curve.lowest(shown)
     ratio = percentage(peak / curve.size(shown)[-1])
-    unit = Shown(options.dof, scene.units).unit
+    unit = shown.units.displacement
     cut = curve.is_cut_at_lowest(shown)
     result = (
         f"{'Peak' if cut else 'Lowest peak'} {peak:.3g} {unit} at {limit:.3g} times the scene's "
@@ -146,15 +150,25 @@ def _design(options: Namespace) -> int:
     return 0
 
 
-def _shown(options: Namespace, scene: Scene) -> Shown:
-    """Return how amplitudes are shown; Rerun has no formulae."""
-    return Shown(options.dof, scene.units, "kg^0.5 m")
+def _shown(options: Namespace, scene: Scene, curve: _Curve) -> Shown:
+    """Return how amplitudes are shown: of `--dof`, or of the DOF of the largest motion."""
+    modal = "kg^0.5 m"  # Rerun has no formulae
+    if options.dof is not None:
+        return Shown(options.dof, scene.units, modal)
+    if isinstance(curve, rom.ToneCurve):
+        reduced, amplitude = curve.response.reduced, curve.amplitude
+    else:
+        reduced, amplitude = curve.motion.model.reduced, curve.motion.amplitude
+    moved = 2.0 * displacement_shapes(reduced) * np.abs(amplitude).max(axis=0)
+    dof = int(moved.max(axis=1).argmax())
+    length = units_of(scene.text, float(moved.max())).displacement
+    return Shown(dof, replace(scene.units, displacement=length), modal)
 
 
 def _write(
     options: Namespace,
     kind: str,
-    curve: rom.ResponseCurve | rom.ToneCurve | rom.Backbone | rom.PerformanceCurve,
+    curve: _Curve,
     scene: Scene,
     result: str,
 ) -> tuple[Path, Path]:
@@ -166,8 +180,8 @@ def _write(
     from slipmode.runner.curves.curve_charts import curve_charts
     from slipmode.runner.view.charts import write_charts
 
-    units, folder = scene.units, options.output
-    columns = curve.columns(options.dof, units)
+    shown, folder = _shown(options, scene, curve), options.output
+    columns = curve.columns(shown.dof, shown.units)
     panels = 2 if isinstance(curve, rom.Backbone) else 1
     folder.mkdir(parents=True, exist_ok=True)
     given = options.vary if kind == "curve" else options.mode
@@ -175,9 +189,9 @@ def _write(
     table, picture, recording = (folder / f"{name}.{ending}" for ending in ("csv", "png", "rrd"))
     write_columns(table, columns)
     with page_figure(picture, result, 3.0 + panels) as figure:
-        curve.plot(figure.subplots(panels, sharex=True), options.dof, units)
+        curve.plot(figure.subplots(panels, sharex=True), shown.dof, shown.units)
     title = f"{scene.title or scene.name}: {kind}"
-    rows = curve_charts(curve, _shown(options, scene))
+    rows = curve_charts(curve, shown)
     write_charts(recording, title, rows, {"Scene": f"```toml\n{scene.text}\n```"})
     for path in (table, picture, recording):
         print(path)

@@ -10,7 +10,7 @@ from slipmode import rom
 from slipmode.rom.slow.branches.response_curve import CurveSizes
 from slipmode.rom.slow.units import Shown
 from slipmode.runner.view.charts import Axis, Chart, Layer
-from slipmode.runner.view.labels import BLUE, GREEN, GREY, LINES, ORANGE, RED
+from slipmode.runner.view.plots import BLUE, GREEN, GREY, LINES, ORANGE, RED
 
 
 def curve_charts(

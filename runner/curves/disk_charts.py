@@ -8,7 +8,7 @@ from slipmode import rom
 from slipmode.rom.frequencies import RPM
 from slipmode.rom.slow.units import Units
 from slipmode.runner.view.charts import Axis, Chart, Layer
-from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
+from slipmode.runner.view.plots import BLUE, GREEN, GREY, ORANGE, RED
 
 
 def disk_charts(campbell: rom.CampbellDiagram, units: Units) -> list[Chart]:

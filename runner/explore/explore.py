@@ -20,8 +20,10 @@ from slipmode.rom.laws.friction import is_homogeneous
 from slipmode.rom.validity import warn
 from slipmode.runner.explore.inputs import page_inputs
 from slipmode.runner.explore.page_file import write_page
+from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
+from slipmode.runner.view.labels import units_of
 
 # Range of the friction table relative to the scene's; limits may fall to a quarter
 HEADROOM, SCALED = 2.0, 4.0
@@ -145,12 +147,14 @@ def _content(
     """Return what the page shows, and where it finds the values."""
     scene, modes, named = plan.scene, plan.excited.modes, {v.name: v for v in variables}
     reference = {v.name: k for k, v in enumerate(variables) if v.size is None}
-    inputs = page_inputs(plan, model, {name: named[name].start for name in options.start})
+    moved = moved_by(plan)
+    units = units_of(scene.text, 2.0 * max(m.shape * m.amplitude for m in moved.values()))
+    inputs = page_inputs(plan, model, units, {name: named[name].start for name in options.start})
     wanted = [f"{mode}_{part}" for mode in modes for part in ("re", "im", "abs")]
     wanted = ["time", *wanted, *(each["name"] for each in inputs), "dissipated_power"]
     cycle = 2.0 * pi / float(model.reduced.frequency.min())  # of the slower mode [s]
     speed = float(f"{scene.run.duration / cycle / _SECONDS:.1g}")
-    units = scene.units
+    length = 1.0 / float(units.of_displacement(1.0))
     return {
         "title": scene.title or scene.name,
         "name": scene.name,
@@ -163,10 +167,21 @@ def _content(
         "contacts": _contacts(model, named) if options.contact else [],
         "dofs": [{"name": f"DOF {k}", "slot": named[f"x_{k}"].slot} for k in options.elastic],
         "frequency": {"unit": units.frequency, "per": units.per_frequency},
-        "displacement": {
-            "unit": units.displacement,
-            "per": 1.0 / float(units.of_displacement(1.0)),
-        },
+        "displacement": {"unit": units.displacement, "per": length},
+        "amplitudes": [
+            {
+                "name": "Displacement",
+                "labels": [f"{mode} at DOF {each.dof}" for mode, each in moved.items()],
+                "unit": units.displacement,
+                "per": [length / (2.0 * each.shape) for each in moved.values()],
+            },
+            {
+                "name": "Modal amplitude",
+                "labels": [f"|{mode}|" for mode in modes],
+                "unit": "√kg m",
+                "per": [1.0] * len(modes),
+            },
+        ],
         "cycle": cycle,
         "speed": min(max(speed, 1.0), 1e4),
     }

@@ -11,11 +11,14 @@ import numpy as np
 from slipmode.rom import Model
 from slipmode.rom.contact.slip_onset import slip_onset
 from slipmode.rom.laws.friction import is_homogeneous
+from slipmode.rom.slow.units import Units
 from slipmode.runner.fmi.export import largest_forces
 from slipmode.runner.plan.plan import Plan
 
 
-def page_inputs(plan: Plan, model: Model, start: Mapping[str, Any]) -> list[dict[str, Any]]:
+def page_inputs(
+    plan: Plan, model: Model, units: Units, start: Mapping[str, Any]
+) -> list[dict[str, Any]]:
     """Return name, label, unit, range and start value of each input.
 
     The values are in SI units; `per` is the unit in which they are shown.
@@ -24,10 +27,12 @@ def page_inputs(plan: Plan, model: Model, start: Mapping[str, Any]) -> list[dict
     ----------
     plan : Plan
     model : Model
+    units : Units
+        Units of the page.
     start : mapping of str to float
         Values with which the page starts, by name.
     """
-    units, modes = plan.scene.units, plan.excited.modes
+    modes = plan.excited.modes
     forces = [f"force_{mode}" for mode in modes]
     scripted = np.abs(plan.schedule.extremes(forces)).max(axis=0)
     largest = largest_forces(plan, model)

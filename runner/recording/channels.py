@@ -7,10 +7,11 @@ is imported for schemas and events: scenes and plans need the names of channels 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,6 +143,29 @@ def modes(present: Sequence[str] = ("A", "B")) -> Channel:
     names += [f"{mode}_abs" for mode in present]
     fields = _fields(dict.fromkeys(names, "kg^0.5 m"))
     return Channel("/modes", fields, "Slow complex modal amplitudes and their moduli")
+
+
+class Moved(NamedTuple):
+    """What a mode moves: the DOF that it moves most, and the contacts."""
+
+    shape: float  # Mode shape at the DOF [kg^-1/2]
+    dof: int
+    contacts: float  # Largest displacement of a contact per amplitude [kg^-1/2]
+    amplitude: float  # Largest expected amplitude [kg^1/2 m]; 0 if it is not known
+
+    def describe(self) -> str:
+        """Return what `parse` reads, for the metadata of a run."""
+        words = f"{self.shape:.6g} kg^-0.5 at DOF {self.dof}, {self.contacts:.6g} at contacts"
+        return f"{words}, amplitudes to {self.amplitude:.6g}" if self.amplitude else words
+
+    @classmethod
+    def parse(cls, text: str) -> Moved | None:
+        """Return the inverse of `describe`; None of another text."""
+        form = r"(\S+) kg\^-0.5 at DOF (\d+), (\S+) at contacts(?:, amplitudes to (\S+))?"
+        if (found := re.fullmatch(form, text)) is None:
+            return None
+        shape, dof, contacts, amplitude = found.groups("0")
+        return cls(float(shape), int(dof), float(contacts), float(amplitude))
 
 
 def forcing(present: Sequence[str] = ("A", "B")) -> Channel:

@@ -1,7 +1,8 @@
 """Recordings in Rerun.
 
 replay.py              a recording, shown. Start here; rerun_sink.py: to a file or a viewer
-views.py               plots, texts and their layout; labels.py: titles, legends, units, words
+plots.py               what is plotted from which channel, for all programs; labels.py: numbers
+views.py               plots over time, texts and the layout of all views
 phase_portraits.py     paths and loops; samples.py: what they keep; drawing.py: what they share
 spatial/               motion over two phases, a surface; every sector of a disk
 charts.py              one quantity against another without time: of studies and curves

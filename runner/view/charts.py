@@ -19,7 +19,8 @@ from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.short_repr import frozen
 from slipmode.rom.storage.files import create_file
 from slipmode.runner.view.drawing import draw_labels, draw_lines
-from slipmode.runner.view.labels import BLUE, DARK, GREY, Color
+from slipmode.runner.view.plots import BLUE, DARK, GREY, Color
+from slipmode.runner.view.samples import Span
 from slipmode.runner.view.viewer import FLUSH_SECONDS, application
 
 _ASPECT = 1.6  # width of a box, heights are 1: views are wider than high
@@ -47,6 +48,55 @@ class Axis:
     log: bool = False
 
 
+@frozen
+class Box:
+    """Two scales at the left and lower edge of a box, and places in it."""
+
+    x: Axis
+    y: Axis
+    xs: Span
+    ys: Span
+    aspect: float = _ASPECT  # Width of the box, whose height is 1
+    row: float = 0.11  # Height of a line of text
+
+    def place(self, x: Floats, y: Floats) -> Floats:
+        """Return the places (n, 2) of points (n,) in a 2D view, whose second axis points down."""
+        across, up = _part(x, self.xs, self.x.log), _part(y, self.ys, self.y.log)
+        return np.column_stack((self.aspect * across, -up))
+
+    def draw(
+        self, stream: rr.RecordingStream, entity: str, key: Sequence[tuple[str, Color]] = ()
+    ) -> None:
+        """Draw the scales, and names with their colours beside the box."""
+        lines = [[(self.aspect, 0.0), (0.0, 0.0), (0.0, -1.0)]]
+        row, labels = self.row, dict[tuple[float, ...], str]()  # each hangs below its place
+        x_ticks, x_name = _ticks(self.x, self.xs)
+        y_ticks, y_name = _ticks(self.y, self.ys)
+        for value, text in x_ticks:
+            at = self.aspect * float(_part(np.array(value), self.xs, self.x.log))
+            lines.append([(at, 0.0), (at, 0.02)])
+            labels[at, 0.06] = text
+        for value, text in y_ticks:
+            at = -float(_part(np.array(value), self.ys, self.y.log))
+            lines.append([(-0.015, at), (0.0, at)])
+            labels[-1.3 * row, at - 0.4 * row] = text
+        labels[0.5 * self.aspect, 0.06 + row] = x_name
+        labels[0.3 * self.aspect, -1.0 - 1.3 * row] = y_name
+        colors = [GREY] * len(labels) + [color for _, color in key]
+        beside = self.aspect + 2.2 * row
+        labels |= {(beside, -1.0 + 0.85 * row * k): name for k, (name, _) in enumerate(key)}
+        draw_lines(stream, f"{entity}/box", lines, DARK, 0.5)
+        draw_labels(stream, entity, labels, colors)
+
+
+def box_view(entity: str, title: str, width: float, row: float = 0.11) -> rrb.View:
+    """Return the view of a box and its labels, and as much beside it as `width` leaves."""
+    bounds = rrb.VisualBounds2D(
+        x_range=(-2.7 * row, width + row), y_range=(-1.0 - 1.5 * row, 0.06 + 2.2 * row)
+    )
+    return rrb.Spatial2DView(origin=entity, name=title, visual_bounds=bounds)
+
+
 @dataclass(frozen=True)
 class Chart:
     """Layers over the same two scales."""
@@ -60,20 +110,20 @@ class Chart:
 
     def view(self) -> rrb.View:
         """Return the view of the chart: its box and its labels."""
-        bounds = rrb.VisualBounds2D(x_range=(-0.3, _ASPECT + 0.1), y_range=(-1.12, 0.24))
-        return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
+        named = any(layer.name for layer in self.layers)
+        return box_view(self.entity, self.title, _ASPECT + 0.4 * named)
 
     def draw(self, stream: rr.RecordingStream) -> None:
         """Draw the layers, the box with its scales, and the key."""
-        xs = _span(self.x, [layer.x[np.isfinite(layer.y)] for layer in self.layers], False)
+        xs = span(self.x, [layer.x[np.isfinite(layer.y)] for layer in self.layers], False)
         heights = [layer.y for layer in self.layers]
         heights += [layer.top for layer in self.layers if layer.top is not None]
-        ys = _span(self.y, heights, self.from_zero)
-        self._box(stream, xs, ys)
+        box = Box(self.x, self.y, xs, span(self.y, heights, self.from_zero))
+        key = [(layer.name, layer.color) for layer in self.layers if layer.name]
+        box.draw(stream, self.entity, key)
         for k, layer in enumerate(self.layers):
-            x = _ASPECT * _part(layer.x, xs, self.x.log)
             edges = [layer.y] if layer.top is None else [layer.y, layer.top]
-            curves = [np.column_stack([x, -_part(edge, ys, self.y.log)]) for edge in edges]
+            curves = [box.place(layer.x, edge) for edge in edges]
             color, radius = layer.color, rr.Radius.ui_points(layer.width)
             marks: rr.LineStrips2D | rr.Points2D
             if layer.curve:
@@ -83,28 +133,6 @@ class Chart:
                 seen = curves[0][np.isfinite(curves[0]).all(axis=1)]
                 marks = rr.Points2D(seen, colors=color, radii=radius)
             stream.log(f"{self.entity}/layers/{k}", marks, static=True)
-
-    def _box(
-        self, stream: rr.RecordingStream, xs: tuple[float, float], ys: tuple[float, float]
-    ) -> None:
-        lines = [[(_ASPECT, 0.0), (0.0, 0.0), (0.0, -1.0)]]
-        labels: dict[tuple[float, ...], str] = {}
-        for value, text in _ticks(self.x, xs):
-            at = _ASPECT * float(_part(np.array(value), xs, self.x.log))
-            lines.append([(at, 0.0), (at, 0.02)])
-            labels[at, 0.08] = text
-        for value, text in _ticks(self.y, ys):
-            at = -float(_part(np.array(value), ys, self.y.log))
-            lines.append([(-0.015, at), (0.0, at)])
-            labels[-0.13, at] = text
-        labels[0.5 * _ASPECT, 0.19] = self.x.label
-        labels[0.3, -1.08] = self.y.label
-        colors = [GREY] * len(labels)
-        for k, layer in enumerate(layer for layer in self.layers if layer.name):
-            labels[_ASPECT - 0.25, -1.0 + k * 0.09] = layer.name
-            colors.append(layer.color)
-        draw_lines(stream, f"{self.entity}/box", lines, DARK, 0.5)
-        draw_labels(stream, self.entity, labels, colors)
 
 
 def write_charts(
@@ -139,7 +167,7 @@ def _entity(name: str) -> str:
     return f"/texts/{rr.escape_entity_path_part(name)}"
 
 
-def _span(axis: Axis, values: Sequence[Floats], from_zero: bool) -> tuple[float, float]:
+def span(axis: Axis, values: Sequence[Floats], from_zero: bool) -> Span:
     """Return the least and largest value that are shown."""
     if axis.names:
         return -0.5, len(axis.names) - 0.5
@@ -155,28 +183,31 @@ def _span(axis: Axis, values: Sequence[Floats], from_zero: bool) -> tuple[float,
     return (low, high) if low < high else (low, low + 1.0)
 
 
-def _part(values: Floats, span: tuple[float, float], log: bool) -> Floats:
+def _part(values: Floats, span: Span, log: bool) -> Floats:
     """Return where values are on a scale, from 0 to 1."""
     low, high = np.log(span) if log else span
     return np.asarray(((np.log(values) if log else values) - low) / (high - low))
 
 
-def _ticks(axis: Axis, span: tuple[float, float]) -> list[tuple[float, str]]:
-    """Return round values in a span, or the names of values."""
+def _ticks(axis: Axis, span: Span) -> tuple[list[tuple[float, str]], str]:
+    """Return round values in a span, or the names of values; and the label with their unit."""
     if axis.names:
-        return list(enumerate(axis.names))
+        return list(enumerate(axis.names)), axis.label
     low, high = span
     if axis.log:
         powers = range(floor(log10(low)), ceil(log10(high)) + 1)
         factors = (1.0, 2.0, 5.0) if len(powers) <= 5 else (1.0,)
         found = [m * 10.0**power for power in powers for m in factors]
         inside = [v for v in found if low * (1.0 - 1e-9) <= v <= high * (1.0 + 1e-9)]
-        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // 12 + 1]]
+        return [(v, f"{v:.4g}") for v in inside[:: len(inside) // 12 + 1]], axis.label
     least = (high - low) / 4
     unit = 10.0 ** floor(log10(least))
-    step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.999)
+    step = next(unit * m for m in (1.0, 2.0, 5.0, 10.0) if unit * m >= least * 0.8)
     first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
-    return [(k * step, f"{k * step:.6g}") for k in range(first, last + 1)]
+    power = floor(log10(max(-low, high)))
+    scale = 1.0 if -2 <= power < 5 else 10.0 ** (3 * (power // 3))
+    label = axis.label if scale == 1.0 else axis.label.replace("[", f"[{scale:g} ")
+    return [(k * step, f"{k * step / scale:.6g}") for k in range(first, last + 1)], label
 
 
 def _strips(points: Floats) -> list[Floats]:

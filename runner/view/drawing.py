@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import rerun as rr
+import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.rom.short_repr import frozen
-from slipmode.runner.view.labels import GREY, Color
+from slipmode.runner.recording.channels import Channel
+from slipmode.runner.view.plots import GREY, Color
+from slipmode.runner.view.samples import Latest, Thinned
 
 TIMELINE = "time"
 
@@ -25,6 +28,19 @@ class Path:
     points: Floats
     starts: NDArray[np.int64]  # (n,): The first sample to which each is connected
     tail: bool  # Whether the point draws a tail
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A drawing in space."""
+
+    title: str
+    topics: tuple[str, ...]  # Of the channels that it shows
+    kept: type[Latest | Thinned]  # Which of their samples
+    view: Callable[[], rrb.View]
+    # Draws samples of the channels: rows of time [ns] and values, at least one of each
+    draw: Callable[[rr.RecordingStream, Sequence[Channel], Sequence[Floats]], None]
+    slow: bool = False  # Whether it stands for the plots of its channels in slow time
 
 
 def time_column(time_ns: NDArray[np.int64]) -> rr.TimeColumn:
@@ -45,31 +61,13 @@ def draw_moving_point(
         above: dict[str, Any] = {"draw_order": 21.0} if flat else {}  # other lines have 20
         line = strips.from_fields(colors=tail, radii=rr.Radius.ui_points(1.5), **above)
         stream.log(f"{entity}/tail", line, static=True)
-        length = 96  # samples: a period and a half of contact motion, at the usual sampling
-        ends = strips.columns(strips=tails(path.points, path.starts, shown, length))
-        stream.send_columns(f"{entity}/tail", index, ends)
+        # up to 96 samples: a period and a half of contact motion, at the usual sampling
+        first = np.maximum(path.starts, np.arange(count) - 95)
+        ends = [path.points[first[last] : last + 1] for last in shown]
+        stream.send_columns(f"{entity}/tail", index, strips.columns(strips=ends))
     dot = points.from_fields(colors=mark, radii=rr.Radius.ui_points(5.0))
     stream.log(f"{entity}/now", dot, static=True)
     stream.send_columns(f"{entity}/now", index, points.columns(positions=path.points[shown]))
-
-
-def tails(
-    points: Floats, starts: NDArray[np.int64], shown: NDArray[np.int64], length: int
-) -> pa.ListArray:
-    """Return for each of the samples `shown` the strip of up to `length` points that ends there.
-
-    No strip of points (n, 2 or 3) begins before the sample `starts` (n,) of its last point. Rerun
-    would make the same array of a list of strips one by one, which adds 7 % to a run.
-    """
-    first = np.maximum(starts[shown], shown + 1 - length)
-    count = shown + 1 - first
-    offsets = np.append(0, np.cumsum(count)).astype(np.int32)
-    taken = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], count)
-    batches: Any = {2: rr.components.LineStrip2DBatch, 3: rr.components.LineStrip3DBatch}
-    form = batches[points.shape[1]]([points[:1]]).as_arrow_array().type
-    flat = points[taken].astype(np.float32).ravel()
-    vectors = pa.FixedSizeListArray.from_arrays(flat, type=form.value_type)
-    return pa.ListArray.from_arrays(offsets, vectors, type=form)
 
 
 def draw_labels(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,77 +11,42 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.runner.recording.channels import DISK, FULL, PHASES, TORUS, Channel
-from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.labels import BLUE, DARK, GREY, LOOPS, ORANGE, readable
-from slipmode.runner.view.samples import (
-    DENSE_SAMPLES,
-    Extents,
-    Latest,
-    Thinned,
-    Window,
-    window_starts,
-)
-from slipmode.runner.view.spatial import disk_view, torus_view
+from slipmode.runner.recording.channels import Channel
+from slipmode.runner.view.charts import Axis, Box, box_view, span
+from slipmode.runner.view.drawing import Path, draw_lines, draw_moving_point
+from slipmode.runner.view.plots import GREY, Portrait, portraits
+from slipmode.runner.view.samples import Extents, Latest, Thinned, Window, window_starts
+from slipmode.runner.view.spatial.drawings import drawings
 
-_REACH = 1.15  # half the length of the axes of a portrait, in units of the largest value
-_TOP = 1.65  # upper end of a portrait: a label hangs below its point
+_ROW = 0.26  # height of a line of text in a portrait, relative to its box
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A recorded quantity as the axis of a portrait."""
-
-    topic: str
-    field: str
-    label: str
-    unit: str
+def view_of(portrait: Portrait) -> rrb.View:
+    """Return the view of a portrait."""
+    return box_view(portrait.entity, portrait.title, _aspect(portrait), _ROW)
 
 
-@dataclass(frozen=True)
-class Portrait:
-    """One recorded quantity over another."""
+def _aspect(portrait: Portrait) -> float:
+    return 1.0 if portrait.kind in ("plane", "orbit") else 1.6
 
-    entity: str  # Where it is logged
-    title: str
-    x: Axis
-    y: Axis  # Upwards
-    one_scale: bool = False  # Whether both axes share a scale, so that angles are true
-    tail: bool = False  # Whether the moving point draws a tail: fast motion
-    # Whether the axes meet in the corner, x from its least value and y from 0
-    corner: bool = False
 
-    def view(self) -> rrb.View:
-        """Return the view of the portrait: the axes and what is around them."""
-        bounds = rrb.VisualBounds2D(x_range=(-_REACH, _REACH), y_range=(-_TOP, _TOP))
-        return rrb.Spatial2DView(origin=self.entity, name=self.title, visual_bounds=bounds)
+def _has_picture(portrait: Portrait, path: Floats) -> bool:
+    """Return whether values (n, 2) make a picture; a constant frequency makes none."""
+    moves = len(path) > 0 and np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max()
+    return bool(moves) if portrait.kind == "response" else len(path) > 0
 
-    def has_picture(self, path: Floats) -> bool:
-        """Return whether values (n, 2) make a picture; a constant frequency makes none."""
-        if not self.corner:
-            return len(path) > 0
-        return len(path) > 1 and bool(np.ptp(path[:, 0]) > 1e-6 * path[:, 0].max())
 
-    def placed(self, path: Floats) -> tuple[Floats, dict[tuple[float, float], str]]:
-        """Return the places of values (n, 2), from -1 to 1, and the marks on the axes."""
-        if self.corner:
-            low, high = path[:, 0].min(), path[:, 0].max()
-            top = path[:, 1].max() or 1.0
-            marks = {
-                (-1.0, -1.0): f"{low:.4g}",
-                (1.0, -1.0): f"{high:.4g} {self.x.unit}",
-                (0.0, _TOP): f"{self.y.label}: 0 to {readable(top, self.y.unit)}",
-            }
-            return 2.0 * (path - (low, 0.0)) / (high - low, top) - 1.0, marks
-        scale = np.abs(path).max(axis=0)
-        if self.one_scale:
-            scale[:] = scale.max()
-        scale[scale == 0.0] = 1.0
-        x, y = (
-            f"{axis.label}: ±{readable(largest, axis.unit)}"
-            for axis, largest in zip((self.x, self.y), scale.tolist(), strict=True)
-        )
-        return path / scale, {(0.0, -_REACH): x, (0.0, _TOP): y}  # clear of the curves
+def _box(portrait: Portrait, path: Floats, units: Sequence[str]) -> Box:
+    """Return the box around values (n, 2) in units."""
+    names = portrait.x.label, portrait.y.label
+    x, y = (Axis(f"{name} [{unit}]") for name, unit in zip(names, units, strict=True))
+    if portrait.kind == "response":
+        xs, ys = span(x, [path[:, 0]], False), span(y, [path[:, 1]], True)
+    else:
+        most = np.abs(path).max(axis=0)
+        largest = np.full(2, most.max()) if _aspect(portrait) == 1.0 else most
+        xs, ys = ((-1.05 * end, 1.05 * end) for end in np.where(largest, largest, 1.0).tolist())
+    return Box(x, y, xs, ys, _aspect(portrait), _ROW)
 
 
 @dataclass(frozen=True)
@@ -91,48 +56,6 @@ class FinalViews:
     entities: tuple[str, ...]
     windows: tuple[Window, ...]
     extents: Extents
-
-
-def portraits(channels: Iterable[Channel]) -> list[Portrait]:
-    """Return the portraits of recorded channels.
-
-    Phase portraits of the modes; their amplitudes over their frequencies, for sweeps; the
-    trajectory of two contacts; hysteresis loops of the first contacts, and their orbits if they
-    slide in two directions.
-    """
-    by_topic = {channel.topic: channel for channel in channels}
-    contacts = [topic for topic in by_topic if topic.startswith("/contact/")]
-
-    def axis(topic: str, field: str, label: str) -> Axis:
-        return Axis(topic, field, label, by_topic[topic].units[field])
-
-    modes = by_topic["/modes"].names if "/modes" in by_topic else ()
-    forcing = by_topic["/forcing"].names if "/forcing" in by_topic else ()
-    planes, responses = [], []
-    for mode in [name.removesuffix("_re") for name in modes if name.endswith("_re")]:
-        x, y = (axis("/modes", f"{mode}_{p.lower()}", f"{p} {mode}") for p in ("Re", "Im"))
-        planes.append(Portrait(f"/phase_plane/{mode}", f"Mode {mode}", x, y, one_scale=True))
-        carrier = f"{mode[0]}_frequency"
-        if f"{mode}_abs" in modes and carrier in forcing:
-            x = axis("/forcing", carrier, "frequency")
-            y = axis("/modes", f"{mode}_abs", f"|{mode}|")
-            title = f"|{mode}| over its frequency"
-            responses.append(Portrait(f"/response/{mode}", title, x, y, corner=True))
-    found = [*planes, *responses]
-    if len(contacts) > 1:
-        x, y = (axis(topic, "x", f"x_{topic.split('/')[-1]}") for topic in contacts[:2])
-        found.append(Portrait("/trajectory", "Contacts", x, y, tail=True))
-    full = [topic for topic in by_topic if topic.startswith(f"{FULL}/contact/")]
-    for topic in (*contacts[:LOOPS], *full[:LOOPS]):
-        title = f"Hysteresis of contact {topic.split('/')[-1]}"
-        title += ", full order" if topic in full else ""
-        x, y = axis(topic, "x", "x"), axis(topic, "f", "f")
-        found.append(Portrait(f"/loop{topic}", title, x, y, tail=True))
-        if "y" in by_topic[topic].names:
-            title, y = title.replace("Hysteresis", "Orbit"), axis(topic, "y", "y")
-            entity = f"/orbit{topic}"
-            found.append(Portrait(entity, title, x, y, one_scale=True, tail=True))
-    return found
 
 
 class Paths:
@@ -146,16 +69,15 @@ class Paths:
         self._portraits, self._extents = portraits(channels), Extents()
         self._channels = {channel.topic: channel for channel in channels}
         self._samples: dict[str, Thinned | Latest] = {
-            axis.topic: Latest() if portrait.tail else Thinned()
+            axis.topic: Latest() if portrait.fast else Thinned()
             for portrait in self._portraits
             for axis in (portrait.x, portrait.y)
         }
         if "/elastic" in self._channels:
             self._samples["/elastic"] = Latest()
-        if torus_view.has_torus(channels):
-            self._samples |= {topic: Latest() for topic in (PHASES, TORUS)}
-        if disk_view.has_disk(channels):
-            self._samples[DISK] = Latest()
+        self._drawings = drawings(channels)
+        for drawing in self._drawings:
+            self._samples |= {topic: drawing.kept() for topic in drawing.topics}
 
     def extend(self, topic: str, time_ns: NDArray[np.int64], values: Floats) -> None:
         """Keep samples of a channel if some view needs them."""
@@ -168,50 +90,23 @@ class Paths:
         entities, motion = [], ""
         for portrait in self._portraits:
             time_ns, path = self._path(portrait)
-            if not portrait.has_picture(path):
+            if not _has_picture(portrait, path):
                 continue
             entities.append(portrait.entity)
-            points, marks = portrait.placed(path)
-            _draw_axes(stream, portrait, marks)
-            # Rerun's second coordinate points down.
-            _draw_path(stream, portrait, time_ns, points * (1.0, -1.0))
-            if portrait.tail:
+            axes = portrait.x, portrait.y
+            units = [self._channels[axis.topic].units[axis.field] for axis in axes]
+            box = _box(portrait, path, units)
+            box.draw(stream, portrait.entity)
+            _draw_path(stream, portrait, time_ns, box.place(*path.T))
+            if portrait.fast:
                 motion = portrait.x.topic
-        self._draw_torus(stream)
-        self._draw_disk(stream)
-        shown, windows = self._samples.get(motion or "/elastic"), list[Window]()
-        if isinstance(shown, Latest) and shown.seen <= DENSE_SAMPLES:
-            windows = shown.windows()
+        for drawing in self._drawings:
+            rows = [self._samples[topic].rows() for topic in drawing.topics]
+            if all(map(len, rows)):
+                drawing.draw(stream, [self._channels[topic] for topic in drawing.topics], rows)
+        shown = self._samples.get(motion or "/elastic")
+        windows = shown.windows() if isinstance(shown, Latest) else []
         return FinalViews(tuple(entities), tuple(windows), self._extents)
-
-    def _draw_torus(self, stream: rr.RecordingStream) -> None:
-        """Draw contact motion over both phases, of the last window."""
-        if TORUS not in self._samples:
-            return
-        torus, phases, motion = (
-            self._samples[topic].rows() for topic in (TORUS, PHASES, "/contact/0")
-        )
-        if not (len(torus) and len(phases) and len(motion)):
-            return
-        count = min(len(phases), len(motion))
-        phases, motion = phases[-count:], motion[-count:]
-        last = window_starts(motion[:, 0].astype(np.int64))[-1]
-        phases, motion = phases[last:, 1:], motion[last:]
-        field = self._channels["/contact/0"].names.index("x")
-        x, unit = motion[:, 1 + field], self._channels["/contact/0"].fields[field].unit
-        latest = torus[torus[:, 0] == torus[-1, 0], 1:]
-        points = np.column_stack((phases, x))
-        path = Path(motion[:, 0].astype(np.int64), points, np.zeros(0, np.int64), tail=True)
-        torus_view.draw(stream, latest, path, unit)
-
-    def _draw_disk(self, stream: rr.RecordingStream) -> None:
-        """Draw the sectors in the last window."""
-        rows = self._samples[DISK].rows() if DISK in self._samples else np.empty((0, 0))
-        if len(rows):
-            time_ns = rows[:, 0].astype(np.int64)
-            last = window_starts(time_ns)[-1]
-            unit = self._channels[DISK].fields[0].unit
-            disk_view.draw(stream, time_ns[last:], rows[last:, 1:], unit)
 
     def _path(self, portrait: Portrait) -> tuple[NDArray[np.int64], Floats]:
         """Return times and points (n, 2) of the samples that both axes have."""
@@ -226,26 +121,14 @@ class Paths:
         return samples[0][:count, 0].astype(np.int64), np.column_stack(columns)
 
 
-def _draw_axes(
-    stream: rr.RecordingStream, portrait: Portrait, marks: dict[tuple[float, float], str]
-) -> None:
-    at = 1.0 if portrait.corner else 0.0
-    low = -1.0 if portrait.corner else -_REACH
-    ends = [[(low, at), (_REACH, at)], [(-at, -low), (-at, -_REACH)]]
-    draw_lines(stream, f"{portrait.entity}/axes", ends, DARK, 0.5)
-    draw_labels(
-        stream, portrait.entity, {(x, -y): text for (x, y), text in marks.items()}, GREY, 2.5
-    )
-
-
 def _draw_path(
     stream: rr.RecordingStream, portrait: Portrait, time_ns: NDArray[np.int64], points: Floats
 ) -> None:
     """Draw the whole path thinly, its recent part brightly, and a moving point at its end."""
-    color = ORANGE if portrait.entity.endswith(("B", "1")) else BLUE
     starts = window_starts(time_ns)
     whole = np.split(points, np.unique(starts)[1:])
-    shade, radius = (GREY, 0.6) if portrait.tail else (color, 1.5)
+    color = portrait.color
+    shade, radius = (GREY, 0.6) if portrait.fast else (color, 1.5)
     draw_lines(stream, f"{portrait.entity}/path", whole, shade, radius)
-    path = Path(time_ns, points, starts, portrait.tail)
+    path = Path(time_ns, points, starts, portrait.fast)
     draw_moving_point(stream, portrait.entity, path, color, GREY)

@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from slipmode.rom.arrays import Floats
 from slipmode.rom.errors import Level
 from slipmode.rom.storage.files import create_file
-from slipmode.runner.recording.channels import EVENTS, Channel
-from slipmode.runner.recording.record import Header, Sink, checked_batch, nanoseconds
+from slipmode.runner.recording.channels import Channel, Event
+from slipmode.runner.recording.record import Header, Sink, checked_batch
 from slipmode.runner.view import views
-from slipmode.runner.view.labels import in_units, units_of
+from slipmode.runner.view.labels import shown_channels
 from slipmode.runner.view.phase_portraits import Paths
 from slipmode.runner.view.samples import Envelope
 from slipmode.runner.view.viewer import FLUSH_SECONDS, Viewer, application
@@ -31,9 +31,9 @@ _log = logging.getLogger("slipmode.view")
 class RerunSink(Sink):
     """Writes an .rrd file with its views embedded, or shows the recording in a viewer.
 
-    Views are in the [units] of the scene. Of a series longer than `DENSE_SAMPLES` the later part
-    is shown by its extremes, so that views stay fluent. A `live` recording ends with a warning if
-    the viewer goes away, any other with OSError.
+    Views are in the units of `shown_channels`. Of a series longer than `DENSE_SAMPLES` the later
+    part is shown by its extremes, so that views stay fluent. A `live` recording ends with a
+    warning if the viewer goes away, any other with OSError.
     """
 
     def __init__(
@@ -48,17 +48,16 @@ class RerunSink(Sink):
         self._target = target if isinstance(target, Viewer) else Path(target)
         self._playing = playing
         self._live = live
-        units = units_of(header.scene_text)
-        found = {channel.topic: in_units(channel, units) for channel in channels}
-        self._factors = {topic: factors for topic, (_, factors) in found.items()}
-        self._channels = {topic: channel for topic, (channel, _) in found.items()}
-        shown = list(self._channels.values())
+        self._recorded = {channel.topic: channel for channel in channels}
+        self._shown = shown_channels(channels, header)
+        shown = [each.channel for each in self._shown]
         self._paths = Paths(shown)
-        self._envelopes = {topic: Envelope() for topic in self._channels}
+        self._envelopes = {each.topic: Envelope() for each in shown}
         # a viewer keeps the layout of this recording alone by the name of its application
-        described = header.title, header.scene_text, dict(header.run), [*self._channels], playing
+        described = header.title, header.scene_text, dict(header.run), [*self._recorded], playing
         self._stream = rr.RecordingStream(application(*described))
         self._filled: set[str] = set()  # topics that have samples: no view stays empty
+        self._events: list[Event] = []
         self._closed = False
         self._unflushed = 0
         # Rerun reports no errno of its own; the file stays open for its lock
@@ -76,36 +75,32 @@ class RerunSink(Sink):
         """Append a batch of samples; see `Sink.write`."""
         if self._closed:
             return
-        channel, time_ns, rows = checked_batch(self._channels, topic, time, values)
-        rows = rows * self._factors[topic]
-        self._make_room(2 * (rows.nbytes + self._unflushed))
-        self._paths.extend(topic, time_ns, rows)
-        if len(rows):
-            self._filled.add(topic)
-        envelope = self._envelopes[topic]
-        before = envelope.thinned
-        self._send(channel, *envelope.extend(time_ns, rows))
-        if envelope.thinned and not before:
-            words = f"{topic} has become long: from here on these views show its extremes only"
-            views.send_event(self._stream, time_ns[-1:], "info", words)
+        source, time_ns, recorded = checked_batch(self._recorded, topic, time, values)
+        self._make_room(2 * (recorded.nbytes + self._unflushed))
+        for channel, _, columns, factors in (e for e in self._shown if e.source == source):
+            rows = recorded[:, columns] * factors
+            self._paths.extend(channel.topic, time_ns, rows)
+            if len(rows):
+                self._filled.add(channel.topic)
+            self._send(channel, *self._envelopes[channel.topic].extend(time_ns, rows))
 
     def event(self, time: float, level: Level, message: str) -> None:
         """Record in words what happened at simulation time `time` [s]."""
         if self._closed:
             return
-        time_ns = nanoseconds(EVENTS, np.array([time]))
-        views.send_event(self._stream, time_ns, level, message)
+        self._events.append(Event(time, level, message))
+        views.send_event(self._stream, self._events)
 
     def close(self) -> None:
         """Draw portraits and surfaces, whose extent is known only now, and complete the file."""
         if self._closed:
             return
+        shown = {each.channel.topic: each.channel for each in self._shown}
         for topic, envelope in self._envelopes.items():
             if rest := envelope.rest():
-                self._send(self._channels[topic], *rest)
+                self._send(shown[topic], *rest)
         final = self._paths.draw(self._stream)
-        filled = [channel for channel in self._channels.values() if channel.topic in self._filled]
-        views.name_series(self._stream, filled, final.extents)
+        filled = [channel for topic, channel in shown.items() if topic in self._filled]
         views.explain(self._stream, filled, final)
         self._stream.send_blueprint(views.blueprint(filled, final, self._playing))
         self._flush()

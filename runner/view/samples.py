@@ -33,11 +33,6 @@ class Envelope:
         self._seen = 0
         self._waiting: tuple[NDArray[np.int64], Floats] | None = None
 
-    @property
-    def thinned(self) -> bool:
-        """Whether any sample has been left out."""
-        return self._seen > self._dense
-
     def extend(self, time_ns: NDArray[np.int64], rows: Floats) -> tuple[NDArray[np.int64], Floats]:
         """Add samples, times (n,) [ns] and values (n, n_fields); return the rows to show."""
         done = [(time_ns[:0], rows[:0])]
@@ -86,24 +81,19 @@ class Extents:
         low, high = self._found.get(topic, (rows[0], rows[0]))
         self._found[topic] = np.fmin(low, rows.min(axis=0)), np.fmax(high, rows.max(axis=0))
 
-    def of(self, topic: str, columns: Sequence[int]) -> Span:
-        """Return the least and largest value in columns of a channel; zeros without samples."""
-        if topic not in self._found:
-            return 0.0, 0.0
-        low, high = (ends[list(columns)] for ends in self._found[topic])
-        return float(np.min(low)), float(np.max(high))
-
     def over(self, parts: Iterable[tuple[str, Sequence[int]]]) -> Span:
-        """Return the least and largest value in columns of several channels."""
-        low, high = zip(*(self.of(topic, columns) for topic, columns in parts), strict=True)
-        return min(low), max(high)
+        """Return the least and largest value in columns of several channels; 0 without samples."""
+        found = [(self._found[topic], columns) for topic, columns in parts if topic in self._found]
+        low = min((float(low[list(columns)].min()) for (low, _), columns in found), default=0.0)
+        high = max((float(high[list(columns)].max()) for (_, high), columns in found), default=0.0)
+        return low, high
 
 
 class Latest:
     """The latest rows of time [ns] and values, and the latest windows."""
 
     def __init__(self) -> None:
-        self.seen = 0
+        self._seen = 0
         self._windows: list[NDArray[np.int64]] = []  # the times that are shown of each
         self._rows = np.empty((0, 0))
 
@@ -111,7 +101,7 @@ class Latest:
         """Add rows."""
         if not len(rows):
             return
-        self.seen += len(rows)
+        self._seen += len(rows)
         kept = [self._rows, rows] if len(self._rows) else [rows]
         self._rows = np.concatenate(kept)[-_KEPT_SAMPLES:].copy()
         before = self._windows.pop() if self._windows else np.empty(0, np.int64)
@@ -126,8 +116,9 @@ class Latest:
         return self._rows
 
     def windows(self) -> list[Window]:
-        """Return the first and last time that are shown of each window, in order."""
-        return [(int(times[0]), int(times[-1])) for times in self._windows]
+        """Return the first and last time that are shown of each window; none of a long series."""
+        shown = self._windows if self._seen <= DENSE_SAMPLES else []
+        return [(int(times[0]), int(times[-1])) for times in shown]
 
 
 class Thinned:

@@ -174,16 +174,13 @@ def windowless_viewer() -> Iterator[ViewerClient]:
     quiet = {"RUST_LOG": "off"}
     if "XDG_RUNTIME_DIR" not in os.environ:  # of which graphics drivers complain
         quiet["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
-    before = {name: os.environ.get(name) for name in quiet}
+    before = os.environ.copy()
     os.environ |= quiet
     try:
         viewer = ViewerClient.spawn(headless=True, port=port, executable_path=VIEWER)
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        os.environ.clear()
+        os.environ |= before
     with viewer:
         yield viewer
 

@@ -13,28 +13,17 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
-from slipmode.rom.errors import Level, SlipmodeError
-from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel
+from slipmode.rom.errors import SlipmodeError
+from slipmode.runner.recording.channels import EVENTS, FULL, OTHER, Channel, Event
+from slipmode.runner.view import plots
 from slipmode.runner.view.drawing import TIMELINE, time_column
-from slipmode.runner.view.labels import (
-    LINES,
-    MOTION_PLOTS,
-    SLOW_PLOTS,
-    Series,
-    find_plots,
-    is_contact,
-    label,
-    legend,
-    readable_scale,
-    reading,
-    series,
-    titled,
-    with_room,
-)
-from slipmode.runner.view.phase_portraits import FinalViews, Portrait, portraits
-from slipmode.runner.view.samples import Extents, Window
-from slipmode.runner.view.spatial import disk_view, torus_view
+from slipmode.runner.view.labels import readable_scale
+from slipmode.runner.view.phase_portraits import FinalViews, view_of
+from slipmode.runner.view.samples import Window
+from slipmode.runner.view.spatial.drawings import drawings
 
+_LISTED_EVENTS = "/listed_events"
+_MOST_EVENTS = 500  # in one text: more are in the text log alone
 _MOST_NAMED = 8  # names that a legend beside a plot of 110 pixels has room for at most
 
 
@@ -50,9 +39,9 @@ class Playing:
             raise SlipmodeError(f"speed must be > 0 and finite, got {self.speed:g}")
 
 
-def _entity(channel: Channel, plot: Series) -> str:
-    """Return the entity path of a series."""
-    path = f"{channel.topic}/{plot.quantity}".removesuffix("/")
+def _entity(found: plots.Curves) -> str:
+    """Return the entity path of the curves of a plot."""
+    path = f"{found.channel.topic}/{found.name}".removesuffix("/")
     return "/".join(map(rr.escape_entity_path_part, path.split("/")))
 
 
@@ -61,60 +50,57 @@ def send_series(
 ) -> None:
     """Append samples, values of shape (n, n_fields), to the plots of a channel."""
     index = [time_column(time_ns)]
-    for plot in series(channel):
-        columns = rr.Scalars.columns(scalars=values[:, plot.columns])
-        stream.send_columns(_entity(channel, plot), index, columns)
+    for found in plots.curves(channel):
+        columns = rr.Scalars.columns(scalars=values[:, found.columns])
+        stream.send_columns(_entity(found), index, columns)
 
 
-def send_event(
-    stream: rr.RecordingStream, time_ns: NDArray[np.int64], level: Level, message: str
-) -> None:
-    """Append a line to the text log; it begins with its time."""
-    text = f"{time_ns[0] * 1e-9:.6g} s: {message}"
-    shown = "WARN" if level == "warning" else level.upper()
-    columns = rr.TextLog.columns(text=[text], level=[shown])
-    stream.send_columns(EVENTS, [time_column(time_ns)], columns)
+def send_event(stream: rr.RecordingStream, events: Sequence[Event]) -> None:
+    """Append the last event to the text log, and to the text that wraps long lines."""
+    last = events[-1]
+    level = "WARN" if last.level == "warning" else last.level.upper()
+    stream.set_time(TIMELINE, duration=last.time)
+    stream.log(EVENTS, rr.TextLog(_line(last), level=level))
+    if len(events) <= _MOST_EVENTS:
+        _write(stream, _LISTED_EVENTS, "\n\n".join(map(_line, events)))
 
 
-def describe(stream: rr.RecordingStream, channels: Iterable[Channel], scene_text: str) -> None:
-    """Write what does not change: legends with units, and the scene, if there is one."""
-    listed = list(channels)
-    name_series(stream, listed)
-    explain(stream, listed)
-    if not scene_text:
-        return
-    document = rr.TextDocument(f"```toml\n{scene_text}\n```", media_type=rr.MediaType.MARKDOWN)
-    stream.log("/scene", document, static=True)
+def _line(event: Event) -> str:
+    level = "" if event.level == "info" else f"**{event.level}**: "
+    return f"{event.time:.6g} s: {level}{event.message}"
 
 
-def name_series(
-    stream: rr.RecordingStream, listed: Sequence[Channel], extents: Extents | None = None
-) -> None:
-    """Write names, colours and widths of all series; oscillating ones with their largest value."""
+def describe(stream: rr.RecordingStream, channels: Sequence[Channel], scene_text: str) -> None:
+    """Write what does not change: legends with units, explanations, and the scene if there is."""
+    _name_series(stream, channels)
+    explain(stream, channels)
+    if scene_text:
+        _write(stream, "/scene", f"```toml\n{scene_text}\n```")
+
+
+def _write(stream: rr.RecordingStream, entity: str, markdown: str) -> None:
+    text = rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN)
+    stream.log(entity, text, static=True)
+
+
+def _name_series(stream: rr.RecordingStream, listed: Sequence[Channel]) -> None:
+    """Write names, colours and widths of all series."""
     compared = any(channel.topic.startswith(FULL) for channel in listed)
     for channel in listed:
         # A wide line of the reduced motion shows beneath the thin one of the full-order motion.
         width = 6.0 if compared and not channel.topic.startswith(FULL) else 1.5
-        shift = int(channel.topic.split("/")[-1]) if is_contact(channel) else 0
+        shift = int(channel.topic.split("/")[-1]) if plots.is_contact(channel) else 0
         shift += 2 * channel.topic.startswith(FULL)
-        for plot in series(channel):
-            colors = [LINES[(shift + j) % len(LINES)] for j in range(len(plot.columns))]
+        for found in plots.curves(channel):
+            count = len(found.columns)
+            colors = [plots.LINES[(shift + j) % len(plots.LINES)] for j in range(count)]
             style = rr.SeriesLines(
-                names=[_name(channel, column, extents) for column in plot.columns],
+                names=found.names,
                 colors=None if channel.topic.startswith(OTHER) else colors,
                 widths=[width] * len(colors),
                 aggregation_policy=rr.components.AggregationPolicy.MinMax,  # means hide cycles
             )
-            stream.log(_entity(channel, plot), style, static=True)
-
-
-def _name(channel: Channel, column: int, extents: Extents | None) -> str:
-    """Return the name of a series in a plot of its own unit."""
-    if channel.topic.startswith(OTHER):
-        return legend(channel, column)
-    low, high = extents.of(channel.topic, (column,)) if extents else (0.0, 0.0)
-    swing = f": ±{max(-low, high):.3g}" if 0.0 < 0.5 * high < -low else ""
-    return f"{label(channel, column)}{swing}"
+            stream.log(_entity(found), style, static=True)
 
 
 def explain(
@@ -122,18 +108,17 @@ def explain(
 ) -> None:
     """Write the explanations of the views of the channels; `final` as for `blueprint`."""
     titles = [portrait.title for portrait in _shown_portraits(channels, final)]
-    titles += find_plots(channels, (*SLOW_PLOTS, *MOTION_PLOTS))
-    titles += [torus_view.TITLE] if torus_view.has_torus(channels) else []
-    titles += [disk_view.TITLE] if disk_view.has_disk(channels) else []
-    words = rr.TextDocument(reading(titles), media_type=rr.MediaType.MARKDOWN)
-    stream.log("/reading", words, static=True)
+    titles += [drawing.title for drawing in drawings(channels)]
+    _write(stream, "/reading", plots.reading(channels, titles))
 
 
-def _shown_portraits(channels: Sequence[Channel], final: FinalViews | None) -> list[Portrait]:
+def _shown_portraits(
+    channels: Sequence[Channel], final: FinalViews | None
+) -> list[plots.Portrait]:
     return [
         portrait
-        for portrait in portraits(channels)
-        if (not portrait.corner if final is None else portrait.entity in final.entities)
+        for portrait in plots.portraits(channels)
+        if (portrait.kind != "response" if final is None else portrait.entity in final.entities)
     ]
 
 
@@ -155,20 +140,17 @@ def blueprint(
     shown = _shown_portraits(channels, final)
 
     def of_kind(kind: str) -> list[rrb.View]:
-        return [each.view() for each in shown if each.entity.startswith(kind)]
+        return [view_of(each) for each in shown if each.kind == kind]
 
     motion = _motion(channels, final)
-    right, beneath = of_kind("/phase_plane"), of_kind("/trajectory")
+    right, beneath = of_kind("plane"), of_kind("trajectory")
     if len(motion) > 5:  # plots of fast motion above the portrait, which would be too small
         right, beneath = [*right, *beneath], []
-    kinds = ("/response", "/loop/contact", f"/loop{FULL}", "/orbit")
+    kinds = ("response", "loop", "full loop", "orbit")
     rows: list[rrb.View | rrb.Container] = [
         rrb.Horizontal(*row) for row in _in_rows((right, *map(of_kind, kinds)))
     ]
-    if torus_view.has_torus(channels):
-        rows.append(torus_view.view())
-    if disk_view.has_disk(channels):
-        rows.append(disk_view.view())
+    rows += [each.view() for each in drawings(channels) if not each.slow]
     columns: list[tuple[int, Sequence[rrb.View | rrb.Container]]] = [
         (16, _others(channels)),
         (6, _slow(channels, final)),
@@ -179,8 +161,8 @@ def blueprint(
     layout: rrb.Container = _texts(channels)
     if filled:
         shares, contents = zip(*filled, strict=True)
-        plots = rrb.Horizontal(*contents, column_shares=shares)
-        layout = rrb.Vertical(plots, layout, row_shares=(5, 1))
+        columns_ = rrb.Horizontal(*contents, column_shares=shares)
+        layout = rrb.Vertical(columns_, layout, row_shares=(5, 1))
     plays: dict[str, Any] = {}
     if playing is not None:
         loop = "all" if playing.loop else "off"
@@ -190,33 +172,31 @@ def blueprint(
 
 
 def _slow(channels: Sequence[Channel], final: FinalViews | None) -> list[rrb.View | rrb.Container]:
-    """Return the plots of slow time; force and frequency, power and energy are tabs."""
-    rows: list[rrb.View | rrb.Container] = []
-    for topic in dict.fromkeys(topic for topic, *_ in SLOW_PLOTS):
-        own = _plots(channels, [each for each in SLOW_PLOTS if each[0] == topic], final)
-        rows += [rrb.Tabs(*own)] if len(own) > 1 and topic != "/modes" else own
-    return rows
+    """Return the plots of slow time; amplitudes of blades as a map, once they are complete."""
+    maps = [each for each in drawings(channels) if each.slow and final]
+    others = [each for each in channels if not any(each.topic in map_.topics for map_ in maps)]
+    window = final.extents.times if final else None
+    slow = _plots(others, final, fast=False, window=window)
+    return [*(map_.view() for map_ in maps), *slow]
 
 
 def _motion(
     channels: Sequence[Channel], final: FinalViews | None
 ) -> list[rrb.View | rrb.Container]:
     """Return the plots of fast motion; each of several windows has a tab of its own."""
-    windows = final.windows if final else ()
-    if len(windows) < 2:
-        return [*_plots(channels, MOTION_PLOTS, final, windows[0] if windows else None)]
-    tabs = []
-    for window in windows:
-        name = " to ".join(f"{time * 1e-9:.6g}" for time in window) + " s"
-        tabs.append(rrb.Vertical(*_plots(channels, MOTION_PLOTS, final, window), name=name))
-    return [rrb.Tabs(*tabs, active_tab=len(tabs) - 1)]
+    windows: Sequence[Window | None] = final.windows if final else ()
+    whole = final.extents.times if final else None
+    tabs = [_plots(channels, final, fast=True, window=window) for window in windows or (whole,)]
+    if len(tabs) < 2:
+        return tabs[0]
+    names = [" to ".join(f"{time * 1e-9:.6g}" for time in window or ()) for window in windows]
+    parts = [rrb.Vertical(*tab, name=f"{n} s") for tab, n in zip(tabs, names, strict=True)]
+    return [rrb.Tabs(*parts, active_tab=len(parts) - 1)]
 
 
 def _texts(channels: Sequence[Channel]) -> rrb.Container:
     """Return the events, and tabs of the explanations and the scene."""
-    # a column of times would be too narrow: lines begin with their times
-    columns = rrb.TextLogColumns(timeline_columns=[], text_log_columns=["LogLevel", "Body"])
-    events = rrb.TextLogView(origin=EVENTS, name="Events", columns=columns)
+    events = rrb.TextDocumentView(origin=_LISTED_EVENTS, name="Events")
     if any(channel.topic.startswith(OTHER) for channel in channels):
         return rrb.Horizontal(events)
     documents = rrb.Tabs(
@@ -231,40 +211,41 @@ def _others(channels: Sequence[Channel]) -> list[rrb.Container]:
     sources: dict[str, list[str]] = {}
     for channel in channels:
         if channel.topic.startswith(OTHER):
-            entities = [_entity(channel, plot) for plot in series(channel)]
+            entities = [_entity(found) for found in plots.curves(channel)]
             sources.setdefault(channel.description, []).extend(entities)
-    plots = [
+    views = [
         rrb.TimeSeriesView(name=source, contents=entities, plot_legend=rrb.Corner2D.LeftTop)
         for source, entities in sources.items()
     ]
-    return [rrb.Grid(*plots)] if plots else []
+    return [rrb.Grid(*views)] if views else []
 
 
 def _plots(
-    channels: Sequence[Channel],
-    wanted: Sequence[tuple[str, str, str]],
-    final: FinalViews | None,
-    window: Window | None = None,
-) -> list[rrb.View]:
-    """Return the plots of wanted quantities that are recorded, over a window or the whole time.
+    channels: Sequence[Channel], final: FinalViews | None, *, fast: bool, window: Window | None
+) -> list[rrb.View | rrb.Container]:
+    """Return the plots of what is recorded, over a window or the whole time.
 
-    One curve has no legend, because the title names it; a few have it to the right of them.
+    One curve has no legend, because the title names it. A few have one to the right of them, for
+    which all plots have room, so that they end at the same time.
     """
     boundary = rr.TimeRangeBoundary
-    window = window or (final.extents.times if final else None)
-    plots: list[rrb.View] = []
-    for title, found in find_plots(channels, wanted).items():
-        several = 1 < sum(len(plot.columns) for _, plot in found) <= _MOST_NAMED
-        times = with_room(*window) if window and several else window or ()
-        ends = [boundary.absolute(nanos=time) for time in times] or [boundary.infinite()] * 2
-        parts = [(each.topic, plot.columns) for each, plot in found]
+    places: dict[str, list[rrb.View]] = {}
+    listed = plots.find_plots(channels, fast=fast)
+    legends = [1 < sum(len(each.columns) for each in found) <= _MOST_NAMED for _, found in listed]
+    ends = [boundary.infinite()] * 2
+    if window:
+        start, end = window
+        room = (end - start) // 2 if any(legends) else 0
+        ends = [boundary.absolute(nanos=time) for time in (start, end + room)]
+    for (plot, found), several in zip(listed, legends, strict=True):
+        parts = [(each.channel.topic, each.columns) for each in found]
         scale = readable_scale(*final.extents.over(parts)) if final else None
         view = rrb.TimeSeriesView(
-            name=titled(title, found),
-            contents=[_entity(channel, plot) for channel, plot in found],
+            name=plots.titled(plot, found),
+            contents=[_entity(each) for each in found],
             axis_x=rrb.TimeAxis(view_range=rr.TimeRange(*ends)),
             axis_y=rrb.ScalarAxis(range=scale) if scale else None,
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop, visible=several),
         )
-        plots.append(view)
-    return plots
+        places.setdefault(plot.tab or f"{plot.topic}/{plot.name}", []).append(view)
+    return [rrb.Tabs(*views) if len(views) > 1 else views[0] for views in places.values()]

@@ -2,8 +2,8 @@
 
 const CLOSE = 1e-3; // of the span: a branch that reaches its ends comes closer
 
-/** Returns the stable or unstable parts of all branches, with gaps between them. */
-export function line({ rows, width, count }, mode, stable, per) {
+/** Returns the stable or unstable parts of all branches in units, with gaps between them. */
+export function line({ rows, width, count }, mode, stable, [per, perSize]) {
   const [xs, ys] = [[], []];
   for (let k = 0; k < count; k++) {
     const at = k * width;
@@ -15,7 +15,7 @@ export function line({ rows, width, count }, mode, stable, per) {
       ys.push(NaN);
     }
     xs.push(rows[at] / per);
-    ys.push(shown ? rows[at + 1 + mode] : NaN);
+    ys.push(shown ? rows[at + 1 + mode] / perSize : NaN);
   }
   return [xs, ys];
 }

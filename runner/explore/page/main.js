@@ -4,7 +4,7 @@ import { Core } from "page/core";
 import { History } from "page/history";
 import { readLink, writeLink } from "page/link";
 import { withUnit } from "page/numbers";
-import { MODAL, Views } from "page/views";
+import { Views } from "page/views";
 
 const ROWS_PER_FRAME = 8;
 const LONGEST_FRAME = 0.1; // [s], where frames are late
@@ -21,7 +21,7 @@ function say(text) {
 
 class Page {
   constructor(content, core) {
-    Object.assign(this, { content, core, playing: false, swept: 0, contact: 0 });
+    Object.assign(this, { content, core, playing: false, swept: 0, contact: 0, shown: 0 });
     this.references = content.recorded.map((each) => each.reference);
     this.history = new History(content.recorded);
     this.views = new Views(content, core, this.history, (value) => this.pick(value));
@@ -42,6 +42,10 @@ class Page {
     this.inputs = content.inputs.map((input) =>
       new Control(element("inputs"), input, (value) => this.setInput(input, value)));
     this.choose("swept", content.modes.map((mode) => `frequency ${mode}`), () => { this.stale.curve = true; });
+    this.choose("shown", content.amplitudes.map((each) => each.name), () => {
+      this.views.show(this.shown);
+      this.stale.run = this.stale.curve = true;
+    });
     this.choose("contact", content.contacts.map((each) => each.name), () => { this.stale.beat = true; });
     element("play").addEventListener("click", () => this.play(!this.playing));
     element("restart").addEventListener("click", () => this.restart());
@@ -136,13 +140,15 @@ class Page {
   /** Shows the present values. */
   read() {
     const shown = ["time", ...this.content.modes.map((mode) => `${mode}_abs`), "dissipated_power"];
-    const labels = ["Time", ...this.content.modes.map((mode) => `|${mode}|`), "Dissipation"];
-    const units = ["s", ...this.content.modes.map(() => MODAL), "W"];
+    const { labels, unit, per } = this.views.shown;
+    const names = ["Time", ...labels, "Dissipation"];
+    const units = ["s", ...labels.map(() => unit), "W"];
+    const sizes = [1, ...per, 1];
     const values = this.history.latest(shown, 1);
-    element("readings").replaceChildren(...labels.flatMap((label, k) => {
+    element("readings").replaceChildren(...names.flatMap((label, k) => {
       const [term, value] = [document.createElement("dt"), document.createElement("dd")];
       term.textContent = label;
-      value.textContent = withUnit(values[k][0], units[k]);
+      value.textContent = withUnit(values[k][0] / sizes[k], units[k]);
       return [term, value];
     }));
   }
@@ -162,8 +168,8 @@ class Page {
 
   get settings() {
     const inputs = this.inputs.map(({ input, value }) => [input.name, value]);
-    const { playing, swept, contact } = this;
-    return { ...Object.fromEntries(inputs), speed: this.speed.value, swept, contact, play: Number(playing) };
+    const { playing, swept, contact, shown } = this;
+    return { ...Object.fromEntries(inputs), speed: this.speed.value, swept, contact, shown, play: Number(playing) };
   }
 
   link() {
@@ -177,12 +183,13 @@ class Page {
       if (control.input.name in settings) control.set(Number(settings[control.input.name]));
       control.show();
     }
-    for (const name of ["swept", "contact"]) {
+    for (const name of ["swept", "contact", "shown"]) {
       const list = element(name);
       if (!(Number(settings[name]) < list.options.length)) continue;
       this[name] = Number(settings[name]);
       list.value = settings[name];
     }
+    this.views.show(this.shown);
     this.stale.curve = this.stale.beat = true;
     this.play(settings.play !== "0" && !matchMedia("(prefers-reduced-motion: reduce)").matches);
   }

@@ -6,7 +6,6 @@ import { Chart } from "page/chart";
 // one cycle; in coarser ones corners of loops were up to 2.5 % off (lap-joint).
 const PER_CYCLE = { 1: 160, 2: 40 };
 const SHOWN_ROWS = 1500; // of the run
-export const MODAL = "√kg m"; // the unit of modal amplitudes
 
 /** Returns a column of rows, in a unit. */
 function column({ rows, width, count }, index, per = 1) {
@@ -17,7 +16,9 @@ export class Views {
   constructor(content, core, history, pick) {
     Object.assign(this, { content, core, history });
     const { modes, contacts, dofs, displacement, frequency } = content;
-    const axes = modes.map((mode) => ({ label: `|${mode}| [${MODAL}]`, colour: `mode-${mode}` }));
+    this.axes = modes.map((mode) => ({ label: "", colour: `mode-${mode}` }));
+    this.show(0);
+    const { axes } = this;
     const figure = (id) => document.getElementById(id);
     this.amplitudes = new Chart(figure("amplitudes"), {
       x: "time [s]",
@@ -61,11 +62,18 @@ export class Views {
     });
   }
 
+  /** Shows amplitudes in one of the ways of the content: as displacements, or of the modes. */
+  show(kind) {
+    this.shown = this.content.amplitudes[kind];
+    this.axes.forEach((axis, k) => { axis.label = `${this.shown.labels[k]} [${this.shown.unit}]`; });
+  }
+
   /** Draws the latest part of the run. */
   drawRun() {
     const names = ["time", ...this.content.modes.map((mode) => `${mode}_abs`)];
     const [time, ...sizes] = this.history.latest(names, SHOWN_ROWS);
-    this.amplitudes.draw(sizes.map((size) => [time, size]));
+    const { per } = this.shown;
+    this.amplitudes.draw(sizes.map((size, k) => [time, size.map((value) => value / per[k])]));
   }
 
   /** Draws the motion of a contact and of the DOFs over a beat from now on. */
@@ -89,7 +97,7 @@ export class Views {
     const { least, most } = of(modes[swept]);
     const points = this.core.curve(swept, least, most, modes.length);
     const { per } = this.content.frequency;
-    this.lines = modes.map((_, mode) => [line(points, mode, 1, per), line(points, mode, 0, per)]);
+    this.lines = modes.map((_, mode) => [1, 0].map((stable) => line(points, mode, stable, [per, this.shown.per[mode]])));
     const span = [least, most];
     if (modes.length === 2) { // the curve stays on its side of the other frequency
       const names = [modes[swept], modes[1 - swept]].map((mode) => `frequency_${mode}`);
@@ -107,6 +115,6 @@ export class Views {
     const names = [`frequency_${modes[swept]}`, ...modes.map((mode) => `${mode}_abs`)];
     const [now, ...sizes] = this.history.latest(names, 1);
     const at = [now[0] / frequency.per];
-    this.curve.draw(modes.flatMap((_, mode) => [...this.lines[mode], [at, sizes[mode]]]));
+    this.curve.draw(modes.flatMap((_, mode) => [...this.lines[mode], [at, [sizes[mode][0] / this.shown.per[mode]]]]));
   }
 }

@@ -17,7 +17,7 @@ from slipmode.runner.study.sample_outputs import MODAL
 from slipmode.runner.study.study_file import Distribution, Study, Varied
 from slipmode.runner.study.summary.statistics import Choice
 from slipmode.runner.view.charts import Axis, Chart, Layer
-from slipmode.runner.view.labels import BLUE, GREEN, GREY, ORANGE, RED
+from slipmode.runner.view.plots import BLUE, GREEN, GREY, ORANGE, RED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,6 +14,7 @@ from slipmode.rom.laws.states import STATES
 from slipmode.rom.storage.files import create_file
 from slipmode.runner.view.drawing import time_column
 from slipmode.runner.view.mesh.motion import MeshMotion, skin, triangles
+from slipmode.runner.view.plots import STATE_COLORS
 from slipmode.runner.view.viewer import Viewer
 
 
@@ -62,8 +63,7 @@ def _draw_contacts(stream: rr.RecordingStream, motion: MeshMotion, scale: float)
     """Draw all frames of the contacts' nodes, moving with the mesh, and at rest below it."""
     node, contact = motion.contact_nodes()
     radius = 0.4 * _spacing(motion.nodes[node])
-    of_state = np.array([(80, 170, 90), (240, 145, 60), (205, 60, 70)])  # stuck, slipping, open
-    colors = of_state[motion.state[:, contact]].reshape(-1, 3)
+    colors = np.array([*STATE_COLORS.values()])[motion.state[:, contact]].reshape(-1, 3)
     for entity, enlarged in (("/mesh/contacts", scale), ("/interface", 0.0)):
         stream.log(entity, rr.Points3D.from_fields(radii=radius), static=True)
         place = motion.nodes[node] + enlarged * motion.displacement[:, node]
@@ -96,8 +96,7 @@ def _blueprint(motion: MeshMotion) -> rrb.Blueprint:
             eye_controls=rrb.EyeControls3D(position=eye, look_target=centre, eye_up=up),
         )
 
-    colors = zip(("green", "orange", "red"), STATES, strict=True)
-    said = ", ".join(f"{color} {name}" for color, name in colors)
+    said = ", ".join(map(" ".join, zip(STATE_COLORS, STATES, strict=True)))
     mesh = seen("Mesh, displacements enlarged", "/mesh", x, 0.35 * up - across, up)
     contacts = seen(f"Contacts: {said}", "/interface", interface, up, across)
     return rrb.Blueprint(rrb.Vertical(mesh, contacts), collapse_panels=True)

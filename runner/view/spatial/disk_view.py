@@ -12,23 +12,19 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import DISK, Channel
-from slipmode.runner.view.drawing import draw_labels, draw_lines, time_column
-from slipmode.runner.view.labels import BLUE, DARK, GREY, ORANGE, RED, readable
+from slipmode.runner.view.drawing import Drawing, draw_labels, draw_lines, time_column
+from slipmode.runner.view.plots import BLUE, DARK, STATE_COLORS
+from slipmode.runner.view.samples import Latest, window_starts
 
-TITLE = "Disk: every sector"
+_TITLE = "Disk: every sector"
 _REST, _SWING, _CONTACTS = 1.0, 0.3, 0.55  # radii
 
 
-def has_disk(channels: Sequence[Channel]) -> bool:
-    """Return whether the motion of all sectors is recorded."""
-    return any(channel.topic == DISK for channel in channels)
-
-
-def view() -> rrb.Spatial2DView:
+def _view() -> rrb.Spatial2DView:
     """Return the view of the disk."""
     reach = (-1.5, 1.5)
     bounds = rrb.VisualBounds2D(x_range=reach, y_range=reach)
-    return rrb.Spatial2DView(origin=DISK, name=TITLE, visual_bounds=bounds)
+    return rrb.Spatial2DView(origin=DISK, name=_TITLE, visual_bounds=bounds)
 
 
 def ring(displacement: Floats) -> Floats:
@@ -42,10 +38,13 @@ def ring(displacement: Floats) -> Floats:
     return radius[..., np.newaxis] * _directions(np.arange(displacement.shape[1]), radius.shape[1])
 
 
-def draw(stream: rr.RecordingStream, time_ns: NDArray[np.int64], rows: Floats, unit: str) -> None:
-    """Draw samples (n, 2 sectors) of ``/disk`` at times (n,) [ns]; displacements are in `unit`."""
-    sectors = rows.shape[1] // 2
-    blades, index = ring(rows[:, :sectors]), [time_column(time_ns)]
+def _draw(stream: rr.RecordingStream, channels: Sequence[Channel], rows: Sequence[Floats]) -> None:
+    """Draw samples of ``/disk``, rows of time [ns] and values, of the last window."""
+    time_ns, values = rows[0][:, 0].astype(np.int64), rows[0][:, 1:]
+    last, unit = window_starts(time_ns)[-1], channels[0].fields[0].unit
+    time_ns, values = time_ns[last:], values[last:]
+    sectors = values.shape[1] // 2
+    blades, index = ring(values[:, :sectors]), [time_column(time_ns)]
     round_ = _directions(np.linspace(0.0, sectors, 181), sectors)
     draw_lines(stream, f"{DISK}/rest", [_REST * round_, _CONTACTS * round_], DARK, 0.5)
     line = rr.LineStrips2D.from_fields(colors=BLUE, radii=rr.Radius.ui_points(1.5))
@@ -57,11 +56,11 @@ def draw(stream: rr.RecordingStream, time_ns: NDArray[np.int64], rows: Floats, u
     places = _CONTACTS * _directions(np.arange(sectors) + 0.5, sectors)
     points = rr.Points2D.from_fields(positions=places, radii=rr.Radius.ui_points(4.0))
     stream.log(f"{DISK}/contacts", points, static=True)
-    packed = [(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in (GREY, ORANGE, RED)]
-    colors = np.array(packed, dtype=np.uint32)[rows[:, sectors:].astype(int)]
-    columns = rr.Points2D.columns(colors=colors.ravel()).partition([sectors] * len(rows))
+    packed = [(r << 24) | (g << 16) | (b << 8) | 255 for r, g, b in STATE_COLORS.values()]
+    colors = np.array(packed, dtype=np.uint32)[values[:, sectors:].astype(int)]
+    columns = rr.Points2D.columns(colors=colors.ravel()).partition([sectors] * len(values))
     stream.send_columns(f"{DISK}/contacts", index, columns)
-    largest = readable(float(np.abs(rows[:, :sectors]).max()), unit)
+    largest = f"{np.abs(values[:, :sectors]).max():.3g} {unit}"
     labels = {(0.0, -1.45): f"largest displacement {largest}", (1.4, 0.0): "sector 0"}
     draw_labels(stream, DISK, labels)
 
@@ -70,3 +69,6 @@ def _directions(sector: Floats | NDArray[np.int64], sectors: int) -> Floats:
     """Return unit vectors (n, 2) at sectors, in Rerun's coordinates."""
     angle = tau * sector / sectors
     return np.stack((np.cos(angle), -np.sin(angle)), axis=-1)
+
+
+DRAWING = Drawing(_TITLE, (DISK,), Latest, _view, _draw)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import tau
 
 import numpy as np
@@ -13,23 +12,20 @@ from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Floats
 from slipmode.runner.recording.channels import PHASES, TORUS, Channel
-from slipmode.runner.view.drawing import Path, draw_labels, draw_lines, draw_moving_point
-from slipmode.runner.view.labels import BLUE, DARK, ORANGE, readable
+from slipmode.runner.view.drawing import Drawing, Path, draw_labels, draw_lines, draw_moving_point
+from slipmode.runner.view.plots import BLUE, DARK, ORANGE
+from slipmode.runner.view.samples import Latest, window_starts
 
-TITLE = "Contact 0 over the phases of both carriers"
-
-
-def has_torus(channels: Sequence[Channel]) -> bool:
-    """Return whether motion over both phases is recorded."""
-    return {TORUS, PHASES} <= {channel.topic for channel in channels}
+_TITLE = "Contact 0 over the phases of both carriers"
+_WHITE = (230, 230, 230)
 
 
-def view() -> rrb.Spatial3DView:
+def _view() -> rrb.Spatial3DView:
     """Return the view of the surface, from above a corner."""
-    eye, target = (0.5 * tau - 3.0, 0.5 * tau - 6.0, 6.4), (0.5 * tau, 0.5 * tau, -0.4)
+    eye, target = (0.5 * tau - 4.2, 0.5 * tau - 8.4, 7.6), (0.5 * tau, 0.5 * tau, -0.9)
     controls = rrb.EyeControls3D(position=eye, look_target=target, eye_up=(0, 0, 1))
     no_grid = rrb.LineGrid3D(visible=False)
-    return rrb.Spatial3DView(origin=TORUS, name=TITLE, line_grid=no_grid, eye_controls=controls)
+    return rrb.Spatial3DView(origin=TORUS, name=_TITLE, line_grid=no_grid, eye_controls=controls)
 
 
 def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
@@ -56,11 +52,16 @@ def surface(torus: Floats) -> tuple[Floats, Floats, NDArray[np.int32]]:
     return vertices, f.ravel(), triangles.astype(np.int32)
 
 
-def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> None:
-    """Draw the surface of samples of ``/torus``, and a point that moves on it.
-
-    The places of the path are two phases and a displacement, in `unit` as the samples.
-    """
+def _draw(stream: rr.RecordingStream, channels: Sequence[Channel], rows: Sequence[Floats]) -> None:
+    """Draw the last surface, and a point that moves on it in the last window."""
+    torus, phases, motion = rows
+    torus = torus[torus[:, 0] == torus[-1, 0], 1:]
+    count = min(len(phases), len(motion))
+    phases, motion = phases[-count:], motion[-count:]
+    last = window_starts(motion[:, 0].astype(np.int64))[-1]
+    x = channels[-1].names.index("x")
+    unit = channels[-1].fields[x].unit
+    places = np.column_stack((phases[last:, 1:], motion[last:, 1 + x]))
     vertices, f, triangles = surface(torus)
     scale = float(np.abs(vertices[:, 2]).max()) or 1.0
     top = 1.6  # height of the largest displacement, where a period is 2 pi wide
@@ -74,17 +75,17 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
         vertex_positions=vertices * upright, triangle_indices=triangles, vertex_colors=colors
     )
     stream.log(f"{TORUS}/surface", mesh, static=True)
-    back = np.diff(path.points[:, :2], axis=0, prepend=path.points[:1, :2]) < -0.5 * tau
+    back = np.diff(places[:, :2], axis=0, prepend=places[:1, :2]) < -0.5 * tau
     edges = np.maximum.accumulate(np.where(back.any(axis=1), np.arange(len(back)), 0))
-    raised = path.points * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
-    white = (230, 230, 230)
-    draw_moving_point(stream, TORUS, replace(path, points=raised, starts=edges), white, white)
+    raised = places * upright + (0.0, 0.0, 0.06)  # the surface would hide half of the point
+    path = Path(motion[last:, 0].astype(np.int64), raised, edges, tail=True)
+    draw_moving_point(stream, TORUS, path, _WHITE, _WHITE)
     low = -1.3 * top  # the floor, below the surface
     corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]) * tau
     floor = np.column_stack((corners, np.full(5, low)))
     draw_lines(stream, f"{TORUS}/frame", [floor, [(0, 0, low), (0, 0, top)]], DARK, 0.8)
-    height = f"height: x to ±{readable(scale, unit)}"
-    forces = f"colour: f = {readable(-limit, 'N')} blue, {readable(limit, 'N')} orange"
+    height = f"height: x to ±{scale:.3g} {unit}"
+    forces = f"colour: f = {-limit:.3g} N blue, {limit:.3g} N orange"
     labels = {
         (0.5 * tau, tau, 2.2 * top): f"{height}; {forces}",
         (0, 0, low): "0",
@@ -94,3 +95,6 @@ def draw(stream: rr.RecordingStream, torus: Floats, path: Path, unit: str) -> No
         (tau + 0.5, tau, low): "2π",
     }
     draw_labels(stream, TORUS, labels)
+
+
+DRAWING = Drawing(_TITLE, (TORUS, PHASES, "/contact/0"), Latest, _view, _draw)
