@@ -146,4 +146,4 @@ def test_walks_lead_from_call_to_call():
             if following is not None:
                 assert row["call"].strip("`") in text.split("\n", 1)[1], row["name"]
                 steps += 1
-    assert steps > 15
+    assert steps > 25
