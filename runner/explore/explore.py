@@ -25,6 +25,7 @@ from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.view.labels import units_of
+from slipmode.runner.view.plots import PLOTS
 
 _SECONDS = 10.0  # in which the page passes through the duration of the scene
 
@@ -153,7 +154,7 @@ def _content(
     wanted = ["time", *wanted, *(each["name"] for each in inputs), "dissipated_power"]
     cycle = 2.0 * pi / float(model.reduced.frequency.min())  # of the slower mode [s]
     speed = float(f"{scene.run.duration / cycle / _SECONDS:.1g}")
-    length = 1.0 / float(units.of_displacement(1.0))
+    length, titles = 1.0 / float(units.of_displacement(1.0)), {p.name: p.title for p in PLOTS}
     return {
         "title": scene.title or scene.name,
         "name": scene.name,
@@ -169,13 +170,13 @@ def _content(
         "displacement": {"unit": units.displacement, "per": length},
         "amplitudes": [
             {
-                "name": "Displacement",
+                "name": titles["A"],
                 "labels": [f"{mode} at DOF {each.dof}" for mode, each in moved.items()],
                 "unit": units.displacement,
                 "per": [length / (2.0 * each.shape) for each in moved.values()],
             },
             {
-                "name": "Modal amplitude",
+                "name": titles["amplitude_A"],
                 "labels": [f"|{mode}|" for mode in modes],
                 "unit": "√kg m",
                 "per": [1.0] * len(modes),
