@@ -24,6 +24,7 @@ from slipmode.runner.plan.moved import moved_by
 from slipmode.runner.plan.plan import Plan, make_plan
 from slipmode.runner.scene.scene import Scene, load_scene
 from slipmode.runner.view.labels import units_of
+from slipmode.runner.view.plots import PLOTS
 
 # Range of the friction table relative to the scene's; limits may fall to a quarter
 HEADROOM, SCALED = 2.0, 4.0
@@ -154,7 +155,7 @@ def _content(
     wanted = ["time", *wanted, *(each["name"] for each in inputs), "dissipated_power"]
     cycle = 2.0 * pi / float(model.reduced.frequency.min())  # of the slower mode [s]
     speed = float(f"{scene.run.duration / cycle / _SECONDS:.1g}")
-    length = 1.0 / float(units.of_displacement(1.0))
+    length, titles = 1.0 / float(units.of_displacement(1.0)), {p.name: p.title for p in PLOTS}
     return {
         "title": scene.title or scene.name,
         "name": scene.name,
@@ -170,13 +171,13 @@ def _content(
         "displacement": {"unit": units.displacement, "per": length},
         "amplitudes": [
             {
-                "name": "Displacement",
+                "name": titles["A"],
                 "labels": [f"{mode} at DOF {each.dof}" for mode, each in moved.items()],
                 "unit": units.displacement,
                 "per": [length / (2.0 * each.shape) for each in moved.values()],
             },
             {
-                "name": "Modal amplitude",
+                "name": titles["amplitude_A"],
                 "labels": [f"|{mode}|" for mode in modes],
                 "unit": "√kg m",
                 "per": [1.0] * len(modes),

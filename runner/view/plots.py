@@ -1,7 +1,7 @@
 """What is plotted from which channel: titles, curves, colours, order and explanations.
 
-Rerun, Foxglove, charts and the page of `slipmode explore` take them from here. A new plot of a
-channel is one entry of `PLOTS` or one portrait.
+Rerun, Foxglove, charts (colours) and the page of `slipmode explore` (titles) take them from here.
+A new plot of a channel is one entry of `PLOTS`, or one portrait.
 """
 
 from __future__ import annotations
