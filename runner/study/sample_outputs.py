@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import frozen
@@ -131,6 +132,11 @@ class Batch:
         """Return a batch without results of one name, all for the same reason."""
         outside = np.zeros(shape[0], dtype=bool)
         return cls({name: np.full(shape, np.nan)}, [reason] * shape[0], outside)
+
+    def part(self, places: NDArray[np.intp]) -> Batch:
+        """Return the results of some of the samples."""
+        values = {name: each[places] for name, each in self.values.items()}
+        return Batch(values, [self.reason[k] for k in places], self.outside[places])
 
     def put(self, places: Sequence[int], found: Batch) -> None:
         """Store the results of some of the samples."""
