@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from logging.handlers import BufferingHandler
 from typing import Any, NamedTuple
@@ -37,6 +37,7 @@ class Task:
     samples: NDArray[np.intp]  # Their numbers
     group: tuple[int, int]  # The range of samples with their model
     step: int = 0  # The table, see `SceneModel.model`
+    repeated: bool = False  # Whether it is computed again after a worker was killed
 
 
 def make_tasks(samples: Samples, design: Design, missing: Flags) -> Iterator[Task]:
@@ -154,7 +155,11 @@ class Foreman:
                         "scheduler: the connection is lost; repeat the command to continue; the "
                         "samples computed so far are kept"
                     )
-                if isinstance(error, BrokenExecutor):
+                if isinstance(error, BrokenExecutor) and not task.repeated:
+                    if self._tables.get((task.group, task.step)) is future:
+                        del self._tables[task.group, task.step]
+                    self._start(replace(task, repeated=True))
+                elif isinstance(error, BrokenExecutor):
                     self.lost = "a worker was killed, perhaps because memory was short"
                 elif isinstance(error, OSError | MemoryError):
                     self.lost = one_line(error)
@@ -179,7 +184,7 @@ class Foreman:
                 batch.reason[place] = f"forcing: {why}" if may_grow else own
             outside = np.zeros_like(outside)
         elif outside.any():
-            self._start(Task(task.samples[outside], task.group, task.step + 1))
+            self._start(replace(task, samples=task.samples[outside], step=task.step + 1))
         inside = np.flatnonzero(~outside)
         self._count(noted.warnings, inside.size)
         return task.samples[inside], batch.part(inside)
