@@ -62,8 +62,9 @@ def study_cost(workers: int, samples: int, folder: Path) -> Cost:
     path.write_text(_STUDY.format(samples=samples), encoding="utf-8")
     start = time.perf_counter()
     command = (sys.executable, "-m", "slipmode", "study", path, "-o", folder, "--workers", workers)
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    study = subprocess.Popen([str(word) for word in command], **quiet)
+    study = subprocess.Popen(
+        [str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     client = psutil.Process(study.pid)
     seconds: dict[int, float] = {}
     memory: dict[int, float] = {}

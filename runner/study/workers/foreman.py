@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from logging.handlers import BufferingHandler
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from slipmode.runner.study.compute import compute
 from slipmode.runner.study.design import Design
 from slipmode.runner.study.mistuned_samples import compute_mistuned
 from slipmode.runner.study.sample_outputs import Batch
-from slipmode.runner.study.scene_keys import is_limit, is_load
+from slipmode.runner.study.scene_keys import is_load
 from slipmode.runner.study.scene_model import Samples, SceneModel, without_loads
 
 # Samples of a task. To hand a task out costs some ms, which is little per sample at these sizes
@@ -44,33 +44,32 @@ def make_tasks(samples: Samples, design: Design, missing: Flags) -> Iterator[Tas
     """Yield tasks of all samples that have no results yet, in their order."""
     outputs = samples.outputs
     most = 5 if outputs.recording else 50 if outputs.runs or outputs.mistuned else AT_ONCE
-    changes = [0] if outputs.mistuned else np.flatnonzero(_changes(samples, design)).tolist()
+    changes = [0] if outputs.mistuned else _changes(samples, design)
     for first, end in pairwise([*changes, design.samples]):
         numbers = first + np.flatnonzero(missing[first:end])
         for start in range(0, numbers.size, most):
             yield Task(numbers[start : start + most], (first, end))
 
 
-def _changes(samples: Samples, design: Design) -> NDArray[np.bool_]:
+def _changes(samples: Samples, design: Design) -> list[int]:
     """Return which samples have another model than the sample before."""
-    changes = np.zeros(design.samples, dtype=bool)
-    changes[0] = True
+    differs = np.zeros(design.samples, dtype=bool)
+    differs[0] = True
     for key, column in zip(design.keys, design.columns, strict=True):
-        if not (is_limit(key) or is_load(key)):
-            changes[1:] |= [bool(a != b) for a, b in zip(column[1:], column[:-1], strict=True)]
-    if any(map(is_limit, design.keys)):
-        # only a common factor on all limits keeps the model
-        before = None
-        for first in range(0, design.samples, 4096):  # scenes in memory at once
-            block = design.part(slice(first, first + 4096))
-            for k, content in enumerate(samples.contents(block), start=first):
-                now = without_loads(content)
-                changes[k] |= now != before
-                before = now
+        if not is_load(key):
+            differs[1:] |= [bool(a != b) for a, b in zip(column[1:], column[:-1], strict=True)]
+    changes, before = [], None
+    for k in np.flatnonzero(differs).tolist():  # other limits may have the same model
+        (content,) = samples.contents(design.part(slice(k, k + 1)))
+        now = without_loads(content)
+        if now != before:
+            changes.append(k)
+        before = now
     return changes
 
 
-class Workers(NamedTuple):
+@dataclass(frozen=True)
+class Workers:
     """Processes that compute tasks, on this machine or on others.
 
     `submit` takes a function and its arguments. An exception of the future is that of the
