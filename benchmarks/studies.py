@@ -18,6 +18,11 @@ from slipmode.rom.extras import extra
 
 _SIZES = (100, 1_000, 10_000, 60_000)
 _SAMPLED = 0.2  # interval of memory samples [s]
+_RUN = """
+import sys
+from slipmode.runner import run_study
+run_study(sys.argv[1], sys.argv[2], workers=int(sys.argv[3]))
+"""
 _STUDY = """
 scene = "two-mode"
 
@@ -56,15 +61,12 @@ class Cost(NamedTuple):
 
 
 def study_cost(workers: int, samples: int, folder: Path) -> Cost:
-    """Return the cost of the command `slipmode study`."""
+    """Return the cost of `run_study` in a process of its own."""
     psutil = extra("psutil", "benchmarks")
     path = folder / f"{samples}-on-{workers}.toml"
     path.write_text(_STUDY.format(samples=samples), encoding="utf-8")
     start = time.perf_counter()
-    command = (sys.executable, "-m", "slipmode", "study", path, "-o", folder, "--workers", workers)
-    study = subprocess.Popen(
-        [str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
+    study = subprocess.Popen([sys.executable, "-c", _RUN, str(path), str(folder), str(workers)])
     client = psutil.Process(study.pid)
     seconds: dict[int, float] = {}
     memory: dict[int, float] = {}

@@ -21,6 +21,8 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 def processes(count: int | None) -> Iterator[Workers]:
     """Yield workers that are processes with one BLAS thread each, one per core by default."""
     count = count or os.cpu_count() or 1
+    if sys.platform == "win32":
+        count = min(count, 61)  # Windows waits for no more
     others = set(multiprocessing.active_children())
     threads = {name: "1" for name in _THREADS if name not in os.environ}
     os.environ.update(threads)  # BLAS of a new process reads it once it is loaded
