@@ -132,14 +132,6 @@ class Batch:
         values = {name: each[places] for name, each in self.values.items()}
         return Batch(values, [self.reason[k] for k in places], self.outside[places])
 
-    def put(self, places: Sequence[int], found: Batch) -> None:
-        """Store the results of some of the samples."""
-        for name, values in found.values.items():
-            self.values[name][places] = values
-        self.outside[places] = found.outside
-        for place, why in zip(places, found.reason, strict=True):
-            self.reason[place] = why
-
     def refuse(self, places: Sequence[int], why: str) -> None:
         """Give some of the samples a reason why they have no results, if they have none yet."""
         for k in places:

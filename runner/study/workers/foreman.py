@@ -154,7 +154,8 @@ class Foreman:
                         "scheduler: the connection is lost; repeat the command to continue; the "
                         "samples computed so far are kept"
                     )
-                if isinstance(error, BrokenExecutor) and not task.repeated:
+                # once more, unless the task itself may be what takes the memory
+                if isinstance(error, BrokenExecutor) and not (task.repeated or self.lost):
                     if self._tables.get((task.group, task.step)) is future:
                         del self._tables[task.group, task.step]
                     self._start(replace(task, repeated=True))
