@@ -16,7 +16,7 @@
 #              DOFs (14 GB; SIZES="10000:10 100000:10" are others), with a picture
 # make bench-disk  set up .venv with PARDISO and scikit-fem, and measure the nodal diameters and a
 #              response curve of a bladed disk of 1e5 DOFs a sector
-# make bench-study  set up .venv and measure studies on a Dask cluster: workers, memory
+# make bench-study  set up .venv and measure studies: processor time and memory of each process
 # make bench-curves  set up .venv and compare response curves with harmonic balance
 # make bench-mistuned  set up .venv and compare a mistuned disk with full order
 # make bench-pyharm  set up .venv with pyHarm-os and compare a bladed disk with its harmonic balance
@@ -86,7 +86,7 @@ bench-disk: $(VENV)/.installed
 bench-full: $(VENV)/.installed-benchmarks
 	$(BIN)/python -m benchmarks.full_order $(SCENES)
 
-bench-study: $(VENV)/.installed
+bench-study: $(VENV)/.installed-benchmarks
 	@$(PIP) "slipmode[study]"
 	$(BIN)/python -m benchmarks.runner.studies
 

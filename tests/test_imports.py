@@ -11,6 +11,7 @@ import pytest
 from slipmode.runner import run
 
 ROOT = Path(__file__).parents[1]
+DAMPER = ROOT / "examples/damper_preload.toml"
 HEAVY = {"rerun", "fmpy", "mcap", "matplotlib", "pyarrow", "PIL", "google.protobuf"}
 HEAVY |= {"scipy.io", "scipy.sparse.linalg", "scipy.stats"}
 HEAVY |= {"dask", "distributed", "xarray", "zarr", "SALib", "pandas"}
@@ -90,11 +91,14 @@ def test_no_extra_is_needed_to_run_export_and_look(tmp_path):
             ("explore", "one-mode", "-o", "OUT"): ("ziglang", "explore"),
         },
         pytest.param(
-            {("study", ROOT / "examples/damper_preload.toml", "-o", "OUT"): ("zarr", "study")},
+            {("study", DAMPER, "-o", "OUT"): ("zarr", "study")},
             marks=pytest.mark.slow,
         ),
+        {
+            ("study", DAMPER, "-o", "OUT", "--scheduler", "tcp://a:1"): ("distributed", "dask"),
+        },
     ],
-    ids=["runs", "exports", "studies"],
+    ids=["runs", "exports", "studies", "clusters"],
 )
 def test_a_missing_package_is_one_line_that_names_its_extra(recording, tmp_path, commands):
     places = {"RECORDING": recording, "OUT": tmp_path / "out"}

@@ -38,8 +38,7 @@ def compute(
     batch = Batch.empty(outputs, modes, len(scenes))
     batch.reason[:] = [each if isinstance(each, str) else "" for each in scenes]
     if (highest := max(outputs.dofs, default=0)) >= (n := shared.excited.reduced.n_dofs):
-        refused = f"outputs.dofs: must be 0 to {n - 1}, got {highest}"
-        batch.reason[:] = [why or refused for why in batch.reason]
+        batch.refuse(range(len(scenes)), f"outputs.dofs: must be 0 to {n - 1}, got {highest}")
         return batch
     read = {k: each for k, each in enumerate(scenes) if not isinstance(each, str)}
     places = list(read)
@@ -49,19 +48,18 @@ def compute(
         loads = Loads.of(list(read.values()), shared.excited)
         for kind, solve in (("steady", steady_states), ("resonance", peaks), ("curve", curves)):
             if getattr(outputs, kind):
-                batch.add(places, columns, solve(outputs, model, loads, dofs))
+                try:
+                    batch.add(places, columns, solve(outputs, loads, dofs))
+                except SlipmodeError as refusal:
+                    batch.refuse(places, str(refusal))
     for k, scene in read.items():
-        if outputs.runs and not batch.reason[k]:
-            found = run_through(scene, shared.excited, model, outputs.times, dofs)
-            batch.add([k], columns, found)
-    if shared.samples.recordings is not None:
-        for k, scene in read.items():
-            if batch.reason[k]:
-                continue
-            try:
+        try:
+            if outputs.runs and not batch.reason[k]:
+                batch.add([k], columns, run_through(scene, outputs.times, dofs))
+            if shared.samples.recordings is not None and not batch.reason[k]:
                 run(replace(scene, name=f"sample-{numbers[k]:06d}"), shared.samples.recordings)
-            except SlipmodeError as refusal:
-                batch.reason[k] = str(refusal)
+        except SlipmodeError as refusal:
+            batch.refuse([k], str(refusal))
     for values in batch.values.values():
         values[[bool(why) for why in batch.reason]] = np.nan
     return batch
@@ -76,13 +74,10 @@ class Dofs:
     excited: Excited
     static: Floats | None  # `SceneModel.static`
 
-    def displacements(
-        self, name: str, amplitude: Complexes, frequency: Floats, force: Complexes, scale: Floats
-    ) -> dict[str, Floats]:
+    def displacements(self, name: str, amplitude: Complexes, loads: Loads) -> dict[str, Floats]:
         """Return displacements (points, modes, dofs) of an output; none without DOFs.
 
-        `amplitude`, `frequency` and the modal `force` are (points, modes), the `scale` of limits
-        and preloads is (points,). NaN where the amplitude is NaN.
+        NaN where the amplitude (points, modes) is NaN.
         """
         if not self.dofs:
             return {}
@@ -93,10 +88,10 @@ class Dofs:
             motion = SteadyMotion(
                 self.model,
                 amplitude[known],
-                frequency[known],
-                force[known],
+                loads.frequency[known],
+                loads.force[known],
                 applied,
-                scale[known],
+                loads.scale[known, 0],
                 self.static,
             )
             found[known] = np.stack([motion.displacement(dof) for dof in self.dofs], axis=-1)
@@ -105,23 +100,15 @@ class Dofs:
 
 @frozen
 class Loads:
-    """The forces at the end of scenes."""
+    """The forces on samples, or at points of a run."""
 
-    excited: Excited
-    frequency: Floats  # (samples, modes) [rad/s]
-    # (samples, modes): F_j exp(i phase_j), modal, divided by `scale` [N kg^-1/2]: the friction
-    # table is for limits of scale 1
-    excitation: Complexes
-    scale: Floats  # (samples, 1): Scale of limits and preloads; results are multiplied by it
-
-    @property
-    def force(self) -> Complexes:
-        """F_j exp(i phase_j), modal, (samples, modes) [N kg^-1/2]."""
-        return np.asarray(self.scale * self.excitation)
+    frequency: Floats  # (points, modes) [rad/s]
+    force: Complexes  # (points, modes): F_j exp(i phase_j), modal [N kg^-1/2]
+    scale: Floats  # (points, 1): Scale of limits and preloads
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], excited: Excited) -> Self:
-        """Return the loads of scenes with the same modes."""
+        """Return the loads at the end of scenes with the same modes."""
         shape = len(scenes), len(excited.modes)
         frequency = np.tile(excited.reduced.frequency, (shape[0], 1))
         force, phase, scale = np.zeros(shape), np.zeros(shape), np.ones((shape[0], 1))
@@ -134,121 +121,96 @@ class Loads:
                     force[k, j] = forcing.amplitude.value_before(end)
                     frequency[k, j] = forcing.frequency.value_before(end)
                     phase[k, j] = forcing.phase.value_before(end)
-        excitation = phasor(excited.modal_force * force, phase) / scale
-        return cls(excited, frequency, excitation, scale)
+        return cls(frequency, phasor(excited.modal_force * force, phase), scale)
 
 
-def steady_states(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
-    """Return |a| and its phase."""
+def steady_states(outputs: Outputs, loads: Loads, dofs: Dofs, name: str = "steady") -> Batch:
+    """Return |a| and its phase. The table is for limits of scale 1, a(F; s) = s a(F / s; 1)."""
     found = steady_points(
-        model,
+        dofs.model,
         loads.frequency,
-        AppliedForces.of(model.reduced, loads.excited.force_patterns),
-        loads.excitation,
+        AppliedForces.of(dofs.model.reduced, dofs.excited.force_patterns),
+        loads.force / loads.scale,
     )
     a = loads.scale * found.amplitude
-    values = {"steady": np.abs(a), "steady_phase": np.angle(a)}
-    values |= dofs.displacements("steady", a, loads.frequency, loads.force, loads.scale[:, 0])
-    return Batch(values, found.reason, found.outside)
+    values = {name: np.abs(a), f"{name}_phase": np.angle(a)}
+    return Batch(values | dofs.displacements(name, a, loads), found.reason, found.outside)
 
 
-def curves(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
+def curves(outputs: Outputs, loads: Loads, dofs: Dofs) -> Batch:
     """Return |a| over the frequency of a mode, (samples, modes, points).
 
     A sample with a refused point is refused.
     """
     assert outputs.curve is not None
-    axis, n, modes = outputs.curve.frequency, len(loads.scale), loads.excited.modes
+    axis, n, modes = outputs.curve.frequency, len(loads.scale), dofs.excited.modes
     if outputs.curve.mode not in modes:
-        reason = f"outputs.curve.mode: nothing moves mode {outputs.curve.mode}"
-        return Batch.refused("curve", (n, len(modes), axis.size), reason)
-    frequency = np.repeat(loads.frequency, axis.size, axis=0)
+        raise SlipmodeError(f"outputs.curve.mode: nothing moves mode {outputs.curve.mode}")
+    sample = np.repeat(np.arange(n), axis.size)
+    frequency = loads.frequency[sample]
     frequency[:, modes.index(outputs.curve.mode)] = np.tile(axis, n)
-    excitation = np.repeat(loads.excitation, axis.size, axis=0)
-    found = steady_points(
-        model, frequency, AppliedForces.of(model.reduced, loads.excited.force_patterns), excitation
-    )
-    scale = np.repeat(loads.scale, axis.size, axis=0)
-    a, force = scale * found.amplitude, scale * excitation
-    values = {"curve": np.abs(a)}
-    values |= dofs.displacements("curve", a, frequency, force, scale[:, 0])
-    by_sample = {
+    points = Loads(frequency, loads.force[sample], loads.scale[sample])
+    found = steady_states(outputs, points, dofs, "curve")
+    values = {
         name: each.reshape(n, axis.size, *each.shape[1:]).swapaxes(1, 2)
-        for name, each in values.items()
+        for name, each in found.values.items()
     }
     reasons = np.array(found.reason, dtype=object).reshape(n, axis.size)
     first = [next(filter(None, row), "") for row in reasons]
-    outside = np.asarray(found.outside.reshape(n, axis.size).any(axis=1))
-    return Batch(by_sample, first, outside)
+    return Batch(values, first, np.asarray(found.outside.reshape(n, axis.size).any(axis=1)))
 
 
-def peaks(outputs: Outputs, model: Model, loads: Loads, dofs: Dofs) -> Batch:
+def peaks(outputs: Outputs, loads: Loads, dofs: Dofs) -> Batch:
     """Return the highest resonance peak of modes, and its frequency."""
-    shape, modes = loads.excitation.shape, loads.excited.modes
+    shape, modes, model = loads.force.shape, dofs.excited.modes, dofs.model
     peak, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
-    reason, outside = [""] * shape[0], np.zeros(shape[0], dtype=bool)
+    outside = np.zeros(shape[0], dtype=bool)
     moved: dict[str, Floats] = {}
     for mode in outputs.resonance:
         if mode not in modes:
-            why = f"outputs.resonance: nothing moves mode {mode}"
-            return Batch.refused("resonance", shape, why)
+            raise SlipmodeError(f"outputs.resonance: nothing moves mode {mode}")
         j = modes.index(mode)
-        try:
-            relative, frequency[:, j] = resonance_peaks(model, j, np.abs(loads.excitation[:, j]))
-        except SlipmodeError as refusal:
-            return Batch.refused("resonance", shape, str(refusal))
+        excitation = np.abs(loads.force[:, j] / loads.scale[:, 0])
+        relative, frequency[:, j] = resonance_peaks(model, j, excitation)
         peak[:, j] = loads.scale[:, 0] * relative
         outside |= np.isnan(relative)
         alone, Omega = np.arange(len(modes)) == j, loads.frequency.copy()
         Omega[:, j] = frequency[:, j]
         a = np.where(alone, peak[:, [j]], 0.0).astype(complex)
         force = 1j * np.abs(np.where(alone, loads.force, 0.0))  # at 90 degrees
-        found = dofs.displacements("resonance", a, Omega, force, loads.scale[:, 0])
+        found = dofs.displacements("resonance", a, Loads(Omega, force, loads.scale))
         for name, each in found.items():
             moved.setdefault(name, np.full(each.shape, np.nan))[:, j] = each[:, j]
-    for k in np.flatnonzero(outside):
-        reason[k] = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
+    why = f"amplitude: outside the friction table, to {model.table.amplitude_range}"
     values = {"resonance": peak, "resonance_frequency": frequency, **moved}
-    return Batch(values, reason, outside)
+    return Batch(values, [why if out else "" for out in outside], outside)
 
 
-def run_through(
-    scene: Scene, excited: Excited, model: Model, times: Sequence[float], dofs: Dofs
-) -> Batch:
-    """Return the peak |a| of a run, its transient error, and |a| at some times.
-
-    Several scenes share the model.
-    """
-    modes = excited.modes
+def run_through(scene: Scene, times: Sequence[float], dofs: Dofs) -> Batch:
+    """Return the peak |a| of a run, its transient error, and |a| at some times."""
+    excited, model, modes = dofs.excited, dofs.model, dofs.excited.modes
     natural = dict(zip(modes, excited.reduced.frequency.tolist(), strict=True))
     schedule = make_schedule(scene, natural)
     excited = excited.started(schedule)
-
-    def nothing(reason: str, *, outside: bool = False) -> Batch:
-        return Batch({}, [reason], np.array([outside]))
-
     if times and max(times) > scene.run.duration:
-        return nothing(f"outputs.times: run.duration is {scene.run.duration:g}")
+        raise SlipmodeError(f"outputs.times: run.duration is {scene.run.duration:g}")
     largest, limit_scale = model.table.amplitude_range, scene.limit_scale or Script.constant(1.0)
     if np.any(np.abs(excited.amplitude) > 0.99 * limit_scale.range(0.0, 0.0)[0] * largest):
-        return nothing("initial: outside the friction table", outside=True)
-    try:
-        component = excited.component(model, scene.run.tolerance)
-        names = component.input_names
-        if times:
-            straight = replace(schedule.stretches(), points=tuple(times))
-            lengths = straight.durations()
-            steps = Stretches(lengths, straight.inputs(names), lengths, names)
-        else:
-            steps = shortened(schedule, model, modes, names)
-        path = excited.follow(component, steps.durations, steps.inputs)
-    except SlipmodeError as refusal:
-        return nothing(str(refusal))
+        return Batch({}, ["initial: outside the friction table"], np.ones(1, dtype=bool))
+    component = excited.component(model, scene.run.tolerance)
+    names = component.input_names
+    if times:
+        straight = replace(schedule.stretches(), points=tuple(times))
+        lengths = straight.durations()
+        steps = Stretches(lengths, straight.inputs(names), lengths, names)
+    else:
+        steps = shortened(schedule, model, modes, names)
+    path = excited.follow(component, steps.durations, steps.inputs)
     size, stop = np.abs(path.amplitude), path.stop
     if stop is not None:
         # close to the edge of the table a run may find no step that stays inside
-        near = bool(np.any(size > 0.9 * limit_scale.range(0.0, stop.time)[0] * largest))
-        return nothing(str(stop), outside=stop.left_table or near)
+        near = np.any(size > 0.9 * limit_scale.range(0.0, stop.time)[0] * largest)
+        return Batch({}, [str(stop)], np.array([stop.left_table or near]))
     _, error = along_run(excited, model, steps, path)
     at = [np.argmin(np.abs(path.time - t)) for t in times]
     largest_scale = limit_scale.range(0.0, scene.run.duration)[1]
@@ -260,24 +222,19 @@ def run_through(
     largest_at = size.argmax(axis=0)
     for name, points in (("peak", largest_at), ("at", np.array(at, dtype=np.intp))):
         then = _loads_at(excited, steps, path.time[points])
-        moved = dofs.displacements(name, path.amplitude[points], *then)
+        moved = dofs.displacements(name, path.amplitude[points], then)
         for key, each in moved.items():  # the point of each mode, or the same points of all
             of_modes = np.einsum("jjd->jd", each) if name == "peak" else each.swapaxes(0, 1)
             values[key] = of_modes[np.newaxis]
     return Batch(values, [""], np.zeros(1, dtype=bool))
 
 
-def _loads_at(
-    excited: Excited, steps: Stretches, time: Floats
-) -> tuple[Floats, Complexes, Floats]:
-    """Return frequencies, modal forces F_j exp(i phase_j), and scales just before times."""
+def _loads_at(excited: Excited, steps: Stretches, time: Floats) -> Loads:
+    """Return the loads just before times."""
     before, _ = steps.around(time)
     frequency, force, phase = (
         np.stack([steps.values(f"{name}_{m}", time, before) for m in excited.modes], axis=1)
         for name in ("frequency", "force", "phase")
     )
-    return (
-        frequency,
-        phasor(excited.modal_force * force, phase),
-        steps.values("limit_scale", time, before),
-    )
+    scale = steps.values("limit_scale", time, before)[:, np.newaxis]
+    return Loads(frequency, phasor(excited.modal_force * force, phase), scale)

@@ -35,10 +35,10 @@ def compute_mistuned(samples: Samples, design: Design) -> Batch:
         try:
             values = _steady_states(outputs.curve, scenes)
         except SlipmodeError as refusal:
-            for place in places:
-                batch.reason[place] = one_line(refusal)
+            batch.refuse(places, one_line(refusal))
             continue
-        batch.put(places, Batch(values, [""] * len(places), np.zeros(len(places), dtype=bool)))
+        inside = np.zeros(len(places), dtype=bool)
+        batch.add(places, [0], Batch(values, [""] * len(places), inside))
     return batch
 
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 import shutil
 import time
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom import __version__
+from slipmode.rom.arrays import Flags
 from slipmode.rom.errors import SlipmodeError
 from slipmode.rom.extras import extra
 from slipmode.rom.storage.files import PART
@@ -21,7 +23,7 @@ from slipmode.runner.study.design import Design
 from slipmode.runner.study.sample_outputs import Batch
 from slipmode.runner.study.scene_keys import declared
 from slipmode.runner.study.study_file import Study
-from slipmode.runner.study.workers.foreman import AT_ONCE, Task
+from slipmode.runner.study.workers.foreman import AT_ONCE
 
 DONE, FAILED = 1, 2  # status of a sample; 0: not computed yet
 _EVERY = 1.0  # [s] between writings: a machine that stops loses results of about a second
@@ -53,53 +55,47 @@ class Results:
             )
         self._arrays = dict(group.arrays())  # group[name] would open the array each time
         self._status = self._arrays["status"][:]
-        self._waiting: list[tuple[Task, Batch]] = []
+        self._waiting: list[tuple[NDArray[np.intp], Batch]] = []
         self._flushed = time.monotonic()
 
     @property
+    def missing(self) -> Flags:
+        """(samples,): Whether a sample has no results, because it failed or was not computed."""
+        return np.asarray(self._status != DONE)
+
+    @property
     def done(self) -> int:
-        """Number of samples that were computed, with or without success."""
-        return int(np.count_nonzero(self._status))
+        """Number of samples with results."""
+        return int(np.count_nonzero(self._status == DONE))
 
     @property
     def failed(self) -> int:
-        """Number of samples without results."""
+        """Number of samples that were computed without success."""
         return int(np.count_nonzero(self._status == FAILED))
 
-    def has(self, task: Task) -> bool:
-        """Return whether all samples of a task were computed."""
-        return bool(self._status[task.start : task.stop].all())
-
-    def write(self, task: Task, batch: Batch) -> None:
+    def write(self, numbers: NDArray[np.intp], batch: Batch) -> None:
         """Take a batch; it is on disk within a second if others follow, or after `flush`."""
-        self._waiting.append((task, batch))
+        self._waiting.append((numbers, batch))
         if time.monotonic() > self._flushed + _EVERY:
             self.flush()
 
     def flush(self) -> None:
-        """Write all batches, neighbours together: each writing costs some ms of any size."""
-        waiting = sorted(self._waiting, key=lambda pair: pair[0].start)
-        self._waiting.clear()
-        while waiting:
-            row = [waiting.pop(0)]
-            while waiting and waiting[0][0].start == row[-1][0].stop:
-                row.append(waiting.pop(0))
-            self._write(row)
+        """Write all batches at once: each writing costs some ms of any size."""
+        waiting, self._waiting = self._waiting, []
+        if waiting:
+            numbers = np.concatenate([each for each, _ in waiting])
+            batches = [batch for _, batch in waiting]
+            reason = np.array([why for batch in batches for why in batch.reason], dtype=object)
+            status = np.where(reason == "", DONE, FAILED).astype(np.int8)
+            with self._writing():
+                for name in batches[0].values:
+                    values = np.concatenate([batch.values[name] for batch in batches])
+                    self._arrays[name].oindex[numbers] = values
+                if reason.any() or FAILED in self._status[numbers]:
+                    self._arrays["reason"].oindex[numbers] = reason
+                self._arrays["status"].oindex[numbers] = status  # marks the others as there
+            self._status[numbers] = status
         self._flushed = time.monotonic()
-
-    def _write(self, row: Sequence[tuple[Task, Batch]]) -> None:
-        """Write batches that follow each other; status last, as it marks the others as there."""
-        at = slice(row[0][0].start, row[-1][0].stop)
-        batches = [batch for _, batch in row]
-        reason = [why for batch in batches for why in batch.reason]
-        status = np.where([bool(why) for why in reason], FAILED, DONE).astype(np.int8)
-        with self._writing():
-            for name in batches[0].values:
-                self._arrays[name][at] = np.concatenate([batch.values[name] for batch in batches])
-            if any(reason):
-                self._arrays["reason"][at] = np.array(reason, dtype=object)
-            self._arrays["status"][at] = status
-        self._status[at] = status
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipmode.rom.arrays import Flags, Floats
 from slipmode.rom.short_repr import frozen
@@ -126,19 +127,15 @@ class Batch:
         values = {each.name: np.full((count, *each.shape), np.nan) for each in found}
         return cls(values, [""] * count, np.zeros(count, dtype=bool))
 
-    @classmethod
-    def refused(cls, name: str, shape: tuple[int, ...], reason: str) -> Batch:
-        """Return a batch without results of one name, all for the same reason."""
-        outside = np.zeros(shape[0], dtype=bool)
-        return cls({name: np.full(shape, np.nan)}, [reason] * shape[0], outside)
+    def part(self, places: NDArray[np.intp]) -> Batch:
+        """Return the results of some of the samples."""
+        values = {name: each[places] for name, each in self.values.items()}
+        return Batch(values, [self.reason[k] for k in places], self.outside[places])
 
-    def put(self, places: Sequence[int], found: Batch) -> None:
-        """Store the results of some of the samples."""
-        for name, values in found.values.items():
-            self.values[name][places] = values
-        self.outside[places] = found.outside
-        for place, why in zip(places, found.reason, strict=True):
-            self.reason[place] = why
+    def refuse(self, places: Sequence[int], why: str) -> None:
+        """Give some of the samples a reason why they have no results, if they have none yet."""
+        for k in places:
+            self.reason[k] = self.reason[k] or why
 
     def add(self, places: Sequence[int], columns: Sequence[int], found: Batch) -> None:
         """Add results of the modes `columns` of some samples; the other modes are at rest."""
@@ -146,6 +143,6 @@ class Batch:
             at_rest = np.nan if name.endswith(("_phase", "_frequency")) else 0.0
             self.values[name][places] = at_rest
             self.values[name][np.ix_(places, columns)] = found.values[name]
-        for k, why, out in zip(places, found.reason, found.outside, strict=True):
-            self.reason[k] = self.reason[k] or why
-            self.outside[k] |= out
+        self.outside[places] |= found.outside
+        for k, why in zip(places, found.reason, strict=True):
+            self.refuse([k], why)

@@ -17,8 +17,9 @@ from slipmode.runner.study.design import Design, make_design
 from slipmode.runner.study.results import Results, open_results
 from slipmode.runner.study.scene_model import Samples
 from slipmode.runner.study.study_file import Study, load_study
-from slipmode.runner.study.workers.cluster import cluster, prepare_workers
+from slipmode.runner.study.workers.dask_cluster import dask_workers
 from slipmode.runner.study.workers.foreman import Foreman, make_tasks
+from slipmode.runner.study.workers.processes import processes
 
 _log = logging.getLogger("slipmode.study")
 
@@ -34,7 +35,8 @@ class StudyResults:
     path : Path
         Zarr group of the results.
     samples, found, failed : int
-        Number of all samples, of samples from an earlier run, and of samples without results.
+        Number of all samples, of samples with results from an earlier run, and of samples that
+        failed.
     """
 
     study: Study
@@ -62,7 +64,7 @@ def run_study(
     scheduler: str | None = None,
     progress: bool = False,
 ) -> StudyResults:
-    """Compute all samples of a study that have no results yet.
+    """Compute all samples of a study that have no results yet, or failed in an earlier run.
 
     Parameters
     ----------
@@ -98,8 +100,6 @@ def run_study(
     if workers is not None:
         check_count("workers", workers)
     study = load_study(path)
-    if scheduler is None:
-        prepare_workers()
     folder = Path(output)
     design = make_design(study)
     recordings = (folder / study.name).resolve() if study.outputs.recording else None
@@ -112,9 +112,9 @@ def run_study(
     if found < design.samples:
         if recordings is not None:
             recordings.mkdir(parents=True, exist_ok=True)
-        missing = (task for task in make_tasks(samples, design) if not results.has(task))
+        tasks = make_tasks(samples, design, results.missing)
         with (
-            cluster(workers, scheduler) as client,
+            processes(workers) if scheduler is None else dask_workers(scheduler) as team,
             progress_bar(
                 desc=study.name,
                 total=design.samples,
@@ -123,20 +123,21 @@ def run_study(
                 shown=progress,
             ) as bar,
         ):
-            foreman = Foreman(client, samples, design)
+            foreman = Foreman(team, samples, design)
             try:
-                for task, batch in foreman.work_on(missing):
-                    results.write(task, batch)
-                    bar.update(task.stop - task.start)
+                for numbers, batch in foreman.work_on(tasks):
+                    results.write(numbers, batch)
+                    bar.update(numbers.size)
             finally:
                 results.flush()
         for line, count in foreman.warnings:
             more = f" ({count} samples have such a warning; this is the first)"
             _log.warning("%s", line + more if count > 1 else line)
         if foreman.lost:
-            words = f"{design.samples - results.done} samples have no results: {foreman.lost}"
+            lost = design.samples - results.done - results.failed
+            words = f"{lost} samples have no results: {foreman.lost}"
             words += "; repeat the command to compute them"
-            if results.done == results.failed:
+            if not results.done:
                 raise SlipmodeError(words)
             _log.warning("%s", words)
     return StudyResults(study, path_of_results, design.samples, found, results.failed)

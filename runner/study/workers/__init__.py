@@ -1,5 +1,6 @@
 """Work on the samples of a study.
 
-foreman.py   batches of samples by model, and who computes them. Start here
-cluster.py   processes on this machine, or workers of a Dask scheduler
+foreman.py       batches of samples by model, and the tables that they share. Start here
+processes.py     workers on this machine
+dask_cluster.py  workers of a Dask scheduler
 """

@@ -1,5 +1,6 @@
 """A study that is killed, loses its scheduler or cannot write goes on later."""
 
+import multiprocessing
 import os
 import shutil
 import signal
@@ -14,7 +15,7 @@ import pytest
 from slipmode.rom import SlipmodeError
 from slipmode.runner import open_results, run_study
 
-pytest.importorskip("zarr")
+zarr = pytest.importorskip("zarr")
 
 FORCES = '[[vary]]\nkey = "forcing.A.amplitude"\nvalues = [0.1, 0.12, 0.14, 0.16, 0.18, 0.2]\n'
 PEAKS = """
@@ -46,7 +47,7 @@ def command(path, folder):
 
 
 @pytest.mark.slow
-def test_a_study_that_is_killed_goes_on(study_file, tmp_path):
+def test_a_study_that_is_killed_goes_on(study_file, tmp_path, scheduler):
     path = study_file(PEAKS)
     running = subprocess.Popen(
         command(path, tmp_path), start_new_session=True, stderr=subprocess.DEVNULL
@@ -62,8 +63,33 @@ def test_a_study_that_is_killed_goes_on(study_file, tmp_path):
     after = done.dataset().load()
     assert (after["status"].values == 1).all()
     np.testing.assert_array_equal(after["peak"][kept], before["peak"][kept])
-    again = run_study(path, tmp_path / "whole", workers=1).dataset().load()
+    again = run_study(path, tmp_path / "whole", scheduler=scheduler).dataset().load()
     assert again.identical(after)  # whoever computes the samples, in whatever batches
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_no_sample(study_file, tmp_path):
+    path = study_file(PEAKS.replace("600", "200"))
+
+    def kill_when_started():
+        started(tmp_path / "study.zarr")
+        multiprocessing.active_children()[0].kill()
+
+    threading.Thread(target=kill_when_started).start()
+    done = run_study(path, tmp_path, workers=2)
+    assert (done.dataset()["status"].values == 1).all()
+    assert not multiprocessing.active_children()
+
+
+def test_a_failed_sample_is_computed_again(study_file, tmp_path):
+    path = study_file(FORCES + "[outputs]\nsteady = true\n")
+    before = run_study(path, tmp_path, workers=1).dataset().load()
+    group = zarr.open_group(tmp_path / "study.zarr", mode="r+")
+    group["status"][1], group["reason"][1], group["steady"][1] = 2, "a bad day", np.nan
+    assert open_results(tmp_path / "study.zarr")["reason"].values[1] == "a bad day"
+    done = run_study(path, tmp_path, workers=1)
+    assert (done.found, done.failed) == (5, 0)
+    assert done.dataset().load().identical(before)
 
 
 @pytest.mark.slow

@@ -12,10 +12,10 @@ SEEDS = '[[vary]]\nkey = "mistuning.seed"\nfrom = 0\nto = {last}\npoints = {poin
 CURVE = '[outputs]\ncurve = {mode = "A", from = 190.0, to = 204.0, points = 10}\n'
 
 
-def test_factors_are_those_of_the_disks(study_file, tmp_path, scheduler, capsys):
+def test_factors_are_those_of_the_disks(study_file, tmp_path, capsys):
     text = SEEDS.format(last=2, points=3) + '[[vary]]\nkey = "forcing.A.amplitude"\n'
     path = str(study_file(text + f"values = [0.1, 4.0]\n{CURVE}", SCENE))
-    assert main(["study", path, "-o", str(tmp_path), "--scheduler", scheduler]) == 0
+    assert main(["study", path, "-o", str(tmp_path), "--workers", "2"]) == 0
     said, results = capsys.readouterr().out, open_results(tmp_path / "study.zarr").sel(mode="A")
     structure = rom.lumped_disk(24, 1e-5, blade_stiffnesses=(1e6, 4e6))
     patterns = np.vstack([rom.random_mistuning(1, 24, 0.02, seed=seed) for seed in range(3)])
